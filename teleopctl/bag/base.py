@@ -30,26 +30,26 @@ class _MessageReader(ABC):
         """Yield messages by log time; report broken parts to ``on_left_out``, or raise without it.
 
         Args:
-            topics: Only these; all if None.
-            start_ns: Only from this log time on, in nanoseconds since the epoch.
-            end_ns: Only before this log time.
-            on_left_out: Called with a sentence for each broken part, whose messages are missing
-                then; if None a broken part raises.
+            topics: Topics to read; all if None.
+            start_ns: Earliest log time to read, in nanoseconds since the epoch.
+            end_ns: Log time before which reading ends, in nanoseconds since the epoch.
+            on_left_out: Called with a sentence for each broken part, whose messages are skipped;
+                if None, a broken part raises an error.
 
         Raises:
-            InvalidFileError: A part is broken, and there is no `on_left_out`; with its place.
+            InvalidFileError: A part is broken, and `on_left_out` is None; names the place.
         """
 
     @abstractmethod
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
         """Return up to `most` last messages of a topic before a log time, oldest first.
 
-        Parts that cannot be read are passed over.
+        Unreadable parts are skipped.
 
         Args:
-            topic: Its full name.
-            end_ns: The log time, in nanoseconds since the epoch.
-            most: How many.
+            topic: Full name of the topic.
+            end_ns: Log time before which messages are searched, in nanoseconds since the epoch.
+            most: Largest number of messages.
         """
 
     @abstractmethod
@@ -96,12 +96,12 @@ class BagFileReader(_MessageReader):
 
     Attributes:
         STORAGE: Storage format of the file: ``mcap`` or ``sqlite3``.
-        path: The file.
+        path: Path of the file.
         topics: Topics by name, each with its number of messages.
-        is_finished: Whether the file is complete; an incomplete or damaged one is read as far as
+        is_finished: Whether the file is complete; an incomplete or damaged file is read as far as
             possible.
-        remarks: A sentence for each thing in the file that cannot be understood and is left out.
-        distribution: The ROS 2 distribution that recorded the file; empty if unknown.
+        remarks: Unreadable parts of the file that are skipped, one sentence each.
+        distribution: ROS 2 distribution that recorded the file; empty if unknown.
     """
 
     STORAGE: ClassVar[str]
@@ -122,10 +122,10 @@ class BagFileWriter(ABC):
     """Base class of writers of one file of a bag, which count messages and times.
 
     Args:
-        path: The file.
+        path: Path of the file.
 
     Attributes:
-        path: The file.
+        path: Path of the file.
         message_counts: Number of messages by topic.
     """
 

@@ -1,16 +1,16 @@
 """``metadata.yaml`` of bags in rosbag2's format.
 
-| version | what it brought | since |
+| version | added content | since |
 |---|---|---|
-| 1 to 3 | the form itself; compression | Dashing |
+| 1 to 3 | the format itself; compression | Dashing |
 | 4 | quality of service of the topics | Foxy |
 | 5 | times and counts of each file | Galactic |
 | 6 | custom data | Iron |
 | 7 | hashes of the types | Iron |
-| 8 | the distribution that recorded it | Iron |
+| 8 | ROS distribution of the recorder | Iron |
 | 9 | quality of service as a list with names | Jazzy |
 
-All are read; version 8 is written, which every rosbag2 since Iron reads.
+All versions are read. Version 8 is written, which every rosbag2 since Iron reads.
 """
 
 from __future__ import annotations
@@ -37,14 +37,14 @@ SQLITE3 = "sqlite3"
 
 _NEWEST_VERSION = 9
 _ROOT = "rosbag2_bagfile_information"
-# What rosbag2 writes for the start of a bag that has no message.
+# Start time that rosbag2 writes for a bag without messages.
 _NO_START_NS = 2**63 - 1
 
 _Yaml = dict[str, Any]
 
 
-# libyaml's takes a third of the time: a bag that is split writes this again for each file. Where
-# libyaml is missing, PyYAML has no such class.
+# The dumper of libyaml takes a third of the time, and a split bag writes the file again for each
+# part. PyYAML lacks the class if it was built without libyaml.
 _SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
@@ -62,10 +62,10 @@ class BagFile:
     """Entry of a file in ``metadata.yaml``: path, times and message count.
 
     Attributes:
-        path: Relative to the bag's folder.
-        start_ns: Log time of its first message.
-        duration_ns: From its first message to its last.
-        message_count: How many messages it has.
+        path: Path relative to the bag's folder.
+        start_ns: Log time of the file's first message, in nanoseconds since the epoch.
+        duration_ns: Time from the file's first message to its last, in nanoseconds.
+        message_count: Number of messages in the file.
     """
 
     path: str
@@ -84,14 +84,14 @@ class BagMetadata:
     """Metadata of a bag (``metadata.yaml``): files, topics, message counts, custom data.
 
     Attributes:
-        files: In the order of their times.
-        topics: With their number of messages, by name.
-        storage: ``mcap`` or ``sqlite3``.
-        compression_format: Of rosbag2's own compression, such as ``zstd``; empty for none.
+        files: Files of the bag, in the order of their times.
+        topics: Topics with their number of messages, by name.
+        storage: Storage format: ``mcap`` or ``sqlite3``.
+        compression_format: Format of rosbag2's compression, such as ``zstd``; empty for none.
         compression_mode: ``file``, ``message`` or empty.
-        custom_data: What the person who recorded it added.
-        distribution: The ROS 2 distribution.
-        version: Of the form.
+        custom_data: Keys and values that the user added when recording.
+        distribution: ROS 2 distribution that recorded the bag; empty if unknown.
+        version: Version of the metadata format.
     """
 
     files: tuple[BagFile, ...] = ()
@@ -128,8 +128,8 @@ def format_metadata(metadata: BagMetadata, *, with_root: bool = True) -> str:
     """Return the text of a bag's ``metadata.yaml``, in version 8.
 
     Args:
-        metadata: What it says.
-        with_root: Whether the key that stands above everything in the file is there.
+        metadata: Metadata to write.
+        with_root: Whether to add the root key ``rosbag2_bagfile_information``.
     """
     content: _Yaml = {
         "version": VERSION,
@@ -175,7 +175,7 @@ def write_metadata(path: Path, metadata: BagMetadata) -> None:
     """Write bag metadata to a ``metadata.yaml`` path atomically.
 
     Raises:
-        SystemFailureError: It cannot be written.
+        SystemFailureError: The file cannot be written.
     """
     part = path.with_name(f"{path.name}.part")
     try:
@@ -191,7 +191,7 @@ def read_metadata(folder: Path) -> BagMetadata:
     """Read and return the metadata in the ``metadata.yaml`` of a bag's folder.
 
     Raises:
-        InvalidFileError: It cannot be read, or is not what it should be; the message says where.
+        InvalidFileError: The file cannot be read, or is invalid; the message names the file.
     """
     path = folder / METADATA_FILE
     try:
@@ -209,11 +209,11 @@ def parse_metadata(text: str, *, with_root: bool = True) -> BagMetadata:
     """Parse and return the metadata in the text of a ``metadata.yaml`` of any version.
 
     Args:
-        text: The text.
-        with_root: Whether the key that stands above everything in the file is there.
+        text: Content of the file.
+        with_root: Whether the text has the root key ``rosbag2_bagfile_information``.
 
     Raises:
-        InvalidFileError: It is not one; the message says why, and not which file it is.
+        InvalidFileError: The text is not valid metadata; the message gives the reason, but no file.
     """
     try:
         document = ros_yaml.load(text)
@@ -238,7 +238,7 @@ def parse_metadata(text: str, *, with_root: bool = True) -> BagMetadata:
 
 
 def _parse(content: _Yaml, version: int) -> BagMetadata:
-    # Before version 4 the paths had the bag's folder in front.
+    # Before version 4 the paths began with the bag's folder.
     paths = [Path(path).name for path in content["relative_file_paths"]]
     whole = _parse_file({**content, "path": ""})
     listed = {Path(item["path"]).name: _parse_file(item) for item in content.get("files") or ()}
@@ -247,7 +247,7 @@ def _parse(content: _Yaml, version: int) -> BagMetadata:
     elif len(paths) == 1:
         files = (replace(whole, path=paths[0]),)
     else:
-        # Nothing says what is in which: each may have all, and their number stands with the first.
+        # Without an entry for each file, each gets the whole time span, the first one the count.
         files = tuple(
             replace(whole, path=path, message_count=0 if number else whole.message_count)
             for number, path in enumerate(paths)

@@ -16,16 +16,16 @@ class OptionItem(NamedTuple):
     """List entry in a YAML option file of ``bag convert`` or ``bag record``, with its line.
 
     Attributes:
-        path: The file.
-        line: Where it begins, from 1.
-        value: What it is, as YAML has it.
-        pairs: Of a mapping the keys with their lines and values, in the file's order, so that what
-            stands there twice is seen; None of anything else.
+        path: Path of the file.
+        line: Line at which the entry begins, starting at 1.
+        value: YAML value of the entry.
+        pairs: Key, line and value of each item of a mapping, in the file's order, so that a
+            repeated key can be detected; None if the entry is no mapping.
     """
 
     path: Path
     line: int
-    # Any: values of YAML, from a file that nobody here wrote.
+    # Any: YAML values of a user's file.
     value: Any
     pairs: list[tuple[str, int, Any]] | None
 
@@ -39,12 +39,12 @@ def read_option_list(path: Path, root: str, expected: str) -> list[OptionItem]:
     """Return the list under the only key, `root`, of an option file; raise with a hint if absent.
 
     Args:
-        path: The file.
-        root: The key.
-        expected: What the file has to be, as the hint of an error.
+        path: Path of the file.
+        root: The only key of the file.
+        expected: Description of a valid file, used as hint of an error.
 
     Raises:
-        InvalidFileError: It cannot be read, is not YAML, or has another form; with its line.
+        InvalidFileError: The file cannot be read, is not YAML, or has another form; names the line.
     """
     text = read_text(path)
     with ros_yaml.faults_of(path):

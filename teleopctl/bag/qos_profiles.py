@@ -1,8 +1,8 @@
 """QoS profiles in bags, ``offered_qos_profiles``, and in files of QoS overrides.
 
-Version 8 of rosbag2's metadata has the profiles as a text in which policies are the integers of
-``rmw/types.h`` (versions 4 to 8 alike), version 9 as a list in which they are names. Both are read;
-version 8 is written, since every rosbag2 reads that.
+Versions 4 to 8 of rosbag2's metadata hold the profiles as a text in which policies are the integers
+of ``rmw/types.h``; version 9 holds a list in which policies are names. Both are read; version 8 is
+written, since every rosbag2 since Iron reads it.
 """
 
 from __future__ import annotations
@@ -30,7 +30,7 @@ from teleopctl.wire import INFINITE_NS, EndpointQos
 
 _SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
-# Older versions of rosbag2 wrote what the middleware calls infinite in other ways; none is longer.
+# Older versions of rosbag2 wrote infinite durations in other ways; no finite one is longer.
 _LONGEST_S = INFINITE_NS // NANOSECONDS_PER_SECOND
 
 
@@ -56,14 +56,14 @@ def format_offered_profiles(profiles: Sequence[EndpointQos]) -> str:
     return text.rstrip("\n")
 
 
-# Any: YAML's values, from a file that nobody here wrote.
+# Any: YAML values of a bag's metadata.
 def parse_offered_profiles(value: Any) -> tuple[EndpointQos, ...]:
     """Return the QoS profiles in ``offered_qos_profiles``, a text (version 8) or list (9).
 
-    Policies and durations that are missing or unknown are those of the default profile.
+    Missing or unknown policies and durations get the values of the default profile.
 
     Raises:
-        InvalidFileError: It is neither.
+        InvalidFileError: The value is no list of profiles.
     """
     if not value:
         return ()
@@ -103,7 +103,7 @@ def _format_duration(duration_ns: int) -> dict[str, int]:
 
 
 def _duration_ns(value: Mapping[str, Any] | str | None) -> int:
-    # Version 9 may write the word instead of the number.
+    # Version 9 may write the word "infinite" instead of a number.
     if not isinstance(value, Mapping):
         return INFINITE_NS
     seconds, rest_ns = int(value["sec"]), int(value["nsec"])
@@ -129,7 +129,7 @@ def read_qos_overrides(file: Path) -> dict[str, QoSProfile]:
     of ``sec`` and ``nsec``.
 
     Raises:
-        InvalidFileError: It cannot be read, or says something that is no profile.
+        InvalidFileError: The file cannot be read, or contains an invalid profile.
     """
     with ros_yaml.faults_of(file):
         document = ros_yaml.load(read_text(file)) or {}
@@ -140,7 +140,7 @@ def read_qos_overrides(file: Path) -> dict[str, QoSProfile]:
     }
 
 
-# Any, here and below: YAML's values, from a file that nobody here wrote.
+# Any, here and below: YAML values of a user's file.
 def _parse_override(file: Path, topic: str, values: Any) -> QoSProfile:
     where = f"{file}: {topic}"
     if not isinstance(values, dict):

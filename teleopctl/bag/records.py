@@ -7,17 +7,17 @@ from typing import NamedTuple
 from teleopctl.wire import EndpointQos
 
 CDR = "cdr"
-"""The only form of a message that ROS 2's tools can play."""
+"""Serialization format of messages, the only one that ROS 2's tools can play."""
 
 ROS2MSG = "ros2msg"
-"""A definition in ROS 2's ``.msg`` language, followed by those of all types that it uses."""
+"""Encoding of a definition in the ``.msg`` language, followed by those of all nested types."""
 
 
 COUNTED = {"teleopctl.sequence": "count"}
-"""What says in a channel's metadata that its topic `is_counted`."""
+"""Metadata entry of an MCAP channel whose topic `is_counted`."""
 
 NO_TIME_NS = 2**63 - 1
-"""Later than any message, in nanoseconds since the epoch."""
+"""Time later than any message, in nanoseconds since the epoch: no end of a time span."""
 
 
 def full_type_name(name: str) -> str:
@@ -29,8 +29,8 @@ class TypeText(NamedTuple):
     """Definition text of a message type, with its encoding (``ros2msg`` or ``ros2idl``).
 
     Attributes:
-        encoding: ``ros2msg`` or ``ros2idl``; empty where no definition is known.
-        text: The definition, with those of all types that it uses.
+        encoding: ``ros2msg`` or ``ros2idl``; empty if no definition is known.
+        text: Definition of the type, followed by those of all nested types.
     """
 
     encoding: str = ""
@@ -41,12 +41,12 @@ class BagTopic(NamedTuple):
     """Topic of a bag: name, type, type definition and offered QoS profiles.
 
     Attributes:
-        name: Full name.
+        name: Full name of the topic.
         type_name: Name of the message type, such as ``std_msgs/msg/String``.
-        type_hash: ``RIHS01_…``; empty if it is not in the bag.
+        type_hash: Type hash ``RIHS01_…``; empty if the bag has none.
         definition: Definition of the message type.
-        qos: QoS profiles of the publishers, each once.
-        serialization_format: ``cdr`` in ROS 2's bags.
+        qos: Different QoS profiles offered by the publishers.
+        serialization_format: Format of the messages: ``cdr`` in bags of ROS 2.
         is_counted: Whether the recorder numbered the messages of all publishers, including lost
             ones. Then a gap in the numbers is a loss.
 
@@ -76,10 +76,10 @@ class BagMessage(NamedTuple):
     Attributes:
         topic: Full name of the topic.
         log_time_ns: Time of receipt; bags are in the order of these times.
-        publish_time_ns: Time of publication; the time of receipt if it is unknown.
+        publish_time_ns: Time of publication; the time of receipt if the former is unknown.
         data: CDR bytes, with their header of four bytes.
-        sequence: Number of the message by the recorder, modulo 2^32; 0 if it has none or is
-            repeated. See `BagTopic.is_counted`.
+        sequence: Number that the recorder gave to the message, modulo 2^32; 0 for a message without
+            number or a repeated message. See `BagTopic.is_counted`.
         publisher: Identity of the publisher during recording; not kept in the bag.
 
     Example:
@@ -101,10 +101,10 @@ class BagAttachment(NamedTuple):
     """File attached to a bag, such as a robot description.
 
     Attributes:
-        name: Its name.
-        media_type: Such as ``application/xml``.
-        data: Its content.
-        log_time_ns: When it was added, in nanoseconds since the epoch.
+        name: Name of the attachment.
+        media_type: Media type of the content, such as ``application/xml``.
+        data: Content of the attachment.
+        log_time_ns: Time at which the attachment was added, in nanoseconds since the epoch.
     """
 
     name: str

@@ -18,7 +18,7 @@ EVENT_TOPIC_SUFFIX = "/_service_event"
 
 _TYPE_SUFFIX = "_Event"
 
-# service_msgs/msg/ServiceEventInfo, with which every event begins: kind, stamp, client, number.
+# service_msgs/msg/ServiceEventInfo at the start of every event: kind, stamp, client, number.
 _EVENT_LITTLE = struct.Struct("<B3xiI16s4xq")
 _EVENT_BIG = struct.Struct(">B3xiI16s4xq")
 _CDR_HEADER_BYTES = 4
@@ -76,7 +76,7 @@ class ServiceCounter:
     """Counter of service requests and responses in recorded introspection events.
 
     Args:
-        topics: Names of the topics with their events.
+        topics: Names of the topics with introspection events.
     """
 
     def __init__(self, topics: Iterable[str]) -> None:

@@ -25,7 +25,7 @@ def known_definition(type_name: str, required_hash: str = "") -> TypeText | None
     """Return a type's definition text from this process's type catalog; None if unknown.
 
     Args:
-        type_name: ``package/msg/Name``.
+        type_name: Name of the type, ``package/msg/Name``.
         required_hash: Type hash (``RIHS01_…``) that the definition must have; any if empty.
     """
     try:
@@ -39,11 +39,11 @@ def known_definition(type_name: str, required_hash: str = "") -> TypeText | None
 def register_types(topic: BagTopic) -> None:
     """Add the types of a topic, as defined in the bag, to this process's type catalog.
 
-    Nested types are added with it, and known types are not replaced. A service is defined by the
-    definition of its event type.
+    Nested types are also added, and known types are not replaced. The definition of a service's
+    event type defines the service.
 
     Raises:
-        TeleopctlError: The definition cannot be understood.
+        TeleopctlError: The definition cannot be parsed.
     """
     if topic.definition.encoding != ROS2MSG or known_types().find(topic.type_name) is not None:
         return
@@ -52,7 +52,7 @@ def register_types(topic: BagTopic) -> None:
     if "/srv/" in event and event.endswith(_EVENT):
         service = event.removesuffix(_EVENT)
         names = [f"{service}_{part}" for part in ("Request", "Response")]
-        # rosbag2 writes the .srv file of the service; others a part for each message.
+        # rosbag2 writes the .srv file of the service; other writers a part for each message.
         own = texts.pop(event)
         parts = [texts.pop(name, "") for name in names]
         texts[service] = "\n---\n".join(parts) if any(parts) else own
@@ -74,10 +74,10 @@ def topic_type_hash(topic: BagTopic) -> str:
 def topic_message_class(topic: BagTopic) -> type[Any]:
     """Return the message class of a bag's topic, made from the definition in the bag.
 
-    Where the bag has none, the type of that name is taken, if this process knows one.
+    If the bag has no definition, the type of that name in this process's type catalog is used.
 
     Raises:
-        TeleopctlError: The definition cannot be understood, or there is none.
+        TeleopctlError: The definition cannot be parsed, or no definition exists.
     """
     if topic.serialization_format != CDR:
         raise InvalidMessageError(

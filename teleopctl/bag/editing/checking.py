@@ -24,8 +24,8 @@ def metadata_differences(stated: BagMetadata, found: BagMetadata) -> Iterator[st
     """Yield a sentence for each difference between stated metadata and that found in files.
 
     Args:
-        stated: By ``metadata.yaml``.
-        found: In the files.
+        stated: Metadata in ``metadata.yaml``.
+        found: Metadata computed from the files.
     """
     stated_files = {file.path: file for file in stated.files}
     found_files = {file.path: file for file in found.files}
@@ -64,7 +64,7 @@ def _differences(name: str, *pairs: tuple[str, int, int]) -> Iterator[str]:
 class GapCounter:
     """Counter of sequence numbers that are missing among the messages of a topic.
 
-    What publishers send at the same time may stand in the bag in another order than it was counted.
+    The order of messages published at the same time may differ from the order of their numbers.
     """
 
     def __init__(self) -> None:
@@ -81,7 +81,7 @@ class GapCounter:
         """Add a message's sequence number; return whether numbers directly before it are missing.
 
         Args:
-            number: 0 for what is repeated and not counted.
+            number: Sequence number; 0 for a repeated message, which is ignored.
         """
         if number == 0:
             return False
@@ -128,7 +128,7 @@ def _faults_inside(file: Path, folder: Path) -> Iterator[Fault]:
     if fault:
         yield Fault(fault, loses=True)
     else:
-        # Nothing inside it can be mended in place.
+        # A file inside a compressed one cannot be repaired in place.
         yield from (found._replace(is_finishable=False) for found in bag_file_faults(plain))
 
 
@@ -136,8 +136,8 @@ class BagFault(NamedTuple):
     """Fault of a bag that `check` found: the file or topic that has it, and what is wrong.
 
     Attributes:
-        place: The file, or the topic.
-        what: What is wrong, in one sentence.
+        place: Path of the file, or name of the topic.
+        what: Description of the fault, in one sentence.
     """
 
     place: str
@@ -147,17 +147,17 @@ class BagFault(NamedTuple):
 def check(path: Path, on_progress: ProgressCallback = lambda _done: None) -> Iterator[BagFault]:
     """Read a whole bag; yield each fault of its files, metadata, types and messages.
 
-    Files: their ends, checksums, and indexes against what they index. ``metadata.yaml`` against the
-    files. Topics: definitions and hashes, messages that cannot be decoded, numbers of messages
-    that are missing, and times that go back.
+    Checked are the ends, checksums and indexes of the files; ``metadata.yaml`` against the files;
+    and of the topics the definitions and hashes, messages that cannot be decoded, missing sequence
+    numbers, and times that go back.
 
     Args:
-        path: The bag, its folder or a file.
-        on_progress: Progress.
+        path: Folder or file of the bag.
+        on_progress: Called with the part of the bag's time span that is checked, from 0 to 1.
 
     Raises:
-        NotFoundError: There is no bag.
-        InvalidFileError: Nothing of it can be read.
+        NotFoundError: The bag does not exist.
+        InvalidFileError: No part of the bag can be read.
     """
     with open_bag(path) as bag:
         files = [file for file in bag_files(path) if file.exists() and file.suffix != ".bag"]
@@ -178,7 +178,7 @@ def check(path: Path, on_progress: ProgressCallback = lambda _done: None) -> Ite
                 topics[message.topic].add(message)
                 on_progress((message.log_time_ns - start_ns) / length_ns)
         except InvalidFileError as error:
-            # Damage was found in the files already; what is over the budget was not.
+            # Damage was already found in the files; an exceeded limit was not.
             if not found_in_files:
                 yield BagFault(str(path), error.message.removeprefix(f"Cannot read {path}: "))
                 return
@@ -256,7 +256,7 @@ class _TopicCheck:
         """Yield the faults found in the topic's messages, after all messages were added.
 
         Args:
-            count: How many the bag says that it has.
+            count: Number of messages that the bag states.
         """
         name = self._topic.name
         if self._count != count:

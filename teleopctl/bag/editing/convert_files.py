@@ -1,7 +1,7 @@
 """YAML files of ``bag convert``: ``--input-options`` and ``-o``, as rosbag2 defines them.
 
-Every key that rosbag2 knows either has its effect or is reported with its line: what cannot be done
-is an error, and what only concerns recording, or only speed, is a remark.
+Every key of rosbag2 either has its effect or is reported with its line: an unsupported setting is
+an error, and a setting that only concerns recording or speed is a remark.
 """
 
 from __future__ import annotations
@@ -49,10 +49,10 @@ class InputBag:
     """Bag that ``bag convert`` reads: path, storage format and time span.
 
     Attributes:
-        path: Its folder or file.
-        storage: The form of its files, ``mcap`` or ``sqlite3``; None where they tell themselves.
-        start_ns: Log time of its first message at the earliest, in nanoseconds since the epoch.
-        end_ns: Log time that its last message has to be before.
+        path: Folder or file of the bag.
+        storage: Storage format of the files, ``mcap`` or ``sqlite3``; None to detect it.
+        start_ns: Earliest log time to read, in nanoseconds since the epoch.
+        end_ns: Log time before which reading ends, in nanoseconds since the epoch.
     """
 
     path: Path
@@ -65,12 +65,12 @@ def read_input_options(path: Path) -> tuple[list[InputBag], list[str]]:
     """Read an ``--input-options`` file of ``bag convert``; return bags to read and remarks.
 
     Returns:
-        The inputs, and remarks on what has no effect, each with its place.
+        The inputs, and remarks on keys without effect, each with its file and line.
 
     Raises:
-        InvalidFileError: It cannot be read, or a value is not what it should be.
-        NotFoundError: A bag is not there.
-        UnsupportedError: A bag is of a form that there is not.
+        InvalidFileError: The file cannot be read, or a value is invalid.
+        NotFoundError: A bag does not exist.
+        UnsupportedError: The storage format of a bag is unknown.
     """
     remarks: list[str] = []
     inputs = [
@@ -116,7 +116,7 @@ def _parse_input(item: OptionItem, remarks: list[str]) -> InputBag:
         )
     if not Path(folder).exists():
         raise NotFoundError(f"{item.place}: Bag path '{folder}' does not exist!")
-    # As for rosbag2, times that are not positive say nothing, and what came at the end is in it.
+    # As in rosbag2, times that are not positive are no limit, and the end time is included.
     start_ns, end_ns = times.get("start_time_ns", -1), times.get("end_time_ns", -1)
     return InputBag(
         Path(folder), storage or None, max(0, start_ns), end_ns + 1 if end_ns > 0 else NO_TIME_NS
@@ -129,7 +129,7 @@ _OUTPUT_EXPECTED = (
     f" {_OUTPUT_ROOT}: [{{uri: …, all: true}}]"
 )
 
-# Any: values of YAML; `_Entry` checks them.
+# Any: YAML values, which `_Entry` checks.
 _Values = dict[str, Any]
 
 _CHOICES: dict[str, type] = {
@@ -163,7 +163,7 @@ _FORMS: dict[str, type] = {
     "all": bool,
     "exclude": str,
 }
-# What is done where it says nothing, and cannot be done where it says something.
+# Keys with the only values that conversion supports.
 _EMPTY_ONLY: dict[str, tuple[Any, ...]] = {
     "snapshot_mode": (False,),
     "topic_qos_profile_overrides": ({}, "", None),
@@ -181,11 +181,11 @@ def read_output_options(path: Path) -> tuple[list[OutputBag], list[str]]:
     """Read a ``-o`` file of ``bag convert``; return the bags to write and remarks.
 
     Returns:
-        The outputs, and remarks on what has no effect, each with its place.
+        The outputs, and remarks on keys without effect, each with its file and line.
 
     Raises:
-        InvalidFileError: It cannot be read, or a value is not what it should be.
-        UnsupportedError: It wants what is not possible here.
+        InvalidFileError: The file cannot be read, or a value is invalid.
+        UnsupportedError: A key or value is not possible in a conversion.
     """
     entries = [_Entry(item) for item in read_option_list(path, _OUTPUT_ROOT, _OUTPUT_EXPECTED)]
     return [entry.output() for entry in entries], [r for entry in entries for r in entry.remarks]
@@ -231,7 +231,7 @@ class _Entry:
             Path(values["uri"]),
             chooses=lambda topic: _chooses(selection, topic),
             start_ns=max(0, values.get("start_time_ns", -1)),
-            # rosbag2 takes a message at that time too.
+            # rosbag2 includes a message at the end time.
             end_ns=end_ns + 1 if end_ns >= 0 else NO_TIME_NS,
             options=options,
         )

@@ -1,6 +1,6 @@
 """Copying bags: chosen topics and time spans of one or several bags into new ones.
 
-Messages pass through one by one, undecoded; what is kept of them at once is a chunk a file.
+Messages are copied one by one, without decoding; at most one chunk of each file is in memory.
 """
 
 from __future__ import annotations
@@ -16,13 +16,13 @@ from teleopctl.bag.records import NO_TIME_NS, BagMessage, BagTopic
 from teleopctl.bag.storage.bag_writer import BagWriter, WriterOptions
 from teleopctl.bag.storage.views import MergedBags
 
-# Of a latched topic that is continued in a bag that begins later. It may have many publishers, as
-# /tf_static has, and a bag does not tell them apart: so several messages are kept, not the last.
+# Limits for messages of a latched topic that are repeated at a later start. The topic may have many
+# publishers, as /tf_static has, which a bag does not distinguish: so several messages are kept.
 _MOST_LATCHED = 100
 _MOST_LATCHED_BYTES = 2**24
 
 ProgressCallback = Callable[[float], object]
-"""Called now and then with the part that is done, 0 to 1."""
+"""Function called repeatedly with the completed part, from 0 to 1."""
 
 
 @dataclass(frozen=True)
@@ -30,13 +30,14 @@ class OutputBag:
     """Bag that `copy_bags` writes: folder, topics, time span and writer options.
 
     Attributes:
-        folder: Where; nothing may be there.
-        chooses: Whether a topic is in it.
-        start_ns: Log time of its first message at the earliest, in nanoseconds since the epoch.
-        end_ns: Log time that its last message has to be before.
-        continues_latched: Whether it begins with what latched topics had before its start.
-        options: How it is written. Distribution and custom data of the sources are added, and
-            nothing is repeated in its further files.
+        folder: Path of the bag's folder, which must not exist.
+        chooses: Function that returns whether to copy a topic.
+        start_ns: Earliest log time to copy, in nanoseconds since the epoch.
+        end_ns: Log time before which copying ends, in nanoseconds since the epoch.
+        continues_latched: Whether the bag begins with the last messages of latched topics before
+            `start_ns`.
+        options: Options of the writer. Distribution and custom data of the sources are added, and
+            latched messages are not repeated in the further files of a split bag.
     """
 
     folder: Path
@@ -55,20 +56,20 @@ def copy_bags(
 ) -> list[dict[str, int]]:
     """Copy selected messages of bags into new bags; return each one's message counts by topic.
 
-    What was written so far is removed where it cannot be ended.
+    After an error, the outputs written so far are removed.
 
     Args:
-        bags: What is read, merged by log time.
-        outputs: What is written.
-        on_progress: Progress.
-        on_left_out: Called with a sentence for each part of a source that is broken, whose messages
-            are missing then.
+        bags: Bags to read, merged by log time.
+        outputs: Bags to write.
+        on_progress: Called with the copied part of the time span, from 0 to 1.
+        on_left_out: Called with a sentence for each broken part of a source, whose messages are
+            skipped.
 
     Returns:
-        How many messages of each topic each output has.
+        For each output, the number of messages by topic.
 
     Raises:
-        RefusedError: Something is where an output is to be, or a topic has several types.
+        RefusedError: The path of an output exists, or a topic has several types.
         InvalidFileError: A source is broken, and `on_left_out` is None.
         SystemFailureError: An output cannot be written.
     """

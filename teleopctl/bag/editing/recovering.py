@@ -26,14 +26,14 @@ from teleopctl.interfaces import deserialize
 def reindex(folder: Path) -> BagMetadata:
     """Rebuild ``metadata.yaml`` from a bag's files, which are completed first; return the metadata.
 
-    What the old one has of the person's own data is kept, where it can be read.
+    Custom data of the old ``metadata.yaml`` is kept if the file can be read.
 
     Raises:
         NotFoundError: The folder has no files of a bag.
-        InvalidFileError: A file is broken otherwise than by being cut off.
+        InvalidFileError: A file is damaged, not only truncated.
         RefusedError: A file is being written.
-        UnsupportedError: It is compressed in a way that is not known.
-        SystemFailureError: It cannot be written.
+        UnsupportedError: The compression of a file is unknown.
+        SystemFailureError: A file cannot be written.
     """
     if not folder.is_dir():
         raise NotFoundError("Must specify a bag directory")
@@ -60,11 +60,11 @@ class Recovery(NamedTuple):
     """Result of `recover`: the usable bag, what was repaired, and what was lost.
 
     Attributes:
-        path: Where the whole bag is.
-        message_count: How many messages it has.
-        done: What was done, a sentence for each thing.
-        damage: What was wrong with it, likewise.
-        lost: What could not be saved, likewise.
+        path: Path of the usable bag.
+        message_count: Number of messages in the usable bag.
+        done: Repairs, one sentence each.
+        damage: Faults of the damaged bag, one sentence each.
+        lost: Lost parts and messages, one sentence each.
     """
 
     path: Path
@@ -79,20 +79,20 @@ def recover(
 ) -> Recovery:
     """Repair a truncated bag in place, or copy what can be read of a damaged bag to a new one.
 
-    What was only cut off gets its end in place: nothing is taken from it but the beginning of a
-    record. What is broken otherwise stays as it is, and what can be read goes into a new bag.
+    A truncated file is completed in place, where only an unfinished last record is removed. A bag
+    with other damage is not changed; its readable messages are copied to a new bag.
 
     Args:
-        path: The bag, its folder or a file.
-        output: A folder for the new bag. If None a bag that is only cut off is mended in place, and
-            what is broken goes to a folder beside it whose name ends with ``_recovered``.
-        on_progress: Progress.
+        path: Folder or file of the bag.
+        output: Folder for the new bag. If None, a truncated bag is repaired in place, and a damaged
+            one is copied to a folder next to it whose name ends with ``_recovered``.
+        on_progress: Called with the copied part of the time span, from 0 to 1.
 
     Raises:
-        NotFoundError: There is no bag.
-        InvalidFileError: Nothing of it can be read.
-        RefusedError: It is being written, or of ROS 1, or the output exists.
-        SystemFailureError: Something cannot be written.
+        NotFoundError: The bag does not exist, or has no files.
+        InvalidFileError: No part of the bag can be read.
+        RefusedError: The bag is being written, is of ROS 1, or the output exists.
+        SystemFailureError: A file cannot be written.
     """
     if not path.exists():
         raise NotFoundError(f"Bag path '{path}' does not exist!")
@@ -117,7 +117,7 @@ def _faults(file: Path) -> list[Fault]:
 
 
 def _has_nothing(file: Path) -> bool:
-    """Whether it is an MCAP file whose writer had not even begun."""
+    """Return whether a file is an MCAP file that ends before its first record."""
     return _is_mcap(file) and file.stat().st_size < MAGIC_BYTES
 
 
@@ -202,7 +202,7 @@ def _class_of(topic: BagTopic) -> type[Any] | None:
 
 
 def _can_be_decoded(message: BagMessage, classes: Mapping[str, type[Any] | None]) -> bool:
-    """Whether its bytes are a message of its type, as far as the type is known."""
+    """Return whether a message can be decoded as its type; True if the type is unknown."""
     message_class = classes.get(message.topic)
     if message_class is not None:
         try:

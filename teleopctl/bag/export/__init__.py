@@ -1,4 +1,4 @@
 """Exports of bags: tables, videos, plots and LeRobot data sets, from decoded messages.
 
-Decodes, by the definitions that the bag carries.
+Messages are decoded by the type definitions in the bag.
 """

@@ -12,7 +12,7 @@ from teleopctl.errors import InvalidMessageError, NotFoundError, TeleopctlError,
 from teleopctl.interfaces import deserialize
 
 PICTURES = frozenset({"sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"})
-"""The types that films are made of, and no tables."""
+"""Image types: exported as videos, not as tables."""
 
 
 class DecodedMessage(NamedTuple):
@@ -22,7 +22,7 @@ class DecodedMessage(NamedTuple):
         topic: Full name of the topic.
         log_time_ns: Time of receipt.
         publish_time_ns: Time of publication.
-        message: The message, of a class with the fields of its type.
+        message: Decoded message, whose class has the fields of the type.
 
     Example:
         >>> for record in read_bag("session", ["/joint_states"]):
@@ -34,28 +34,29 @@ class DecodedMessage(NamedTuple):
     topic: str
     log_time_ns: int
     publish_time_ns: int
-    # Any: its class is made from its definition.
+    # Any: the class is created from the type definition in the bag.
     message: Any
 
 
 class Decoder:
     """Reader of a bag that decodes messages by the type definitions in the bag.
 
-    What cannot be read is passed over and counted: a bag may hold the messages of a broken node.
+    Messages that cannot be decoded are skipped and counted: a bag may hold messages of a faulty
+    node.
 
     Args:
-        bag: The bag.
-        topics: The topics; all that can be decoded if None.
+        bag: Bag to read.
+        topics: Names of the topics to decode; all that can be decoded if None.
 
     Attributes:
-        topics: Those that can be decoded, by name, in the bag's order.
-        left_out: Why the others cannot, by name.
-        unreadable: How many messages could not be read so far, by topic.
-        reasons: Why the first one of these could not.
+        topics: Topics that can be decoded, by name.
+        left_out: Reason for each topic that cannot be decoded, by name.
+        unreadable: Number of messages that could not be decoded so far, by topic.
+        reasons: Error of the first message that could not be decoded, by topic.
 
     Raises:
-        NotFoundError: The bag has no such topic.
-        InvalidMessageError: A topic that was named cannot be decoded.
+        NotFoundError: The bag does not have one of the topics.
+        InvalidMessageError: One of the named topics cannot be decoded.
     """
 
     def __init__(self, bag: Bag, topics: Collection[str] | None = None) -> None:
@@ -80,7 +81,7 @@ class Decoder:
                     raise InvalidMessageError(f"{name}: {error.message}") from error
                 self.left_out[name] = error.message
 
-    # Any: as above.
+    # Any: the class is created from the type definition in the bag.
     def message_class(self, topic: str) -> type[Any]:
         """Return the class of the decoded messages of a topic."""
         return self._classes[topic]
@@ -94,9 +95,9 @@ class Decoder:
         """Yield decoded messages of topics by log time; count those that cannot be decoded.
 
         Args:
-            topics: Only these; all that can be decoded if None.
-            start_ns: Only from this log time on.
-            end_ns: Only up to this log time, and not at it.
+            topics: Names of the topics to read; all that can be decoded if None.
+            start_ns: Earliest log time to read, in nanoseconds since the epoch.
+            end_ns: Log time before which reading ends, in nanoseconds since the epoch.
 
         Raises:
             InvalidFileError: A part of the bag is broken.

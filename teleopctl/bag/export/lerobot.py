@@ -1,7 +1,7 @@
 """A bag as an episode of LeRobot: joint states, actions and cameras at a constant rate.
 
-At each frame's time every feature has the latest message that is not younger. The first frame is at
-the time when every feature has had a message, the last one not after the last message.
+Each frame holds the newest message of every feature at the frame's time. The first frame is at the
+time at which every feature has a message, the last frame not after the last message.
 """
 
 from __future__ import annotations
@@ -41,7 +41,7 @@ if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
 
 
-# The field that is meant where only a topic is given.
+# Default field of a topic by its type, used if only a topic is given.
 _FIELDS = {
     "sensor_msgs/msg/JointState": "position",
     "trajectory_msgs/msg/JointTrajectory": "points[-1].positions",
@@ -55,21 +55,21 @@ _NAMES = ("name", "joint_names")
 class VectorField:
     """Reader of an array field of a topic, such as joint positions, that keeps the newest values.
 
-    Its elements are those of the first message. Where messages name them, as joints, later ones may
-    have them in another order, and only some of them: the others stay as they are.
+    The first message defines the elements. If messages name their elements, such as joints, later
+    messages may have other orders or fewer elements: missing elements keep their values.
 
     Args:
-        text: A topic, or a topic and a field of it.
-        topics: The types of the bag's topics, by name.
+        text: Name of a topic, or topic and field.
+        topics: Types of the bag's topics, by topic name.
 
     Attributes:
-        topic: The topic.
-        names: What the elements are; empty before the first message.
-        newest: The vector now.
+        topic: Name of the topic.
+        names: Names of the elements; empty before the first message.
+        newest: Newest values of the elements.
 
     Raises:
-        NotFoundError: There is no such topic.
-        UsageError: It is not known which field of it is meant, or the field is malformed.
+        NotFoundError: The topic does not exist.
+        UsageError: The type has no default field, or the field path is malformed.
     """
 
     def __init__(self, text: str, topics: dict[str, str]) -> None:
@@ -91,7 +91,7 @@ class VectorField:
         """Update `newest` from a message's values, by element name if named; ignore empty arrays.
 
         Raises:
-            InvalidMessageError: Its vector is none, or has another length than the first.
+            InvalidMessageError: The field is no vector, or its length differs from the first one.
         """
         try:
             values = [float(value) for value in self._read(message)]
@@ -131,9 +131,9 @@ def decodable_types(decoder: Decoder) -> dict[str, str]:
 
 
 _STATE, _ACTION, _CAMERA = "observation.state", "action", "observation.images."
-# As in LeRobot: a training reads frames in any order.
+# Distance of key frames as in LeRobot, since a training reads frames in any order.
 _KEY_EVERY = 2
-# A clock that was set would fill the disk with one state.
+# Limits the frames of one gap: after a clock change, one state would fill the disk.
 _MOST_FRAMES = 1_000_000
 
 
@@ -141,12 +141,12 @@ class LeRobotOptions(NamedTuple):
     """Options of an export to a LeRobot data set: topics, frame rate and task.
 
     Attributes:
-        state: The topic of the robot's state, mostly ``/joint_states``, or a field of a topic.
-        action: The topic of the robot's commands, or a field of a topic; None for no action.
-        cameras: Topics of pictures.
+        state: Topic of the robot's state, mostly ``/joint_states``, or a field of a topic.
+        action: Topic of the robot's commands, or a field of a topic; None for no action.
+        cameras: Names of image topics.
         fps: Frames per second.
         task: Description of the task in words.
-        robot: The kind of robot, in a word.
+        robot: Type of the robot in one word, or None.
     """
 
     state: str
@@ -161,9 +161,9 @@ class LeRobotSummary(NamedTuple):
     """Result of `export_lerobot`: frame count, element names and unusable messages.
 
     Attributes:
-        frames: How many frames the data set has.
-        names: What the numbers of each feature are.
-        left_out: How many messages could not be used, by topic.
+        frames: Number of frames in the data set.
+        names: Names of the elements of each feature.
+        left_out: Number of messages that could not be used, by topic.
     """
 
     frames: int
@@ -175,18 +175,19 @@ def export_lerobot(bag: Bag, folder: Path, options: LeRobotOptions) -> LeRobotSu
     """Export a bag as a LeRobot data set with one episode; return a summary.
 
     Args:
-        bag: The bag.
-        folder: Where the data set goes; made here.
-        options: What goes into it.
+        bag: Bag to export.
+        folder: Folder of the data set, created if missing.
+        options: Topics, frame rate and task.
 
     Raises:
-        NotFoundError: A topic does not exist, or has no message that can be used.
-        UsageError: A topic has no pictures, or it is not known which field is meant.
+        NotFoundError: A topic does not exist, or has no usable message.
+        UsageError: A camera topic has no images, a topic has no default field, or the frame rate is
+            not between 1 and 1000.
         InvalidMessageError: A topic cannot be decoded.
         MissingExtraError: pyarrow or PyAV is not installed.
-        RefusedError: The folder holds something already.
+        RefusedError: The folder is not empty.
         SystemFailureError: A file cannot be written.
-        InvalidFileError: The bag is broken, or its times make no sense.
+        InvalidFileError: The bag is broken, or a gap between its times is too long.
     """
     if not 1 <= options.fps <= 1000:
         raise UsageError(f"{options.fps} is no rate of frames")
@@ -211,12 +212,12 @@ class _Camera:
         self._rate = rate
         self._shades = GreyRange()
 
-    # Any: a message with a picture.
+    # Any: an image message.
     def update(self, message: Any) -> None:
         """Set the newest image of the camera from an image message.
 
         Raises:
-            PictureError: It is none, or of another size than the first.
+            PictureError: The message has no image, or one of another size than the first.
         """
         image = image_of(message, self._shades).convert("RGB")
         if self.newest is not None and image.size != self.newest.size:

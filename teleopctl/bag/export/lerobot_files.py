@@ -16,7 +16,7 @@ VERSION = "v3.0"
 
 _PLACE = "chunk-000/file-000"
 _PATTERN = "chunk-{chunk_index:03d}/file-{file_index:03d}"
-# What LeRobot's own programs write; they may add episodes to the data set.
+# Values that LeRobot's own programs write, since these may add episodes to the data set.
 _CHUNKS, _DATA_MB, _VIDEO_MB = 1000, 100, 200
 
 
@@ -31,12 +31,12 @@ class Episode(NamedTuple):
     """Content of a LeRobot data set with one episode, except for the video files.
 
     Attributes:
-        vectors: The values of each feature, shape (frames, numbers).
-        names: What the numbers of each feature are.
-        videos: The films.
+        vectors: Values of each feature, shape (frames, elements).
+        names: Names of the elements of each feature.
+        videos: Size of the video of each camera feature.
         fps: Frames per second.
-        task: What was done, in words.
-        robot: The kind of robot.
+        task: Description of the task in words.
+        robot: Type of the robot, or None.
     """
 
     vectors: Mapping[str, Values]
@@ -57,7 +57,7 @@ def video_path(folder: Path, key: str) -> Path:
     return folder / "videos" / key / f"{_PLACE}.mp4"
 
 
-# Any: whole numbers, and the time.
+# Any: integer indices, and the time as float.
 def index_columns(length: int, fps: int) -> dict[str, npt.NDArray[Any]]:
     """Return LeRobot's timestamp, frame, episode and task index columns for an episode."""
     numbers = np.arange(length, dtype=np.int64)
@@ -75,9 +75,9 @@ def write_episode(folder: Path, episode: Episode, statistics: Mapping[str, Stati
     """Write all files of a LeRobot data set with one episode, except the videos.
 
     Args:
-        folder: The data set.
-        episode: What is written.
-        statistics: Of all features.
+        folder: Folder of the data set.
+        episode: Content to write.
+        statistics: Statistics of each feature.
 
     Raises:
         MissingExtraError: pyarrow is not installed.
@@ -89,7 +89,7 @@ def write_episode(folder: Path, episode: Episode, statistics: Mapping[str, Stati
     for key, values in episode.vectors.items():
         flat = pa.array(values.astype(np.float32).ravel())
         width = values.shape[1]
-        # LeRobot keeps a vector of one number as a number.
+        # LeRobot stores a vector of one element as a scalar.
         columns[key] = flat if width == 1 else pa.FixedSizeListArray.from_arrays(flat, width)
     columns.update((key, pa.array(values)) for key, values in indices.items())
     _write_table(folder / "data" / f"{_PLACE}.parquet", pa.table(columns))
@@ -212,7 +212,7 @@ Values: TypeAlias = npt.NDArray[np.float64]
 Statistics: TypeAlias = dict[str, Values]
 
 _QUANTILES = {"q01": 0.01, "q10": 0.1, "q50": 0.5, "q90": 0.9, "q99": 0.99}
-# Of each picture about so many pixels in a row and in a column are counted.
+# Approximate number of pixels sampled in each row and column of an image.
 _SAMPLES = 100
 
 
@@ -220,10 +220,10 @@ def feature_statistics(values: Values) -> Statistics:
     """Return minimum, maximum, mean, deviation, quantiles and count of a feature, by name.
 
     Args:
-        values: Its values in all frames, shape (frames, numbers).
+        values: Values of the feature in all frames, shape (frames, elements).
 
     Returns:
-        Arrays of shape (numbers,), and ``count`` of shape (1,).
+        Arrays of shape (elements,), and ``count`` of shape (1,).
     """
     quantiles = np.quantile(values, list(_QUANTILES.values()), axis=0)
     return {

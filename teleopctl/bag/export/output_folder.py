@@ -18,8 +18,8 @@ def make_output_folder(folder: Path) -> None:
     """Create the output folder of an export; raise if it exists and is not empty.
 
     Raises:
-        RefusedError: It holds something already.
-        SystemFailureError: It cannot be made.
+        RefusedError: The folder is not empty.
+        SystemFailureError: The folder cannot be created.
     """
     try:
         folder.mkdir(parents=True, exist_ok=True)
@@ -36,10 +36,10 @@ def make_output_folder(folder: Path) -> None:
 def removed_on_error(paths: Collection[Path]) -> Iterator[None]:
     """Return a context manager that removes files and folders if its block fails.
 
-    Half a table can be read as well as a whole one, and nothing would tell.
+    An incomplete table would be readable, and look like a complete one.
 
     Args:
-        paths: Files, and folders with all that is in them; more may come meanwhile.
+        paths: Files, and folders to remove with their content. The block may add paths.
     """
     try:
         yield
@@ -56,9 +56,9 @@ def removed_on_error(paths: Collection[Path]) -> Iterator[None]:
 def file_stems(topics: Iterable[str]) -> dict[str, str]:
     """Return a unique file name without suffix for each topic, by topic name.
 
-    ``/arm/joint_states`` is ``arm__joint_states``. No name of ROS 2 has two underscores in a row,
-    so that names which are valid stay different; others, and those that differ in case only, get a
-    number behind them.
+    ``/arm/joint_states`` becomes ``arm__joint_states``. Names of ROS 2 have no two underscores in a
+    row, so that different valid names stay different; invalid names, and names that differ in case
+    only, get a number as suffix if necessary.
     """
     stems: dict[str, str] = {}
     taken: set[str] = set()

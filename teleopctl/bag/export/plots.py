@@ -22,9 +22,9 @@ from teleopctl.errors import (
 from teleopctl.interfaces import field_reader, numeric_fields
 
 MOST_CURVES = 20
-"""More in one drawing cannot be told apart."""
+"""Largest number of curves in a plot that can be distinguished."""
 
-# Of each interval the least and the greatest number are kept: no picture is that wide.
+# Of each interval only the lowest and highest value are kept; no plot has more pixels in a row.
 _INTERVALS = 4000
 _NS_PER_S = 1e9
 
@@ -33,9 +33,9 @@ class Curve(NamedTuple):
     """Curve of a plot: name, and values over seconds since the start of the bag.
 
     Attributes:
-        name: The field, and what its message calls it, such as the joint.
-        times: In seconds since the bag's start.
-        values: The numbers at these times; NaN is a gap.
+        name: Name of the field, and the label of the element in its message, such as the joint.
+        times: Times in seconds since the bag's start.
+        values: Values at these times; NaN is a gap.
     """
 
     name: str
@@ -48,7 +48,7 @@ class PlottedField(NamedTuple):
 
     Attributes:
         topic: Name of the topic.
-        path: The field, as `field_reader` takes it.
+        path: Path of the field, as `field_reader` takes it.
     """
 
     topic: str
@@ -66,7 +66,7 @@ def parse_field(text: str, topics: Sequence[str]) -> PlottedField:
     The topic is the longest one that the text begins with; the path may be empty.
 
     Raises:
-        NotFoundError: It begins with no topic.
+        NotFoundError: The text begins with none of the topics.
     """
     full = text if text.startswith("/") else f"/{text}"
     found = [name for name in topics if full == name or full.startswith((f"{name}/", f"{name}."))]
@@ -88,14 +88,14 @@ def read_curves(
     An array of numbers makes a curve for each element. Messages without the field leave a gap.
 
     Args:
-        bag: The bag.
-        fields: Such as ``/joint_states/position[0]``.
-        start_s: Where the curves begin, in seconds since the bag's start.
-        end_s: Where they end.
+        bag: Bag to read.
+        fields: Topics with fields, such as ``/joint_states/position[0]``.
+        start_s: Start of the curves, in seconds since the bag's start.
+        end_s: End of the curves, in seconds since the bag's start.
 
     Raises:
         NotFoundError: A topic does not exist, or has no message in that time.
-        UsageError: A field cannot be meant, or there are too many curves.
+        UsageError: A text names a topic without a field, or there are too many curves.
         InvalidMessageError: A topic cannot be decoded, or a field is no number.
     """
     names = [topic.name for topic, _ in bag.metadata.topics]
@@ -130,7 +130,7 @@ def read_curves(
 
 
 def _extent(bag: Bag) -> tuple[int, float]:
-    """The time of the first message, and how many seconds later the last one came."""
+    """Return the time of the first message in ns, and the seconds from it to the last message."""
     files = [file for file in bag.metadata.files if file.message_count]
     start_ns = min((file.start_ns for file in files), default=0)
     end_ns = max((file.end_ns for file in files), default=0)
@@ -195,7 +195,7 @@ class _Trace:
             self._close()
             self._interval = interval
         if not math.isfinite(value):
-            # One gap is as wide as many in a row.
+            # A single NaN is enough for several gaps in a row.
             self._close()
             if self._points and not math.isnan(self._points[-1][1]):
                 self._points.append((time_s, math.nan))
@@ -218,9 +218,9 @@ class _Trace:
         return sorted({lowest, highest})
 
 
-# Any: the value of a field, as it may be.
+# Any: the value of a field of any type.
 def _numbers(name: str, suffix: str, value: Any) -> dict[str, float]:
-    """The numbers of a value, by what stands behind its path."""
+    """Return the numbers in a value, by the suffix of the field path, such as ``[0]``."""
     if hasattr(value, "tolist"):
         value = value.tolist()
     if isinstance(value, bool | int | float):
@@ -239,7 +239,7 @@ SUFFIXES = (".png", ".svg", ".pdf")
 _WIDTH_IN, _HEIGHT_IN = 10.0, 5.0
 _LEGEND_ROW_IN = 0.22
 _DOTS_PER_IN = 120
-# Fewer points are drawn one by one too, since a line shows not where they are.
+# Up to this number, points also get markers, since a line does not show their places.
 _FEW_POINTS = 40
 
 
@@ -247,7 +247,7 @@ def check_plot_file(file: Path) -> None:
     """Raise UsageError if a file's suffix is not PNG, SVG or PDF, which `save_plot` writes.
 
     Raises:
-        UsageError: It does not end as a picture.
+        UsageError: The suffix is another one.
     """
     if file.suffix.lower() not in SUFFIXES:
         raise UsageError(f"'{file}' must end in {', '.join(SUFFIXES)}")
@@ -256,15 +256,15 @@ def check_plot_file(file: Path) -> None:
 def save_plot(curves: Sequence[Curve], file: Path, title: str = "") -> None:
     """Write curves over seconds to a PNG, SVG or PDF file, with a legend and a title.
 
-    In an SVG, texts stay texts, and each curve is an element whose ``id`` is its name.
+    In an SVG, texts stay texts, and the ``id`` of each curve's element is the name of the curve.
 
     Args:
-        curves: The curves.
-        file: PNG, SVG or PDF, by its suffix.
-        title: What stands above.
+        curves: Curves to draw.
+        file: Path of the file; the suffix selects PNG, SVG or PDF.
+        title: Title above the plot.
 
     Raises:
-        UsageError: The file's name does not end as a picture.
+        UsageError: The suffix of the file is not PNG, SVG or PDF.
         MissingExtraError: matplotlib is not installed.
         SystemFailureError: The file cannot be written.
     """
@@ -273,7 +273,7 @@ def save_plot(curves: Sequence[Curve], file: Path, title: str = "") -> None:
         import matplotlib as mpl
         from matplotlib.figure import Figure
     colours = mpl.color_sequences["tab10" if len(curves) <= 10 else "tab20"]
-    # The same picture has the same bytes; no text is taken for TeX.
+    # The same curves give the same bytes; no text is parsed as TeX.
     with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "bag", "text.parse_math": False}):
         height_in = _HEIGHT_IN + _LEGEND_ROW_IN * len(curves)
         figure = Figure((_WIDTH_IN, height_in), layout="constrained")
@@ -293,7 +293,7 @@ def save_plot(curves: Sequence[Curve], file: Path, title: str = "") -> None:
             axes.set_title(printable_line(title))
         figure.legend(loc="outside lower left", frameon=False, fontsize="small")
         try:
-            # Without a date, for the same reason.
+            # Without a date, so that the same curves give the same bytes.
             metadata = None if file.suffix.lower() == ".png" else _without_date(file)
             figure.savefig(file, dpi=_DOTS_PER_IN, metadata=metadata)
         except OSError as error:

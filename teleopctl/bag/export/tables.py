@@ -1,7 +1,7 @@
 """A bag as tables: a CSV or Parquet file for each topic, with a column for each field.
 
-In CSV a sequence has as many columns as its longest value in the bag, where that makes few; else it
-is one column of JSON, or of Base64 where it is a block of bytes. In Parquet sequences are lists.
+In CSV a sequence has as many columns as its longest value in the bag. A sequence that would need
+too many columns is one column of JSON, or of Base64 for bytes. In Parquet sequences are lists.
 """
 
 from __future__ import annotations
@@ -29,13 +29,13 @@ from teleopctl.interfaces import (
     message_to_dict,
 )
 
-# Of one sequence, whose elements are messages.
+# Limit for one sequence of messages, each of which may have several columns.
 _MOST_COLUMNS = 512
 _BYTES = ("uint8", "byte", "char")
 
 Cell: TypeAlias = str | int | float | None
 Lengths: TypeAlias = dict[str, int]
-"""Of each sequence, by its path without indices (``points[].positions``), the longest length."""
+"""Longest length of each sequence, by its path without indices (``points[].positions``)."""
 
 # Any: the value of a field.
 _Put: TypeAlias = Callable[[Any, list[Cell]], None]
@@ -45,11 +45,11 @@ class MessageColumns:
     """Columns of a CSV table for a message type: one for each field and array element.
 
     Args:
-        message_class: The type.
-        lengths: What `update_lengths` found.
+        message_class: Class of the message type.
+        lengths: Longest length of each sequence, collected by `update_lengths`.
 
     Attributes:
-        names: Such as ``header.stamp.sec`` and ``position[0]``.
+        names: Names of the columns, such as ``header.stamp.sec`` and ``position[0]``.
     """
 
     def __init__(self, message_class: type[Message], lengths: Lengths) -> None:
@@ -117,7 +117,7 @@ def update_lengths(message: Message, lengths: Lengths, path: str = "") -> None:
         length = len(value)
         if length > lengths.get(inner, 0):
             lengths[inner] = length
-        # What is too long will be one column, whatever is inside.
+        # A sequence that is too long becomes one column, whatever its elements are.
         if kind.is_nested and lengths.get(inner, 0) <= MOST_ELEMENTS:
             for element in value:
                 update_lengths(element, lengths, f"{inner}[]")
@@ -146,7 +146,7 @@ def _put_json(values: Any, cells: list[Cell]) -> None:
 
 
 def _json_value(value: Any) -> object:
-    """As `message_to_dict` has it: JSON has no NaN and no infinity, which become texts."""
+    """Return a value for JSON as `message_to_dict` does: NaN and infinities become texts."""
     if isinstance(value, Message):
         return message_to_dict(value)
     if isinstance(value, float) and not math.isfinite(value):
@@ -155,20 +155,20 @@ def _json_value(value: Any) -> object:
 
 
 TIMES = ("log_time_ns", "publish_time_ns")
-"""The first columns of a table: nanoseconds since the epoch."""
+"""Names of the first columns of a table, in nanoseconds since the epoch."""
 
 
 class CsvTable:
     """Writer of a CSV file with a row for each message of a topic.
 
     Args:
-        path: The file.
-        message_class: The type of the messages.
-        lengths: How long their sequences are; see `columns`.
+        path: Path of the file.
+        message_class: Class of the messages.
+        lengths: Longest length of each sequence, collected by `update_lengths`.
 
     Attributes:
-        column_count: How many columns it has.
-        row_count: How many rows were written.
+        column_count: Number of columns.
+        row_count: Number of rows written.
     """
 
     def __init__(self, path: Path, message_class: type[Message], lengths: Lengths) -> None:
@@ -176,7 +176,7 @@ class CsvTable:
         self.row_count = 0
         self._columns = MessageColumns(message_class, lengths)
         self.column_count = len(TIMES) + len(self._columns.names)
-        # The line ends of RFC 4180 are also why a text with a lone CR is quoted.
+        # newline="" keeps the line ends of RFC 4180, with which a text with a lone CR is quoted.
         self._file = path.open("w", encoding="utf-8", newline="")
         self._writer = csv.writer(self._file)
         self._writer.writerow([*TIMES, *self._columns.names])
@@ -192,7 +192,7 @@ class CsvTable:
         self._file.close()
 
 
-# A group of rows is held in memory, and is what a reader takes at once.
+# Size of a row group, which the writer holds in memory and a reader loads at once.
 _MOST_ROWS = 10_000
 _MOST_VALUES = 2_000_000
 _NAMES = {
@@ -208,13 +208,13 @@ class ParquetTable:
     """Writer of a Parquet file with a row for each message of a topic.
 
     Args:
-        path: The file.
-        message_class: The type of the messages.
-        topic: The name of the topic, which the file's metadata tells with the type.
+        path: Path of the file.
+        message_class: Class of the messages.
+        topic: Name of the topic, written to the file's metadata with the type.
 
     Attributes:
-        column_count: How many columns it has.
-        row_count: How many rows were written.
+        column_count: Number of columns.
+        row_count: Number of rows written.
 
     Raises:
         MissingExtraError: pyarrow is not installed.
@@ -270,7 +270,7 @@ class ParquetTable:
             values.clear()
         self._held = 0
 
-    # Any: types of pyarrow, which has no annotations.
+    # Any: types of pyarrow, which has no type annotations.
     def _add_columns(
         self, message_class: type[Message], above: tuple[str, ...], columns: list[tuple[str, Any]]
     ) -> None:
@@ -292,14 +292,14 @@ class ParquetTable:
         return self._pa.struct(
             [
                 (field.attribute, self._type(nested, field.type))
-                # Parquet has no record without a field either.
+                # Parquet has no struct without fields, so wire_fields has one in that case.
                 for field in nested.__definition__.wire_fields
             ]
         )
 
 
 def _plain(value: Any) -> Any:
-    """A value as pyarrow takes it."""
+    """Return a field value in a form that pyarrow accepts."""
     if isinstance(value, Message):
         names = (field.attribute for field in value.__definition__.fields)
         return {name: _plain(getattr(value, name)) for name in names}
@@ -318,9 +318,9 @@ def _is_wrapped(value: object) -> bool:
     return isinstance(value, Message | bytes)
 
 
-# Their numbers say nothing in a table.
+# Point clouds are not exported: their bytes are of no use in a table.
 _CLOUDS = frozenset({"sensor_msgs/msg/PointCloud2"})
-# Open at a time; some systems allow 256 files.
+# Number of files open at a time; some systems allow 256.
 _MOST_FILES = 100
 
 
@@ -328,12 +328,12 @@ class ExportedTable(NamedTuple):
     """Result of `TableExport` for one topic: file, row and column counts, unreadable messages.
 
     Attributes:
-        path: Where it is.
-        topic: What it is of.
-        rows: How many messages it has.
-        columns: How many columns.
-        unreadable: How many messages of the topic could not be read.
-        reason: Why the first of these could not.
+        path: Path of the file.
+        topic: Name of the topic.
+        rows: Number of rows, one for each message.
+        columns: Number of columns.
+        unreadable: Number of messages of the topic that could not be decoded.
+        reason: Error of the first message that could not be decoded.
     """
 
     path: Path
@@ -347,21 +347,21 @@ class ExportedTable(NamedTuple):
 class TableExport:
     """Export of a bag's topics to CSV or Parquet files, one file for each topic.
 
-    Holds one chunk of the bag and some rows of each table in memory at a time. A bag with
-    sequences is read twice for CSV, whose columns have to be known first.
+    The export holds one chunk of the bag and some rows of each table in memory at a time. For CSV,
+    the bag is read twice, since the columns depend on the lengths of sequences.
 
     Args:
-        bag: The bag.
-        folder: Where the files go; made here.
-        topics: The topics; all of the bag if None.
-        form: What the files are.
+        bag: Bag to export.
+        folder: Folder of the files, created if missing.
+        topics: Names of the topics to export; all of the bag if None.
+        form: Format of the files: ``csv`` or ``parquet``.
 
     Attributes:
-        left_out: The topics that are not written, with the reason.
+        left_out: Reason for each topic that is not exported, by name.
 
     Raises:
-        NotFoundError: The bag has no such topic.
-        InvalidMessageError: A topic that was named cannot be decoded.
+        NotFoundError: The bag does not have one of the topics.
+        InvalidMessageError: One of the named topics cannot be decoded.
     """
 
     def __init__(
@@ -386,9 +386,9 @@ class TableExport:
         """Write the table files; yield the result for each topic when its file is finished.
 
         Raises:
-            RefusedError: The folder holds something already.
+            RefusedError: The folder is not empty.
             SystemFailureError: A file cannot be written.
-            MissingExtraError: pyarrow is needed and not installed.
+            MissingExtraError: pyarrow, which Parquet needs, is not installed.
             InvalidFileError: A part of the bag is broken.
         """
         make_output_folder(self._folder)

@@ -18,34 +18,34 @@ if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
 
 
-# The clock of video streams: 11 us. MP4 has 32 bits for what lies between some frames.
+# The usual time base of video streams, 11 us. MP4 has 32 bits for the time between frames.
 _TICKS_PER_S = 90_000
 _LONGEST_TICKS = 2**28
-# The rate in the stream's header; each frame has its own time.
+# Frame rate in the stream's header; each frame has its own time.
 _NOMINAL_RATE = 30
-# 0 is without loss, 51 the worst; x264's own default is 23.
+# Constant rate factor of x264: 0 is lossless, 51 the worst quality, 23 the default.
 _QUALITY = 20
-# Colours in the terms of H.264: the primaries of screens (ITU-R BT.709), and the matrix of BT.601,
-# which players read from the stream and most decoders for Python assume.
+# Colour codes of H.264: the primaries of screens (ITU-R BT.709), and the matrix of BT.601, which
+# players read from the stream and most decoders for Python assume.
 _BT709, _BT601_MATRIX = 1, 6
 
 
 class VideoFile:
     """Writer of an H.264 video in MP4, frame by frame, each frame with its own time.
 
-    Each frame has its own time, so that a film is as long as what it shows, whatever the rate of
-    the camera was; frames of the same time follow each other by one tick.
+    A video has the duration of the recording, whatever the rate of the camera was. Frames with the
+    same time are one tick apart.
 
     Args:
-        path: The file.
-        size: Width and height of all frames, in pixels; an odd last column or row is repeated,
-            since the colours of H.264 stand for squares of four pixels.
-        rate: Frames per second, where the times of frames are those of a constant rate.
-        key_every: The most frames from one that stands for itself to the next.
+        path: Path of the file.
+        size: Width and height of all images, in pixels. An odd last column or row is repeated,
+            since the colours of H.264 are stored for squares of four pixels.
+        rate: Frames per second if the frames have a constant rate; 0 if not.
+        key_every: Largest distance between key frames, in frames.
 
     Attributes:
-        frame_count: How many frames were written.
-        shown_size: Width and height of the film's frames, even numbers.
+        frame_count: Number of frames written.
+        shown_size: Width and height of the video's frames, even numbers.
 
     Raises:
         MissingExtraError: PyAV is not installed.
@@ -66,7 +66,7 @@ class VideoFile:
         self._stream = self._file.add_stream("libx264", rate=rate or _NOMINAL_RATE)
         self._duration_ticks = round(_TICKS_PER_S / rate) if rate else 0
         width, height = self.shown_size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
-        # Any: PyAV's classes, which are not there without the extra.
+        # Any: PyAV's classes, which are missing without the extra.
         context: Any = self._stream.codec_context
         context.width, context.height, context.pix_fmt = width, height, "yuv420p"
         context.time_base = Fraction(1, _TICKS_PER_S)
@@ -79,8 +79,8 @@ class VideoFile:
         """Encode an image as the next frame, shown at a time in seconds from the start.
 
         Args:
-            time_s: When it is shown, in seconds from the film's start.
-            image: Of the film's size.
+            time_s: Time of the frame, in seconds from the start of the video.
+            image: Image of the size of the video.
         """
         import numpy as np
 
@@ -90,12 +90,12 @@ class VideoFile:
         frame: Any = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), "rgb24")
         frame = frame.reformat(format="yuv420p", dst_colorspace="ITU601")
         tick = max(round(time_s * _TICKS_PER_S) - self._cut_ticks, self._last_tick + 1)
-        # A longer gap than MP4 can keep, as of a clock that was set, is cut short.
+        # A gap longer than MP4 can store, such as after a clock change, is shortened.
         cut = max(tick - self._last_tick - _LONGEST_TICKS, 0)
         self._cut_ticks += cut
         tick -= cut
         frame.pts, frame.time_base = tick, Fraction(1, _TICKS_PER_S)
-        # Else players would take the last frame of a constant rate for longer or shorter.
+        # Otherwise players would guess the duration of the last frame of a constant rate.
         frame.duration = self._duration_ticks
         self._last_tick = tick
         self._file.mux(self._stream.encode(frame))
@@ -108,7 +108,7 @@ class VideoFile:
         self._file.close()
 
 
-# At a constant rate, a clock that was set would fill the disk with one picture.
+# Limits repetitions at a constant rate: after a clock change, one image would fill the disk.
 _MOST_REPEATED = 100_000
 
 
@@ -116,13 +116,13 @@ class ExportedVideo(NamedTuple):
     """Result of `VideoExport` for one topic: file, frames, size, and messages left out.
 
     Attributes:
-        path: Where it is.
-        topic: What it is of.
-        frames: How many frames it has.
-        size: Their width and height in pixels.
-        duration_s: From the first frame to the last.
-        left_out: How many messages are no frame of it.
-        reason: Why the first of these is none.
+        path: Path of the file.
+        topic: Name of the topic.
+        frames: Number of frames.
+        size: Width and height of the images in pixels.
+        duration_s: Time from the first frame to the last, in seconds.
+        left_out: Number of messages that are not in the video.
+        reason: Reason for the first of these messages.
     """
 
     path: Path
@@ -137,19 +137,19 @@ class ExportedVideo(NamedTuple):
 class VideoExport:
     """Export of a bag's image topics to MP4 files, one file for each topic.
 
-    A frame is shown when its message was recorded, so that films, plots and tables have the same
-    time; it begins with the first frame. Frames of another size than the first are left out.
+    Frames are placed by the log times of their messages, as in plots and tables; the time of a
+    video starts at its first frame. Frames of another size than the first are skipped.
 
     Args:
-        bag: The bag.
-        folder: Where the files go; made here.
-        topics: The topics; all that have pictures if None.
-        rate: Frames per second, each the latest picture at its time; None keeps the real times.
+        bag: Bag to export.
+        folder: Folder of the files, created if missing.
+        topics: Names of the topics to export; all image topics if None.
+        rate: Frames per second, each with the newest image at its time; None keeps the log times.
 
     Raises:
-        NotFoundError: The bag has no such topic.
-        UsageError: A topic that was named has no pictures, or the rate is none.
-        InvalidMessageError: A topic that was named cannot be decoded.
+        NotFoundError: The bag does not have one of the topics.
+        UsageError: A named topic has no images, or the rate is not in (0, 1000].
+        InvalidMessageError: One of the named topics cannot be decoded.
     """
 
     def __init__(
@@ -174,10 +174,10 @@ class VideoExport:
     def write(self) -> Iterator[ExportedVideo]:
         """Write the videos; yield the result for each topic when its file is finished.
 
-        Topics without a picture make none.
+        Topics without usable images are skipped.
 
         Raises:
-            RefusedError: The folder holds something already.
+            RefusedError: The folder is not empty.
             SystemFailureError: A file cannot be written.
             MissingExtraError: PyAV is not installed.
             InvalidFileError: A part of the bag is broken.
@@ -259,10 +259,10 @@ def resample_frames(
 ) -> Iterator[tuple[float, PilImage]]:
     """Yield timed frames at a constant rate, each with the newest image at its time.
 
-    The last frame is always there, at the next time of the rate.
+    The last frame is always yielded, at the next time of the rate.
 
     Raises:
-        InvalidFileError: Nothing came for so long that one picture would fill a film.
+        InvalidFileError: A gap would repeat an image more than 100 000 times.
     """
     held: PilImage | None = None
     number = 0
