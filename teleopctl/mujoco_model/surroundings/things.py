@@ -224,7 +224,7 @@ def with_world(model: RobotModel, world: World | None) -> RobotModel:
 def _from(
     place: np.ndarray, turn: np.ndarray, things: mujoco.MjSpec
 ) -> tuple[np.ndarray, np.ndarray]:
-    """Return the pose in the world of a file's only object, whose own pose is relative to a pose."""
+    """Return the world pose of a file's only object, with its own pose relative to a given one."""
     body = things.compile().body(1)
     found, rotation = np.zeros(3), np.zeros(4)
     mujoco.mju_rotVecQuat(found, body.pos, turn)
