@@ -1,8 +1,8 @@
 """The 33 bytes that rmw_zenoh attaches to every sample, request and reply.
 
-An attachment tells the number of the message (per publisher or client, from 1 without gaps), the
-time at which it was sent and who sent it. Receivers written in C++ throw on a malformed one, so
-nothing but `encode` may produce attachments.
+An attachment contains the number of the message (per publisher or client, from 1 without gaps), its
+source time and the GID of its sender. Receivers in C++ throw on a malformed attachment, so only
+`encode_attachment` may produce attachments.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ import struct
 from teleopctl.base.typed import NamedTuple
 
 GID_SIZE = 16
-"""Bytes in the identity of an endpoint."""
+"""Number of bytes of an endpoint's GID."""
 
 _LAYOUT = struct.Struct("<qqB16s")
 _LEGACY_SIZE = 77
@@ -32,11 +32,11 @@ def encode_attachment(sequence: int, time_ns: int, gid: bytes) -> bytes:
 
     Args:
         sequence: Number of the message; a reply repeats that of its request.
-        time_ns: When it was sent, in nanoseconds since the Unix epoch.
-        gid: The 16 bytes of the sender's identity; a reply repeats those of its request.
+        time_ns: Source time, in nanoseconds since the Unix epoch.
+        gid: GID of the sender, 16 bytes; a reply repeats that of its request.
 
     Raises:
-        ValueError: The identity does not have 16 bytes.
+        ValueError: The GID does not have 16 bytes.
     """
     if len(gid) != GID_SIZE:
         raise ValueError(f"a GID has {GID_SIZE} bytes, not {len(gid)}")

@@ -13,7 +13,7 @@ from teleopctl.base.typed import TypeVar
 
 _Item = TypeVar("_Item")
 
-# After so many calls the import of ctypes, 2 ms, is worth while; few commands are called as often.
+# Calls after which the import of ctypes, 2 ms, is worthwhile; few commands receive as many.
 _FEW_CALLS = 20
 
 _calls = itertools.count(1)
@@ -25,21 +25,21 @@ def direct_callback(
 ) -> zenoh.handlers.Callback[_Item]:
     """Return a Zenoh handler that calls `receive` on Zenoh's thread, and `end` after the last item.
 
-    To Python each call would be one by a new thread: it makes a state for it, with a stack that is
-    mapped and unmapped, and forgets it afterwards, which takes longer than to receive a message
-    (CPython's issue 146219). So the state is kept, as CPython's manual says for threads that call
-    often.
+    By default CPython treats each call as one from a new thread: it creates a thread state, with a
+    stack that is mapped and unmapped, and deletes it afterwards, which takes longer than to receive
+    a message (CPython's issue 146219). So the state is kept, as CPython's manual says for threads
+    that call often.
 
     Args:
         receive: Called with each sample, query or reply. It must be short and must not wait, since
-            it holds the others up, nor raise.
-        end: Called when nothing more will come.
+            it delays other callbacks, and must not raise.
+        end: Called after the last item.
     """
 
     @transport_callback
     def call(item: _Item) -> None:
         try:
-            _state.is_kept  # noqa: B018 -- an attribute of the state: gone with it
+            _state.is_kept  # noqa: B018 -- deleted together with the thread state
         except AttributeError:
             if next(_calls) > _FEW_CALLS:
                 _keep_state()
@@ -49,10 +49,10 @@ def direct_callback(
 
 
 def _keep_state() -> None:
-    """Keep what Python has of this thread; when the thread ends, some 20 kB are lost."""
+    """Keep Python's state of this thread; about 20 kB leak when the thread ends."""
     import ctypes
 
-    # Not released: the call that Zenoh makes is then not the outermost one, whose end ends the
-    # state.
+    # Not released, so that Zenoh's calls are nested in this one: the end of the outermost call
+    # deletes the state.
     ctypes.pythonapi.PyGILState_Ensure()
     _state.is_kept = True

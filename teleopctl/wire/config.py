@@ -1,10 +1,10 @@
 """Zenoh configuration of sessions and of the router, compatible with that of rmw_zenoh.
 
-The environment is honoured as by a ROS process: ``ZENOH_SESSION_CONFIG_URI`` and
-``ZENOH_ROUTER_CONFIG_URI`` name a file that replaces the built-in configuration,
-``TELEOPCTL_ROUTER`` (``tcp/host:port``) is the short way to say where the router is, and
-``ZENOH_CONFIG_OVERRIDE`` (``key=json5;key=json5``) has the last word. Each configuration is
-returned with the address of the router that follows from all of them.
+Environment variables are read as in rmw_zenoh: ``ZENOH_SESSION_CONFIG_URI`` and
+``ZENOH_ROUTER_CONFIG_URI`` name a file that replaces the built-in configuration, and
+``ZENOH_CONFIG_OVERRIDE`` (``key=json5;key=json5``) has the highest priority. ``TELEOPCTL_ROUTER``
+(``tcp/host:port``), which rmw_zenoh lacks, sets the router's address. Each configuration is
+returned with the resulting address of the router.
 """
 
 from __future__ import annotations
@@ -29,10 +29,10 @@ _OVERRIDE = "ZENOH_CONFIG_OVERRIDE"
 # One text, parsed once, is several times faster than setting key by key. Times in milliseconds,
 # in the transmission queue in microseconds.
 #
-# The queue's size and its wait for fragments are not rmw_zenoh's 2 and 50000. A large message goes
-# in pieces of 64 kB and is dropped when one finds no room in time, which on a busy machine happened
-# to one in six of 9 MB. The wait doubles from a millisecond with each piece, so that room for eight
-# also makes the first wait long enough.
+# The queue's size and its wait for fragments are not rmw_zenoh's 2 and 50000. A large message is
+# sent in fragments of 64 kB and dropped if a fragment finds no room in time, which on a busy
+# machine happened to one in six messages of 9 MB. The wait doubles from a millisecond with each
+# fragment, so that room for eight also makes the first wait long enough.
 _COMMON = """
   scouting: {
     %(scouting_delay)s
@@ -79,12 +79,12 @@ _COMMON = """
 _SHARED_MEMORY_FOLDER = "/dev/shm"  # noqa: S108 (the kernel's, no file of ours)
 _ROOM_FOR_SHARED_MEMORY = 512 * 2**20
 
-# rmw_zenoh's grows to four seconds, so long would nodes stay unseen after a router's restart. On
-# loopback an attempt costs a tenth of a millisecond.
+# rmw_zenoh's period grows to four seconds, for which nodes would be invisible after a restart of
+# the router. On loopback an attempt takes a tenth of a millisecond.
 _RETRY = "{ period_init_ms: 250, period_max_ms: 1000, period_increase_factor: 2 }"
 
-# Zenoh's own wait for the first connections misses some and then lasts half a second whatever
-# happens; `introduction` waits for the same thing by events.
+# No scouting delay: Zenoh's own wait for the first connections misses some and then always lasts
+# half a second; `peer_discovery` waits for connection events instead.
 _PEER = (
     """{ mode: "peer",
   connect: { endpoints: %(connect)s, timeout_ms: -1, exit_on_failure: false, retry: %(retry)s },
@@ -113,9 +113,9 @@ class SessionConfig:
     """Zenoh configuration of a session, with its mode and the router that it looks for.
 
     Attributes:
-        zenoh: The configuration in Zenoh's form.
-        mode: ``peer`` or ``client``, as the environment has it in the end.
-        router: Where the session looks for a router.
+        zenoh: The configuration as a Zenoh object.
+        mode: ``peer`` or ``client``, after all settings of the environment.
+        router: Address at which the session looks for a router.
     """
 
     __slots__ = ("mode", "router", "zenoh")
@@ -130,10 +130,10 @@ class RouterConfig:
     """Zenoh configuration of a router, with the address at which it listens.
 
     Attributes:
-        zenoh: The configuration in Zenoh's form.
-        address: Where it listens.
-        is_stated: Whether that is the place where sessions were told to look; otherwise the
-            router's own configuration names it.
+        zenoh: The configuration as a Zenoh object.
+        address: Address at which the router listens.
+        is_stated: Whether the address follows from that of the sessions. False if the router's
+            configuration file or an override sets it.
     """
 
     __slots__ = ("address", "is_stated", "zenoh")
@@ -150,7 +150,7 @@ def zenoh_error_text(error: zenoh.ZError) -> str:
 
     text = re.sub(r" at \S+\.rs:\d+\.?", "", str(error)).strip()
     quoted = re.search(r'(?:Str\(|msg: )"(.*?)"(?:\)|, location)', text)
-    # The parser of JSON5 draws where it stopped, and names what it wanted in the last line.
+    # The JSON5 parser draws the place of an error, and names the expected tokens in the last line.
     return quoted[1].split("\\n")[-1].strip(" =") if quoted else text
 
 
@@ -158,7 +158,7 @@ def session_config(mode: SessionMode) -> SessionConfig:
     """Return the configuration of a session, as environment variables and files set it.
 
     Args:
-        mode: What the session should be unless the environment says otherwise.
+        mode: Mode of the session, unless the environment sets another one.
 
     Raises:
         UsageError: A file, an endpoint or an override cannot be used.
@@ -173,18 +173,18 @@ def session_config(mode: SessionMode) -> SessionConfig:
             config.insert_json5("mode", '"client"')
     else:
         if not router.is_on_this_machine:
-            # A router does not forward between two peers, and on another machine nobody could
-            # connect to a peer that listens on loopback. A client reaches all through the router.
+            # A router does not forward between two peers, and other machines cannot connect to a
+            # peer that listens on loopback. A client reaches all processes through the router.
             mode = "client"
         config = _from_text(
             _CLIENT if mode == "client" else _PEER,
             router,
             connect=_json_list(router.endpoints),
-            # A program that accepts the connection and says nothing is found out by this.
+            # Detects a program that accepts the connection and sends nothing.
             open_timeout="3000" if mode == "client" else "60000",
             to_peer="greater-zid",
-            # Unlike rmw_zenoh's: an image goes over in a quarter of the time. It is agreed upon
-            # for each connection, so a ROS process that has it off still gets the bytes.
+            # Unlike in rmw_zenoh: images are transferred in a quarter of the time. It is negotiated
+            # for each connection, so a ROS process without it still receives the bytes.
             shared_memory="true" if mode == "peer" and has_room_for_shared_memory() else "false",
             wait_before_close="60000000",
         )
@@ -207,7 +207,7 @@ def probe_config(address: RouterAddress) -> SessionConfig:
         ("connect/endpoints", _json_list(address.endpoints)),
         ("connect/timeout_ms", "0"),
         ("connect/exit_on_failure", "true"),
-        # An override for the router would have the probe listen on the router's own port.
+        # An override for the router would make the probe listen on the router's own port.
         ("listen/endpoints", "[]"),
     ):
         config.insert_json5(key, value)
@@ -217,14 +217,15 @@ def probe_config(address: RouterAddress) -> SessionConfig:
 def router_config(listen: Sequence[str] = ()) -> RouterConfig:
     """Return the configuration of a router, as environment variables and files set it.
 
-    It listens where sessions look for a router, unless a file or an override says otherwise. What
-    an override tells sessions to connect to is not that place: a router connects to other routers.
+    The router listens at the address where sessions look for it, unless a file or an override sets
+    another one. ``connect/endpoints`` of an override is not that address: in a router's
+    configuration it names other routers.
 
     Args:
-        listen: Where to listen instead, unless a file or an override says otherwise.
+        listen: Endpoints to listen on instead, unless a file or an override sets them.
 
     Raises:
-        UsageError: A file, an endpoint or an override cannot be used, or makes no router.
+        UsageError: A file, an endpoint or an override cannot be used, or sets another mode.
     """
     path = os.environ.get(_ROUTER_FILE)
     if path:
@@ -232,7 +233,7 @@ def router_config(listen: Sequence[str] = ()) -> RouterConfig:
         address = RouterAddress(_endpoints(config, "listen"), path)
     else:
         address = _stated_router()
-        # Routers that are found by multicast listen where everybody expects them.
+        # Without endpoints sessions find routers by multicast.
         address = address if address.endpoints else DEFAULT_ADDRESS
         if listen:
             address = RouterAddress(tuple(listen), address.origin)
@@ -288,7 +289,7 @@ def _check(address: RouterAddress) -> None:
 
 
 def _stated_router() -> RouterAddress:
-    """Where a router is expected, by everything but the overrides."""
+    """Address at which sessions look for a router, without overrides."""
     chosen = os.environ.get(_ROUTER)
     if chosen:
         return RouterAddress((chosen,), _ROUTER)
@@ -299,7 +300,7 @@ def _stated_router() -> RouterAddress:
 
 
 def _endpoints(config: zenoh.Config, side: Literal["connect", "listen"]) -> tuple[str, ...]:
-    """The endpoints of one side; Zenoh has one list, or one for each mode."""
+    """Endpoints of one side, which Zenoh stores as one list or as one for each mode."""
     import json
 
     value = json.loads(config.get_json(f"{side}/endpoints"))
@@ -320,8 +321,8 @@ def _loopbacks(endpoint: str) -> Sequence[str]:
 def has_room_for_shared_memory() -> bool:
     """Return whether shared memory has room for the pools of several processes.
 
-    Containers often have 64 MiB, little more than one pool. Systems without that folder set no
-    limit of their own.
+    Containers often have 64 MiB, little more than one pool. Systems without ``/dev/shm`` have no
+    limit of that kind.
     """
     try:
         room = os.statvfs(_SHARED_MEMORY_FOLDER)
@@ -357,7 +358,7 @@ def _from_file(path: str, variable: str) -> zenoh.Config:
 
 
 def _override(config: zenoh.Config) -> set[str]:
-    """Apply the overrides; returns the sections of the configuration that they speak of."""
+    """Apply the overrides; return the sections of the configuration that they change."""
     sections = set()
     for assignment in os.environ.get(_OVERRIDE, "").split(";"):
         if not assignment.strip():
@@ -379,5 +380,5 @@ def _override(config: zenoh.Config) -> set[str]:
 
 
 def _json_list(texts: Sequence[str]) -> str:
-    # JSON5 has Python's escapes for all that can stand in an endpoint; json is slow to import.
+    # JSON5 has Python's escapes for all characters of endpoints; json is slow to import.
     return f"[{', '.join(repr(text) for text in texts)}]"

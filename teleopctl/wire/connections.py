@@ -1,7 +1,8 @@
 """Connections of a router's sessions: their local TCP ports, and whether they are suspended.
 
-A session's token in the graph says nothing of its process. The router's administration space lists
-each session with the address that it connects from, which the operating system knows a process of.
+A session's tokens in the graph do not identify its process. The router's administration space lists
+each session with the address that it connects from, and the operating system has the process of
+that address.
 """
 
 from __future__ import annotations
@@ -17,8 +18,8 @@ _LONGEST_WAIT_S = 1.0
 def session_ports(session: zenoh.Session) -> dict[str, set[int]]:
     """Return the local TCP ports from which sessions are connected to the router, by Zenoh id.
 
-    Those of other machines are among them: a port is one of this machine only if a process here
-    has a connection from that port to that router.
+    Sessions of other machines are included: a port is one of this machine only if a process of this
+    machine has a connection from that port to that router.
 
     Args:
         session: Any session that is connected to a router.
@@ -35,20 +36,20 @@ def session_ports(session: zenoh.Session) -> dict[str, set[int]]:
 def is_frozen(session: zenoh.Session, zid: str) -> bool:
     """Return whether the process of a session is suspended, so that not even Zenoh answers.
 
-    Zenoh's own threads answer for a process that is merely busy. Of a session without an
-    administration space, a client's for one, nothing is known.
+    Zenoh's own threads reply while a process is merely busy. False for a session without an
+    administration space, such as a client's.
 
     Args:
         session: Any session of the graph.
         zid: Zenoh id of the session in question.
     """
     replies = list(session.get(f"@/{zid}/peer", timeout=_LONGEST_WAIT_S))
-    # The time-out comes as a reply of its own; without one, nobody serves the key.
+    # A timeout is an error reply of its own; without any reply, no session serves the key.
     return bool(replies) and all(reply.ok is None for reply in replies)
 
 
 def _ports(report: bytes) -> list[tuple[str, int]]:
-    """Read a router's report; one of another form has none."""
+    """Peers and TCP ports in a router's report; empty for a report of another form."""
     import json  # short commands that call a service read no report
 
     try:

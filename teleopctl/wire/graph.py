@@ -1,8 +1,8 @@
 """Snapshot of the ROS graph of a domain, made from its liveliness tokens.
 
-Nothing is stored or cached between processes: `query_graph` asks once, a
-`GraphWatcher` follows the changes. Both give a `Graph`, a snapshot with ROS's own
-questions as methods.
+Nothing is stored or cached between processes: `query_graph` sends one query, a
+`GraphWatcher` follows the changes. Both return a `Graph`, a snapshot with the queries of ROS's
+graph API as methods.
 """
 
 from __future__ import annotations
@@ -17,14 +17,14 @@ from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, join_nam
 if TYPE_CHECKING:
     from collections.abc import Iterable, Iterator
 
-# What an action is in the graph: its feedback, a topic of the server's and of each client's.
+# An action appears in the graph by its feedback topic, which server and clients have.
 _FEEDBACK_TOPIC = "/_action/feedback"
 _FEEDBACK_TYPE = "_FeedbackMessage"
 
 MOST_TOKENS = 100_000
-"""Endpoints of a graph that are looked at: ten times a large fleet's, in 100 MB."""
+"""Largest number of tokens in a graph: ten times that of a large fleet, in 100 MB."""
 
-# A key below that of all tokens, which nobody has one at.
+# A key below the prefix of all tokens, at which no token is declared.
 _NOTHING = f"{LIVELINESS_PREFIX}/nobody"
 
 _NodeKey = tuple[str, str, str, int]
@@ -45,7 +45,7 @@ def action_type(endpoint: EndpointToken) -> str | None:
 def actions_of(endpoints: Iterable[EndpointToken]) -> list[tuple[str, list[str]]]:
     """Return the actions whose feedback endpoints are among some, with their types.
 
-    As in rcl_action, the feedback alone decides.
+    As in rcl_action, only feedback topics are considered.
     """
     types: dict[str, set[str]] = {}
     for endpoint in endpoints:
@@ -86,7 +86,7 @@ class Graph:
     """Immutable snapshot of the nodes, topics and services of a ROS domain.
 
     Attributes:
-        nodes: One entry for each namespace, name, session and id, so that a name that two processes
+        nodes: One entry for each namespace, name, session and ID, so that a name that two processes
             use occurs twice.
         endpoints: Every publisher, subscription, service server and service client.
 
@@ -106,7 +106,7 @@ class Graph:
         by_kind: dict[EntityKind, dict[str, list[EndpointToken]]] = {k: {} for k in EntityKind}
         for token in tokens:
             key = node_key(token)
-            # Tokens come in any order: an endpoint may be here before the node that owns it.
+            # Tokens arrive in any order: an endpoint's token may precede that of its node.
             node = nodes.get(key)
             if node is None:
                 node = nodes[key] = NodeEntry(token)
@@ -184,23 +184,25 @@ class Graph:
 def query_graph(session: zenoh.Session, domain: int | None = None, timeout_s: float = 5.0) -> Graph:
     """Query the liveliness tokens of a domain once; return the graph that they make.
 
-    Not in a session that has a `GraphWatcher`, which knows: there Zenoh 1.10 now and then leaves
-    tokens out of an answer.
+    Not for a session with a `GraphWatcher`, which has the graph: there Zenoh 1.10 sometimes omits
+    tokens from a reply.
 
     Args:
-        session: A client session sees all that the router knows; a peer, all whom it has met.
+        session: Zenoh session. A client receives all tokens of the router; a peer, those of the
+            peers that it is connected to.
         domain: ROS domain, by default that of ``ROS_DOMAIN_ID``.
-        timeout_s: Upper bound in seconds; without disturbance the answer takes a millisecond.
+        timeout_s: Longest wait in seconds; normally the replies take a millisecond.
     """
     key = liveliness_key(domain_id() if domain is None else domain)
     liveliness = session.liveliness()
     if is_client(session):
         replies = liveliness.get(key, zenoh.handlers.FifoChannel(MOST_TOKENS), timeout=timeout_s)
         return Graph(_tokens(reply.ok for reply in replies if reply.ok is not None))
-    # The end of an answer Zenoh 1.10 tells a peer on another thread, often before all is told, and
-    # the rest is lost. So a subscriber hears the tokens; whoever has answered a question that came
-    # behind it, for nothing, has told it all. What Zenoh knows already it tells on the thread that
-    # asks, so a channel that waits for room in it would wait for ever: this one drops the oldest.
+    # In a peer, Zenoh 1.10 reports the end of a query on another thread, often before all replies,
+    # and the rest is lost. So a subscriber receives the tokens, and then a query for a key without
+    # tokens is sent: a peer that has replied to it has sent all of its tokens. Zenoh delivers known
+    # tokens on the declaring thread, so a full channel that blocks would wait forever: this one
+    # drops the oldest.
     with liveliness.declare_subscriber(
         key, zenoh.handlers.RingChannel(MOST_TOKENS), history=True
     ) as subscriber:
@@ -213,7 +215,7 @@ def query_graph(session: zenoh.Session, domain: int | None = None, timeout_s: fl
 
 
 def _tokens(samples: Iterable[zenoh.Sample]) -> Iterator[NodeToken | EndpointToken]:
-    """The tokens that are there after all samples, each once."""
+    """Parsed tokens that exist after all samples, each once."""
     there: dict[str, NodeToken | EndpointToken | None] = {}
     for sample in samples:
         text = str(sample.key_expr)

@@ -15,12 +15,12 @@ from teleopctl.wire.tokens import EndpointToken, EntityKind, NodeToken, parse_to
 
 _LONGEST_REPORTED = 200
 
-# What is left to the thread that listens is one token's work, unless that waits for whoever
-# undeclares.
+# Longest wait for the listening thread, which processes at most one more token, unless its callback
+# waits for the thread that undeclares.
 _LONGEST_END_S = 2.0
 
-# The router may tell a session of its own tokens as well, some of which have gone meanwhile. So
-# many of the last that went are not taken back.
+# The router may also report a session's own tokens, even after they were undeclared. So many of the
+# last undeclared tokens are not added again.
 _MOST_GONE = 256
 
 
@@ -28,13 +28,13 @@ class GraphWatcher:
     """Live view of the ROS graph of a domain; thread-safe.
 
     Args:
-        session: The session to listen with; it stays open when the watcher closes.
+        session: Session of the liveliness subscriptions; it stays open when the watcher closes.
         domain: ROS domain, by default that of ``ROS_DOMAIN_ID``.
-        on_change: Called without arguments after each change, on a thread of the transport: it
-            must be quick and must not raise.
+        on_change: Called without arguments after each change, on a thread of Zenoh: it must be
+            quick and must not raise.
 
     Attributes:
-        refusals: The tokens that could not be read.
+        refusals: Counter of the tokens that are malformed or too many.
     """
 
     def __init__(
@@ -45,7 +45,7 @@ class GraphWatcher:
     ) -> None:
         self._changed = threading.Condition()
         self._tokens: dict[str, NodeToken | EndpointToken] = {}
-        # The endpoints among them, so that one more or less is not a matter of all others.
+        # Endpoint tokens by kind and name, so that a look-up after a change need not build a graph.
         self._by_name: dict[tuple[EntityKind, str], dict[str, EndpointToken]] = {}
         self._graph: Graph | None = None
         self._closed = False
@@ -55,7 +55,7 @@ class GraphWatcher:
         self._own_zid = str(session.zid())
         self._own_gone: deque[str] = deque(maxlen=_MOST_GONE)
         self._subscribers = (
-            # What the session declares itself is known when that returns.
+            # The session's own tokens are delivered before their declaration returns.
             session.liveliness().declare_subscriber(
                 liveliness_key(domain, self._own_zid),
                 direct_callback(self._hear_own),
@@ -74,7 +74,7 @@ class GraphWatcher:
     ) -> list[EndpointToken]:
         """Return the endpoints of a kind and a topic or service name, optionally of one type.
 
-        Takes as long in a large graph as in a small one, after each change, too.
+        The time that it takes does not depend on the size of the graph, not even after a change.
         """
         with self._changed:
             found = self._by_name.get((kind, name), {}).values()
@@ -86,11 +86,12 @@ class GraphWatcher:
         """Wait until the graph satisfies a predicate; return whether it did.
 
         Args:
-            predicate: True or false; asked at once and after each change, with a snapshot.
-            timeout_s: Upper bound in seconds; None waits for ever.
+            predicate: Function called with a snapshot at once and after each change; it returns
+                whether the wait ends.
+            timeout_s: Longest wait in seconds; None waits forever.
 
         Returns:
-            Whether it was satisfied; False when the time is up or the watcher is closed.
+            Whether the predicate was satisfied; False on timeout or if the watcher is closed.
         """
         with self._changed:
             satisfied = self._changed.wait_for(
@@ -110,7 +111,7 @@ class GraphWatcher:
     def remove_own_token(self, text: str) -> None:
         """Remove a token that the own session has undeclared, without waiting for Zenoh.
 
-        Zenoh tells of it a moment later where the router has told the session of that token.
+        Zenoh reports it later if the router has also reported that token to the session.
         """
         with self._changed:
             self._own_gone.append(text)
@@ -159,7 +160,7 @@ class GraphWatcher:
             return
         with self._changed:
             if sample.kind == zenoh.SampleKind.PUT:
-                # No token is declared twice: a session numbers what it declares.
+                # No token is declared twice: a session numbers its nodes and endpoints.
                 if text in self._own_gone:
                     return
                 self._add(text, token)
@@ -186,7 +187,7 @@ class GraphWatcher:
             self._on_change()
 
     def _drop_endpoints(self, node: NodeToken) -> None:
-        """A node takes its endpoints along; their own tokens may go later."""
+        """Remove the endpoints of a removed node; their own tokens may be undeclared later."""
         key = node_key(node)
         for text in [t for t, token in self._tokens.items() if node_key(token) == key]:
             self._forget(text)
@@ -209,18 +210,18 @@ def _report(text: str) -> None:
 class ListeningThread:
     """Receives liveliness changes on a thread of its own, which ends with the subscriber.
 
-    That a peer goes is told by the one thread which also ends what an advanced publisher does
-    beside; its `undeclare` waits for that up to 10 s, and holds Python's lock meanwhile. So no
-    Python may run there.
+    Zenoh reports the end of a peer on the thread that also stops the background tasks of advanced
+    publishers. Their `undeclare` waits for that thread up to 10 s, and holds the GIL meanwhile. So
+    no Python may run on that thread.
 
-    No program waits for the thread at its end, but one that closes the session in order must not
-    end before it: up to version 3.13 Python unwinds a thread that wants its lock meanwhile, and
-    where that thread is in Zenoh's code the process aborts ("FATAL: exception not rethrown").
+    The thread is a daemon, but a program that closes the session must not end before the thread: up
+    to version 3.13 Python, while it exits, unwinds a thread that requests the GIL, and if that
+    thread is in Zenoh's code the process aborts ("FATAL: exception not rethrown").
 
     Args:
-        session: Where to listen.
-        key: Of the tokens, those that are there already among them.
-        hear: Called with each sample.
+        session: Session of the subscription.
+        key: Key expression of the tokens; existing tokens are received too.
+        hear: Called with each sample, on the thread.
     """
 
     def __init__(
@@ -231,14 +232,14 @@ class ListeningThread:
         self._is_over = threading.Event()
         self._subscriber: zenoh.Subscriber[None] | None = None
         self._failure: zenoh.ZError | None = None
-        # The thread that Zenoh starts for the callback inherits from the one that declares
-        # whether a program waits for it at its end.
+        # The thread that Zenoh starts for the callback inherits the daemon flag of the declaring
+        # thread.
         declaring = threading.Thread(target=self._declare, args=(session, key), daemon=True)
         declaring.start()
         try:
             declaring.join()
         except BaseException:
-            # Ctrl-C: nobody will know of the subscriber.
+            # Ctrl-C: the caller gets no object to undeclare.
             declaring.join()
             self.undeclare()
             raise
@@ -267,6 +268,6 @@ class ListeningThread:
         self._hear(sample)
 
     def _end(self) -> None:
-        """Be told by Zenoh, on the thread, that it lets go of the callback."""
+        """Note the end of the callback; called by Zenoh on the thread."""
         self._thread = threading.current_thread()
         self._is_over.set()

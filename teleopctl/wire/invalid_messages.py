@@ -13,16 +13,15 @@ REPORT_PERIOD_S = 1.0
 class InvalidMessageCounter:
     """Counts and reports the invalid messages of one source, such as a topic; thread-safe.
 
-    A source is whatever a person would look for: a topic, a service, the graph's tokens. The
-    first refusal is reported at once, those that follow at most once in `REPORT_PERIOD_S` with
-    their number: a sender that floods costs counting, not writing.
+    The first invalid message is reported at once, later ones at most once in `REPORT_PERIOD_S` with
+    their number, so that a sender that floods a topic does not flood the log.
 
     Args:
-        what: What is refused and where, such as ``a message on '/clock'``.
-        report: Writes a line for a person; it must not raise.
+        what: Description of the messages and their source, such as ``a message on '/clock'``.
+        report: Function that logs a line; it must not raise.
 
     Attributes:
-        count: How many have been refused so far.
+        count: Number of invalid messages so far.
     """
 
     def __init__(self, what: str, report: Callable[[str], object]) -> None:
@@ -44,5 +43,5 @@ class InvalidMessageCounter:
             unreported = self.count - self._reported - 1
             self._reported = self.count
         before = f" (and {unreported} before it)" if unreported else ""
-        # Not under the lock: a report is published too, and may come back here.
+        # Not under the lock: a log line is also published, which may call this method again.
         self._report(f"dropped {self._what}: {reason}{before}")

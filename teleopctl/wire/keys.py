@@ -1,7 +1,8 @@
 """Zenoh key expressions of topics and services.
 
-A topic or service lives on ``<domain>/<name>/<dds type>/<type hash>``; the slashes inside its name
-are Zenoh levels. Two ends exchange data only when the whole key is equal, the hash included.
+A topic or service has the key ``<domain>/<name>/<dds type>/<type hash>``; the slashes inside its
+name are Zenoh levels. Two endpoints exchange data only if their whole keys are equal, including the
+hash.
 """
 
 from __future__ import annotations
@@ -10,7 +11,7 @@ from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces import from_dds, to_dds
 
 ANY_HASH = "*"
-"""In place of a type hash: receive every version of a type, that of ROS 2 Humble included."""
+"""Wildcard for a type hash: matches every version of a type, including that of ROS 2 Humble."""
 
 LIVELINESS_PREFIX = "@ros2_lv"
 
@@ -37,14 +38,14 @@ def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
         type_name: ROS name of the type, ``std_msgs/msg/String``; for a service that of the service.
         type_hash: ``RIHS01_…``, or `ANY_HASH` to subscribe to every version of the type.
     """
-    # One slash at either end is dropped, not all of them: that is what the other side does.
+    # Only one slash at either end is removed, as in rmw_zenoh.
     name = name.removeprefix("/").removesuffix("/")
     return f"{domain}/{name}/{to_dds(type_name)}/{type_hash}"
 
 
 def assertion_key(key: str) -> str:
     """Return the key on which a topic's publishers assert their liveliness (ours)."""
-    # Verbatim, so that no subscription to the topic with a wildcard matches it.
+    # A verbatim chunk, so that no subscription to the topic with a wildcard matches it.
     return f"{key}/{_ASSERTIONS}"
 
 

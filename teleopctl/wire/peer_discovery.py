@@ -1,13 +1,13 @@
 """Discovery of peers: waits until a new peer is connected to the router and to its peers.
 
-A Zenoh peer learns of the others from the router, after its session has opened. Whatever it
-publishes before that is lost to them without a trace. The router's administration space lists who
-is connected to it, and Zenoh reports each connection as it comes about: together they show when a
-new peer has met all others.
+A Zenoh peer discovers the other peers through the router, after its session has opened. Messages
+published before that do not reach them, without any error. The router's administration space lists
+the sessions connected to it, and Zenoh reports each new connection: together they show when a new
+peer is connected to all others.
 
 A router of Zenoh 1.9 or newer drops the tokens that a peer of Zenoh 1.8 or older (ROS 2 of 2026)
-hands over as it connects, and receives only those that are announced later. A node that was there
-before the router (re)started would stay unknown to a session that asks the router alone.
+sends when it connects, and receives only those that are declared later. A node that existed before
+the router (re)started would stay unknown to a session that queries the router alone.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import start_hint
 from teleopctl.wire.keys import LIVELINESS_PREFIX
 
-# Of every domain: to the router, peers of all domains are alike.
+# Of every domain, since the router's report lists the peers of all domains.
 _FIRST_NODES = f"{LIVELINESS_PREFIX}/*/*/0/0/NN/**"
 _LONGEST_REPORT_S = 1.0
 
@@ -44,12 +44,13 @@ def peers_in_report(report: bytes) -> set[str]:
 
 
 def flush_to_router(session: zenoh.Session) -> bool:
-    """Wait until the router has processed what a session sent; return False without one.
+    """Wait until the router has processed what a session sent; return False if it has peers.
 
-    The router takes what comes over a connection in order, so that its answer follows.
+    A router processes the messages of a connection in order, so that it replies to a query after
+    them. Data for peers does not pass through the router.
 
     Args:
-        session: A session that sent something.
+        session: Session whose sent messages are waited for.
     """
     if session.info.peers_zid():
         return False
@@ -62,12 +63,12 @@ def flush_to_router(session: zenoh.Session) -> bool:
 def router_has_all_tokens(session: zenoh.Session) -> bool:
     """Return whether the router has the tokens of all peers that are connected to it.
 
-    A process numbers its nodes and endpoints from 0 and announces them in that order. Whose first
-    node the router knows, of that process it missed nothing; a peer whose first node it does not
-    know may have none, or may have been there before the router.
+    A process numbers its nodes and endpoints from 0 and declares them in that order. If the router
+    has the token of the first node of a process, it has all of them. A peer whose first node the
+    router lacks may have no nodes, or may have existed before the router.
 
     Args:
-        session: A session in client mode.
+        session: Session in client mode.
     """
     reports = [
         reply.ok.payload.to_bytes()
@@ -87,9 +88,9 @@ def router_has_all_tokens(session: zenoh.Session) -> bool:
 
 
 def _names_only(report: bytes, own: str, known: set[str]) -> bool:
-    """Whether all whom a report names, peers or not, are known, as far as a glance can tell.
+    """Whether all sessions in a report, peers or not, are known, by a search of its text.
 
-    So it is nearly always, and the import of json takes as long as all that is asked here.
+    This is nearly always so, and the import of json takes as long as all queries of this check.
     """
     _, *parts = report.decode(errors="replace").split('"peer":"')
     named = {part.partition('"')[0] for part in parts}
@@ -97,7 +98,8 @@ def _names_only(report: bytes, own: str, known: set[str]) -> bool:
 
 
 LONGEST_WAIT_S = 0.5
-"""No longer than Zenoh's own wait: a peer that left without a word is listed for a while."""
+"""Longest wait for router and peers, as long as Zenoh's own: the router still lists a peer for a
+while after it was killed."""
 
 _ATTEMPTS = "ZENOH_ROUTER_CHECK_ATTEMPTS"
 
@@ -105,12 +107,12 @@ _ATTEMPTS = "ZENOH_ROUTER_CHECK_ATTEMPTS"
 def wait_for_discovery(session: zenoh.Session, router: RouterAddress) -> None:
     """Wait until a new peer is connected to the other peers; warn if no router answers.
 
-    ``ZENOH_ROUTER_CHECK_ATTEMPTS`` is honoured as by a ROS process: how many seconds to wait for a
-    router, 0 for ever, a negative number not at all.
+    ``ZENOH_ROUTER_CHECK_ATTEMPTS`` is read as in rmw_zenoh: the number of seconds to wait for a
+    router; 0 waits forever, a negative number does not wait.
 
     Args:
-        session: A session in peer mode.
-        router: Where it looks for the router.
+        session: Session in peer mode.
+        router: Address at which the session looks for the router, for the warning.
     """
     patience_s = _router_patience_s()
     if patience_s is not None and patience_s < 0:
@@ -134,14 +136,14 @@ def wait_for_peers(
     """Wait until a session is connected to all peers of its router, or a timeout.
 
     Args:
-        session: A session in peer mode.
-        router_within_s: How long to wait for the router at most, in seconds; None for ever.
-        peers_within_s: How long to wait for the peers after that, in seconds.
+        session: Session in peer mode.
+        router_within_s: Longest wait for the router, in seconds; None waits forever.
+        peers_within_s: Longest wait for the peers after that, in seconds.
 
     Returns:
-        Whether everybody has been met.
+        Whether the session is connected to the router and to all of its peers.
     """
-    import threading  # takes 5 ms, which clients need not wait
+    import threading  # takes 5 ms, which clients do not need
 
     changed = threading.Condition()
     connected: dict[str, str] = {}
@@ -171,8 +173,8 @@ def wait_for_peers(
 def wait_for_peer_tokens(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None:
     """Block until the liveliness tokens of all connected peers are received, at most `within_s`.
 
-    A peer hands its tokens over when a connection opens, so that they are here when it has answered
-    a question that was put after that.
+    A peer sends its tokens when a connection opens, so that they have arrived when the peer has
+    replied to a later query.
     """
     deadline = time.monotonic() + within_s
     for peer in session.info.peers_zid():
@@ -180,12 +182,12 @@ def wait_for_peer_tokens(session: zenoh.Session, within_s: float = LONGEST_WAIT_
 
 
 def _peers_of(session: zenoh.Session, router: str, timeout_s: float) -> set[str]:
-    """Ask a router for the identities of the peers that are connected to it."""
+    """Query the Zenoh ids of the peers that are connected to a router."""
     return peers_in_report(_ask(session, router_key(router), timeout_s))
 
 
 def _ask(session: zenoh.Session, key: str, timeout_s: float) -> bytes:
-    """What a participant tells about itself under its key; nothing when the time is up."""
+    """Query the administration space of a router or peer; return its report, empty on timeout."""
     import threading
 
     offered = threading.Event()
@@ -194,10 +196,10 @@ def _ask(session: zenoh.Session, key: str, timeout_s: float) -> bytes:
         if status.matching:
             offered.set()
 
-    # Zenoh takes no time limit of nothing.
+    # Zenoh rejects a timeout of 0.
     with session.declare_querier(key, timeout=max(timeout_s, 0.001)) as querier:
         querier.declare_matching_listener(note)
-        # A query sent before the other has told what it offers would end without an answer.
+        # A query sent before its queryable is known in this session would end without a reply.
         if not cast(zenoh.MatchingStatus, querier.matching_status).matching:
             offered.wait(timeout_s)
         for reply in querier.get():
@@ -207,10 +209,10 @@ def _ask(session: zenoh.Session, key: str, timeout_s: float) -> bytes:
 
 
 def _router_patience_s() -> float | None:
-    """How long to wait for a router, in seconds; None for ever, negative not at all."""
+    """Longest wait for a router, in seconds; None waits forever, a negative number not at all."""
     try:
         attempts = int(os.environ.get(_ATTEMPTS, ""))
     except ValueError:
         return LONGEST_WAIT_S
-    # ROS looks once a second; here the connection itself ends the wait.
+    # rmw_zenoh checks once a second; here the connection itself ends the wait.
     return float(attempts) if attempts else None

@@ -16,7 +16,7 @@ INFINITE_NS = 9_223_372_036_854_775_807
 """A duration that never ends, in nanoseconds: the largest that the ROS middleware can express."""
 
 DEFAULT_DEPTH = 42
-"""What a receiver understands by an empty depth."""
+"""Depth of a token whose depth is left out."""
 
 RELIABILITY_RELIABLE = 1
 DURABILITY_TRANSIENT_LOCAL = 1
@@ -58,8 +58,8 @@ class EndpointQos(NamedTuple):
 def format_qos(qos: EndpointQos) -> str:
     """Return a QoS profile in the form of liveliness tokens.
 
-    A policy left to the system (0), a depth of 0 and a duration of 0 become the defaults. The
-    depth is always written, since implementations disagree on what an empty one means.
+    A system default policy (0), a depth of 0 and a duration of 0 become rmw_zenoh's defaults. The
+    depth is always written, since implementations interpret an empty depth differently.
     """
     return ":".join(
         (

@@ -1,8 +1,8 @@
 """Addresses at which a router listens, and whether other machines can reach them.
 
-Zenoh's administration space has them with each wildcard written out as the addresses of the
-machine's interfaces, of ``rmw_zenohd`` as of ours. Where a router keeps it closed, the operating
-system is asked which addresses have the port.
+The administration space of a router, also of ``rmw_zenohd``, lists them with each wildcard replaced
+by the addresses of the machine's interfaces. If a router disables it, they are read from the
+operating system, as the addresses that listen on the port.
 """
 
 from __future__ import annotations
@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     import zenoh
 
 _LONGEST_WAIT_S = 1.0
-# Links over which Zenoh can authenticate both sides by certificates, if they are configured so.
+# Links over which Zenoh can authenticate both sides by certificates, if configured.
 _WITH_CERTIFICATES = ("tls/", "quic/")
 _WILDCARDS = ("0.0.0.0", "::")  # noqa: S104 (compared, not bound)
 
@@ -28,15 +28,15 @@ HOW_TO_CLOSE = (
     "Let it listen at loopback addresses alone (tcp/localhost:PORT), or let only machines that may "
     "command the robot reach it: by a firewall, a VPN, or Zenoh's TLS with certificates."
 )
-"""What to do about a router that other machines reach."""
+"""Hint for a router that other machines can reach."""
 
 
 class RouterReach:
     """Addresses at which a router listens, and those that other machines can reach.
 
     Attributes:
-        addresses: Endpoints with concrete addresses; empty where they could not be found out.
-        beyond: Those of them that other machines can reach.
+        addresses: Endpoints with concrete addresses; empty if they are unknown.
+        beyond: Endpoints among them that other machines can reach.
     """
 
     def __init__(self, addresses: tuple[str, ...]) -> None:
@@ -71,13 +71,13 @@ def router_reach(address: RouterAddress) -> RouterReach:
     """Return the addresses at which a running router listens.
 
     Raises:
-        RouterNotRunning: No router answers there.
+        RouterNotRunning: No router responds at the address.
         UsageError: The configuration of sessions cannot be used.
         UnsupportedError: See `check_security`.
     """
     with open_configured(probe_config(address)) as session:
         found = _reported(session)
-    # IPv4 first: a router names its addresses in an order that changes from start to start.
+    # Sorted, IPv4 first: the order in which a router lists them changes from start to start.
     return RouterReach(
         tuple(sorted(found or _listening_here(address), key=lambda each: ("[" in each, each)))
     )
@@ -110,7 +110,7 @@ def _listening_here(address: RouterAddress) -> tuple[str, ...]:
 
 
 def _addresses(host: str) -> list[str]:
-    """A host as it stands in an endpoint; of a wildcard, the addresses of the interfaces."""
+    """Host in the form of endpoints; for a wildcard, the addresses of the interfaces."""
     import psutil
 
     hosts = [host]

@@ -27,7 +27,7 @@ _Response_co = TypeVar("_Response_co", covariant=True)
 
 _limits = TimeLimits()
 
-# The number of the only request of a client.
+# Sequence number of the only request of a client.
 _ONLY = 1
 
 
@@ -42,13 +42,13 @@ def send_request(
     """Send a service request; callbacks receive the replies and the end.
 
     Args:
-        session: Who asks.
-        key: The service's key.
-        request: Its CDR bytes.
-        attachment: Which request of which client it is, and when it was sent.
-        receive: Called with each reply, on the transport's thread.
-        end: Called when nobody will reply any more, likewise, with whether the time limit of the
-            request was reached. Zenoh's own reply about that does not always come.
+        session: Session of the client.
+        key: Zenoh key of the service.
+        request: Request as CDR bytes.
+        attachment: Sequence number and source time of the request, and GID of the client.
+        receive: Called with each reply, on a thread of Zenoh.
+        end: Called on that thread after the last reply, with whether the time limit of the request
+            was reached. Zenoh's own reply about the time limit does not always arrive.
     """
     limit_s = _limits.next_s(key)
     deadline = time.monotonic() + limit_s
@@ -69,12 +69,12 @@ def read_response(
     """Decode the reply of a server; return the response and its attachment.
 
     Args:
-        sample: As it came.
-        sequence: The number of the request.
-        type_: The class of the response.
+        sample: Sample of the reply.
+        sequence: Sequence number of the request.
+        type_: Class of the response.
 
     Raises:
-        InvalidMessageError: It is none, or that of another request.
+        InvalidMessageError: The reply is malformed, or belongs to another request.
     """
     meta = decode_attachment(sample.attachment.to_bytes()) if sample.attachment else None
     if meta is None or meta.sequence != sequence:
@@ -91,21 +91,21 @@ def no_response_text(service: str, refused: str = "") -> str:
 class ServiceRequest(Generic[ResponseT]):
     """Service request without a node, for commands that send one and exit.
 
-    To a server it is a request like any other; it takes a third of the time that a node and a
-    client take to start. For commands that ask and end.
+    To a server it is a request like any other. It takes a third of the time that a node and a
+    client take to start.
 
     Example:
         ``ServiceRequest(session, Trigger, "/calibrate", Trigger.Request()).wait_for_response(5.0)``
 
     Args:
-        session: Who asks.
-        type_: The service's class.
-        service: Its full name.
-        request: What is asked.
+        session: Session that sends the request.
+        type_: Class of the service.
+        service: Fully qualified name of the service.
+        request: Request to send.
 
     Raises:
         UsageError: ``ROS_DOMAIN_ID`` is malformed.
-        TeleopctlError: A field holds what its type cannot.
+        TeleopctlError: A field of the request has a value that its type cannot hold.
     """
 
     def __init__(
@@ -116,12 +116,12 @@ class ServiceRequest(Generic[ResponseT]):
         request: RequestT,
     ) -> None:
         self._service = service
-        # A class is a value whose attributes are classes.
+        # For type checkers, a service class is an object whose attributes are classes.
         self._response_type = cast("ServiceType[RequestT, ResponseT]", type_).Response
         self._response: ResponseT | None = None
         self._refused = ""
-        # Locks instead of a threading.Event, whose import takes as long as asking: the one is
-        # held by whoever settles it, the other until then.
+        # Locks instead of a threading.Event, whose import takes as long as a request. The first
+        # caller of _settle acquires `_settling`; `_unsettled` is locked until then.
         self._settling = _thread.allocate_lock()
         self._unsettled = _thread.allocate_lock()
         self._unsettled.acquire()
@@ -141,7 +141,7 @@ class ServiceRequest(Generic[ResponseT]):
         try:
             response, _ = read_response(reply.ok, _ONLY, self._response_type)
         except TeleopctlError as error:
-            # Another server may answer better.
+            # Another server may send a valid response.
             self._refused = error.message
             return
         if self._response is None:
@@ -157,7 +157,7 @@ class ServiceRequest(Generic[ResponseT]):
         """Block until there is a response or no server is left to send one.
 
         Returns:
-            False when the time, in seconds of wall time, ran out.
+            False after a timeout, which is in seconds of wall time.
         """
         settled = self._unsettled.acquire(timeout=-1 if timeout_sec is None else timeout_sec)
         if settled:
@@ -168,13 +168,13 @@ class ServiceRequest(Generic[ResponseT]):
         """Block until there is a response, and return it.
 
         Args:
-            timeout_sec: Longest wait in seconds of wall time; None waits for ever.
+            timeout_sec: Longest wait in seconds of wall time; None waits forever.
 
         Returns:
-            The response, None when the time ran out.
+            The response; None on timeout.
 
         Raises:
-            UnavailableError: No server answers.
+            UnavailableError: No server responds.
         """
         if self.wait_until_settled(timeout_sec) and self._response is None:
             raise UnavailableError(no_response_text(self._service, self._refused))
@@ -194,11 +194,11 @@ def responses_of_nodes(
     """Wait for the responses of several nodes; return a response or an error for each.
 
     Args:
-        pending: What each was asked, by its full name.
-        timeout_s: Longest wait for all of them together, in seconds of wall time.
+        pending: Pending response of each node, by full node name.
+        timeout_s: Longest wait for all nodes together, in seconds of wall time.
 
     Returns:
-        For each node its response, or an UnavailableError where it did not answer.
+        The response of each node, or an UnavailableError if the node did not respond.
     """
     deadline = time.monotonic() + timeout_s
     return {name: _answer(name, each, deadline, timeout_s) for name, each in pending.items()}

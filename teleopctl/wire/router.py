@@ -1,10 +1,11 @@
 """Daemon: a Zenoh router that introduces the processes of the ROS graph to each other.
 
-``python -m teleopctl.wire.router [ENDPOINT ...]`` is the router in the foreground; the functions
-here find, start and stop the one in the background. A running ``rmw_zenohd`` serves as well.
+``python -m teleopctl.wire.router [ENDPOINT ...]`` runs the router in the foreground; the functions
+of this module find, start and stop it in the background. A running ``rmw_zenohd`` can be used
+instead.
 
-The daemon is the router that listens at `daemon_address`. Sessions look for it there too, unless
-``ZENOH_CONFIG_OVERRIDE`` or a configuration file sends them to another one.
+The daemon is the router that listens at `daemon_address`. Sessions connect to that address, unless
+``ZENOH_CONFIG_OVERRIDE`` or a configuration file sets another one.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from teleopctl.wire.config import (
 )
 from teleopctl.wire.session import RouterNotRunning, open_configured, open_zenoh
 
-# The rest is imported where a router is started or stopped: most commands only find it running.
+# The rest is imported where needed: most commands only check that the router runs.
 if TYPE_CHECKING:
     import psutil
 
@@ -49,7 +50,7 @@ __all__ = [
 _KIND = "router"
 _MODULE = "teleopctl.wire.router"
 _READY_WITHIN_S = 10.0
-# How long it may stay unknown who has the port.
+# Longest wait for a router while the process that holds the port is unknown.
 _UNKNOWN_WITHIN_S = 1.0
 
 
@@ -79,8 +80,8 @@ def ensure_router() -> None:
     """Wait until a router answers; start the daemon if that is its address.
 
     Raises:
-        RouterNotRunning: Sessions look elsewhere than where the daemon listens.
-        UnavailableError: Something else occupies the port, or it is on another machine.
+        RouterNotRunning: Sessions connect to another address than the daemon's.
+        UnavailableError: Another program occupies the port, or the address is another machine's.
         SystemFailureError: The router cannot be started.
         UsageError: The configuration of sessions or of the router cannot be used.
     """
@@ -96,10 +97,10 @@ def start_router() -> bool:
     """Start the daemon in the background; return False if a router answers already.
 
     Returns:
-        Whether it was started by this call.
+        Whether this call started the daemon.
 
     Raises:
-        UnavailableError: Something else occupies the port, or it is on another machine.
+        UnavailableError: Another program occupies the port, or the address is another machine's.
         SystemFailureError: The router cannot be started.
         UsageError: The configuration of sessions or of the router cannot be used.
     """
@@ -117,7 +118,7 @@ def start_router() -> bool:
             until_ready=StartTimeouts(),
         )
     except TeleopctlError:
-        # Two commands may start it at once; the port lets one of them win, and both go on.
+        # Two commands may start the daemon at once: one gets the port, and both continue.
         if _router_answers(address):
             return False
         raise
@@ -130,11 +131,11 @@ def run_daemon(
     """Run the daemon in this process until a signal; return False if a router answers already.
 
     Args:
-        log_level: What of Zenoh's log goes to stdout; ``RUST_LOG`` goes before.
-        when_up: Called with where it listens, once it does.
+        log_level: Level of Zenoh's log on stdout; ``RUST_LOG`` has priority.
+        when_up: Called with the addresses at which the daemon listens, when it has started.
 
     Returns:
-        Whether this process was the daemon.
+        Whether the daemon ran in this process.
 
     Raises:
         TeleopctlError: As `start_router` raises.
@@ -148,7 +149,7 @@ def run_daemon(
 
 
 def _free_address() -> RouterAddress | None:
-    """Where the daemon is to listen; None where a router answers."""
+    """Address at which the daemon can listen; None if a router responds there already."""
     config = router_config()
     address = config.address
     if router_is_running(address):
@@ -177,7 +178,7 @@ def stop_router() -> bool:
     """Stop the daemon that runs in the background; return False if no router answers.
 
     Returns:
-        Whether there was one to stop.
+        Whether this call stopped the daemon.
 
     Raises:
         RefusedError: The router that answers was not started in the background by teleopctl.
@@ -204,12 +205,14 @@ def run_router(
     """Run a router at given endpoints until SIGINT or SIGTERM.
 
     Args:
-        listen: Where to listen, by default where clients expect it; a configuration file or an
-            override goes before. ``localhost`` means every loopback address of the machine.
-        when_up: Called with where it listens, once it does.
+        listen: Endpoints to listen on, by default those at which sessions look for a router. A
+            configuration file or an override has priority. ``localhost`` means every loopback
+            address of the machine.
+        when_up: Called with the addresses at which the router listens, when it has started.
 
     Raises:
-        UnavailableError: It cannot listen there.
+        UnavailableError: The router cannot listen at the endpoints, or its configuration is
+            invalid.
     """
     import signal
     import socket
@@ -239,16 +242,16 @@ def run_router(
 
 
 def _listens_at(record: ProcessRecord) -> RouterAddress:
-    """Where a daemon listens: the arguments of its command, behind the module's name."""
+    """Address of a daemon: the arguments of its command after the module's name."""
     module = record.command.index("-m") + 1
     return RouterAddress(record.command[module + 1 :])
 
 
 def _router_answers(address: RouterAddress) -> bool:
-    """Whether a router answers at an address; one of ours that just starts is given its time.
+    """Whether a router responds at an address; waits for a router that is just starting.
 
     Raises:
-        UnavailableError: A program that is no router has a port of the address.
+        UnavailableError: A program that is not a router holds a port of the address.
     """
     began = time.monotonic()
     while not router_is_running(address):
@@ -257,7 +260,7 @@ def _router_answers(address: RouterAddress) -> bool:
             return False
         host, port = taken
         holder = _holder(port)
-        # Whoever held it a moment ago may have let go of it, or be one of whom nothing is told.
+        # Unknown: the process has just released the port, or the system hides it.
         patience_s = _UNKNOWN_WITHIN_S if holder is None else _READY_WITHIN_S
         waits = holder is None or _is_our_router(holder)
         if not waits or time.monotonic() - began >= patience_s:
@@ -273,7 +276,7 @@ def _router_answers(address: RouterAddress) -> bool:
 def port_holder(address: RouterAddress) -> tuple[int, str] | None:
     """Return an occupied port of an address and the process that holds it, or None.
 
-    For an address at which no router answers.
+    For an address at which no router responds.
     """
     for _, port in _taken_ports(address):
         return port, _name_of(_holder(port))
@@ -299,7 +302,7 @@ def _endpoints_here(address: RouterAddress) -> tuple[str, ...]:
     """The endpoints of an address that belong to this machine.
 
     Raises:
-        UnavailableError: They all belong to other machines.
+        UnavailableError: All endpoints belong to other machines.
     """
     here = tuple(endpoint for endpoint in address.endpoints if _is_here(endpoint))
     if not here:
@@ -340,7 +343,7 @@ def _can_bind(family: int, address: Any) -> bool:
 
 
 def _holder(port: int) -> psutil.Process | None:
-    """The program that listens on a port, as far as the system lets us know."""
+    """Process that listens on a port; None if the system does not show it."""
     import psutil
 
     with suppress(psutil.Error):

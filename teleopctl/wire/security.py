@@ -1,8 +1,8 @@
 """ROS 2's security variables, read as rcl reads them (rcl/security.c).
 
-Only ``ROS_SECURITY_ENABLE=true`` turns security on, only ``ROS_SECURITY_STRATEGY=Enforce`` forbids
-to go on without keys; both are compared letter by letter. Keys (``ROS_SECURITY_KEYSTORE``,
-``ROS_SECURITY_ENCLAVE_OVERRIDE``) cannot be used yet, so that no session is a secure one.
+Only ``ROS_SECURITY_ENABLE=true`` enables security, and only ``ROS_SECURITY_STRATEGY=Enforce``
+forbids to run without keys; both values are case-sensitive. Keys (``ROS_SECURITY_KEYSTORE``,
+``ROS_SECURITY_ENCLAVE_OVERRIDE``) are not supported yet, so that no session is secure.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ _ENABLE = "ROS_SECURITY_ENABLE"
 _STRATEGY = "ROS_SECURITY_STRATEGY"
 _ON = "true"
 _ENFORCE = "Enforce"
-# What people write who want it on; rcl takes all of it for off.
+# Values probably meant to enable security; except for ``true`` itself, rcl treats them as off.
 _MEANT_AS_ON = {"true", "1", "on", "yes"}
 
 _HINT = (

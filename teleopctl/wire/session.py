@@ -22,13 +22,13 @@ from teleopctl.wire.security import check_security
 if TYPE_CHECKING:
     from teleopctl.wire.config import SessionMode
 
-# The Zenoh ids of this process's sessions that are clients: Zenoh does not tell it of a session.
+# Zenoh ids of this process's client sessions: Zenoh does not report the mode of a session.
 _clients: set[str] = set()
 
-# That the router answers is known where this counts: only the machine may be busy.
+# Longest wait for a router that has just responded: only a busy machine delays it.
 _BUSY_ROUTER_S = 5.0
 
-# To close a session takes a few milliseconds; on a busy machine tenths of a second.
+# Closing a session takes a few milliseconds; on a busy machine tenths of a second.
 _LONGEST_CLOSE_S = 2.0
 
 
@@ -36,7 +36,7 @@ class RouterNotRunning(UnavailableError):
     """No router answers at the address of a session.
 
     Attributes:
-        router: Where that is, and who said so.
+        router: Address at which the session looked, with the variable or file that sets it.
     """
 
     def __init__(self, router: RouterAddress) -> None:
@@ -61,18 +61,19 @@ def domain_id() -> int:
 def open_session(mode: SessionMode) -> zenoh.Session:
     """Open a Zenoh session as the environment configures it; the caller closes it.
 
-    A client speaks to the router alone: for short commands. Where the router does not know all
-    peers, whoever asks for a client gets a peer, which asks them itself.
+    A client is connected to the router only, which is enough for short commands. If the router
+    lacks tokens of its peers, a peer session is returned instead of a client, and queries the peers
+    itself.
 
-    A peer talks to the other peers directly. It is returned once it is connected to those that the
-    router knows; what they subscribe to reaches it within another millisecond or so, so that a
-    publisher that must not lose its first message waits for a match. A peer also starts without a
-    router, with a warning, and finds it later.
+    A peer exchanges data with the other peers directly. It is returned once it is connected to
+    those that the router lists; their subscriptions arrive within another millisecond or so, so
+    that a publisher that must not lose its first message waits for a match. A peer also starts
+    without a router, with a warning, and connects later.
 
     Raises:
         RouterNotRunning: There is no router for a client to connect to.
-        UsageError: The configuration is faulty.
-        UnavailableError: A peer cannot listen.
+        UsageError: The configuration is invalid.
+        UnavailableError: Zenoh cannot open the session.
     """
     config = session_config(mode)
     session = open_configured(config)
@@ -81,7 +82,7 @@ def open_session(mode: SessionMode) -> zenoh.Session:
 
         if not router_has_all_tokens(session):
             config = session_config("peer")
-            # With a router on another machine it is a client again: peers there are out of reach.
+            # With a router on another machine the mode stays client: its peers are unreachable.
             if config.mode == "peer":
                 from teleopctl.wire.peer_discovery import wait_for_peer_tokens, wait_for_peers
 
@@ -97,7 +98,7 @@ def open_configured(config: SessionConfig) -> zenoh.Session:
 
     Raises:
         RouterNotRunning: There is no router for a client to connect to.
-        UnavailableError: A peer cannot listen.
+        UnavailableError: Zenoh cannot open the session.
         UnsupportedError: See `check_security`.
     """
     if "RUST_LOG" in os.environ:
@@ -121,7 +122,7 @@ def open_zenoh(config: zenoh.Config) -> zenoh.Session:
     """Open a Zenoh session or router; all of teleopctl's sessions are opened here.
 
     Raises:
-        zenoh.ZError: Zenoh cannot open it.
+        zenoh.ZError: Zenoh cannot open the session.
         UnsupportedError: See `check_security`.
     """
     check_security()
@@ -136,8 +137,8 @@ def is_client(session: zenoh.Session) -> bool:
 def close_session(session: zenoh.Session) -> None:
     """Close a session; abandon it with a warning if its peer is suspended.
 
-    Zenoh tells each peer that it goes, and waits ten seconds for one that reads nothing: that is
-    left to a thread. The session is unusable then, and its sockets go with the process.
+    Zenoh notifies each peer, and waits ten seconds for a peer that reads nothing; this is left to a
+    thread. The abandoned session is unusable, and its sockets are closed with the process.
     """
     faults = []
     # Short commands do not import threading.

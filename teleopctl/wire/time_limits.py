@@ -1,7 +1,7 @@
 """Time limits of service requests, since Zenoh keeps memory of each until then.
 
-Zenoh keeps 0.9 kB of each query until its time limit, answered or not: two timers that nothing ends
-sooner, neither the reply nor a `zenoh.CancellationToken` nor the end of a `zenoh.Querier` (1.10).
+Zenoh keeps 0.9 kB of each query until its time limit, even after the reply: two timers that nothing
+ends earlier, neither a `zenoh.CancellationToken` nor the end of a `zenoh.Querier` (1.10).
 """
 
 from __future__ import annotations
@@ -11,26 +11,27 @@ import math
 import time
 from _thread import allocate_lock  # short commands do not import threading
 
-# Zenoh has to end a query some time: four months are as good as never.
+# Zenoh requires a time limit: four months are practically unlimited.
 _LONGEST_S = 1e7
-# Where more requests are open than there should be. Python makes some two thousand calls a second,
-# which are kept beyond the number below.
+# Time limit if more requests are open than intended. Python makes about 2,000 calls per second,
+# which are open in addition to the number below.
 _SHORTEST_S = 1.0
-# With those that are kept for the shortest time at most 11,000, which are 11 MB with what is noted
-# here of each.
+# Together with those of the shortest time limit at most 11,000 are open, which take 11 MB including
+# the entries of this module.
 _MOST_OPEN = 7_000
-# How many of them a single service may come to by calls at a steady rate.
+# Largest number of open requests to a single service that is called at a steady rate.
 _MOST_OF_SERVICE = 5_500
-# From so many open requests of one service on, its share of the process is that of a busy one.
+# Number of open requests at which a service counts as half busy; see `TimeLimits`.
 _FEW = 50
-# Very many services that are each called a few times would come to twice the number above.
+# From here on every limit is the shortest: very many services that are each called a few times
+# would otherwise reach twice `_MOST_OPEN`.
 _LAST_RESORT = 10_000
-# So many calls make a rate; fewer are a burst.
+# Number of calls over which a rate is measured; fewer calls are a burst.
 _MEASURED_CALLS = 500
 
 
 class _Service:
-    """Requests to one service: how many are open, and how often they are made."""
+    """Number of open requests to one service, and their mean interval."""
 
     __slots__ = ("_calls", "_interval_s", "_since_s", "open")
 
@@ -46,33 +47,34 @@ class _Service:
         mean_s = (now_s - self._since_s) / self._calls
         if self._calls >= _MEASURED_CALLS:
             self._interval_s, self._since_s, self._calls = mean_s, now_s, 0
-        # After a pause the former rate counts no more.
+        # After a pause the former rate no longer applies.
         return max(self._interval_s, mean_s)
 
 
 class TimeLimits:
     """Time limits for the service requests of a process, shorter the more are open; thread-safe.
 
-    A request that is alone stays open for months. With n open requests in the process, m of them to
-    the same service, its limit is
+    A single request stays open for months. With n open requests in the process, m of them to the
+    same service, the limit of a request is
 
         longest * (shortest / longest) ^ (n / most * (1 + busy) / 2),  busy = m / (m + few)
 
-    so that it falls to the shortest as n nears ``most``, for the services that are called often; to
-    one that is called now and then the limit stays near the geometric mean, which is 53 minutes.
-    What is called at a steady rate is kept no longer than ``most of a service`` calls take.
+    so that it falls to the shortest limit as n approaches ``most``, for services that are called
+    often. For a service that is called rarely it stays near the geometric mean, which is 53
+    minutes. For a service that is called at a steady rate, the limit is at most the time of
+    ``most of a service`` calls.
     """
 
     def __init__(self) -> None:
         self._lock = allocate_lock()
-        self._open: list[tuple[float, str]] = []  # a heap: when each ends, and its service
+        self._open: list[tuple[float, str]] = []  # a heap: time of each limit, and service
         self._services: dict[str, _Service] = {}
 
     def next_s(self, service: str) -> float:
         """Count a new request to a service; return its time limit in seconds.
 
         Args:
-            service: The service's key.
+            service: Zenoh key of the service.
         """
         now_s = time.monotonic()
         with self._lock:

@@ -1,8 +1,8 @@
 """Liveliness tokens, by which nodes and endpoints are visible in the ROS graph.
 
 Every node, publisher, subscription, service server and service client declares one token, whose
-key says all that ROS knows about it. Names and types are held here in their ROS form
-(``/robot1/chatter``, ``std_msgs/msg/String``) and mangled only in the text.
+key contains all information of the ROS graph about it. Names and types are stored in their ROS form
+(``/robot1/chatter``, ``std_msgs/msg/String``) and mangled only in the key.
 """
 
 from __future__ import annotations
@@ -96,7 +96,7 @@ def format_token(token: NodeToken | EndpointToken) -> str:
     """Return a token as the key expression that Zenoh declares.
 
     Raises:
-        ValueError: A part is empty or holds a character that has no place in a Zenoh key, so that
+        ValueError: A part is empty or contains a character that is invalid in a Zenoh key, so that
             receivers would reject or misread the token.
     """
     endpoint = token if isinstance(token, EndpointToken) else None
@@ -129,12 +129,12 @@ def format_token(token: NodeToken | EndpointToken) -> str:
 def parse_token(text: str) -> NodeToken | EndpointToken | None:
     r"""Parse the key expression of a liveliness token; return None if it is malformed.
 
-    It comes from another process, so its size and form are checked. Control characters, which no
-    name of ROS has, are visible in what it says (``\x1b``); ``text`` is as it was received.
+    Tokens come from other processes, so size and form are checked. Control characters, which no
+    name of ROS has, are escaped in all fields (``\x1b``) except ``text``, the token as received.
     """
     if len(text) > _LONGEST_TOKEN:
         return None
-    # Nobody who shows a name has to think of what else it may hold.
+    # Escaped once here, so that every program can print the names.
     chunks = printable_line(text).split("/")
     if len(chunks) < _NODE_CHUNKS or chunks[0] != LIVELINESS_PREFIX or "" in chunks:
         return None
@@ -173,7 +173,7 @@ def parse_token(text: str) -> NodeToken | EndpointToken | None:
 
 def gid(token_text: str) -> bytes:
     """Return the GID, 16 bytes, of the endpoint that has this liveliness token."""
-    # Only publishers and verbose listings need it, so that a plain listing does not load the hash.
+    # Imported here: only publishers and verbose listings need the hash.
     import xxhash
 
     return xxhash.xxh3_128_digest(token_text.encode())[::-1]
