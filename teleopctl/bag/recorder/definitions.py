@@ -22,7 +22,7 @@ class DefinitionFinder:
     """Finder of type definitions, in this process or by requests to nodes of the graph.
 
     Args:
-        node: Who asks other nodes; it needs no executor for this.
+        node: Node that sends requests to other nodes; needs no executor.
     """
 
     def __init__(self, node: Node) -> None:
@@ -42,7 +42,7 @@ class DefinitionFinder:
     def request(self, type_name: str, version: str, graph: Graph) -> TypeText:
         """Request and return a type's definition from nodes that use it; empty without answer.
 
-        It takes as long as they take to answer, at most some seconds.
+        Blocks until a node responds, at most some seconds.
         """
         key = (type_name, version)
         if key not in self._found:
@@ -64,11 +64,11 @@ class DefinitionFinder:
     def _nodes_to_ask(
         self, type_name: str, version: str, graph: Graph
     ) -> Iterator[tuple[str, str, str]]:
-        """Nodes that may explain a type, with the type and the version to ask them for."""
+        """Yield nodes that may know a type, with the type and type hash to request from them."""
         users = (e for e in graph.endpoints if (e.type_name, e.type_hash) == (type_name, version))
         yield from self._askable(users, graph)
         if type_name.endswith(_EVENT):
-            # The events of a service are explained along with it.
+            # The description of a service includes that of its events.
             service = type_name.removesuffix(_EVENT)
             yield from self._askable((e for e in graph.endpoints if e.type_name == service), graph)
 

@@ -7,7 +7,7 @@ from collections import Counter
 from collections.abc import Mapping
 from typing import NamedTuple
 
-# What one line of the log has room for.
+# Number of topics named in one log line.
 _MOST_TOPICS = 5
 
 
@@ -15,8 +15,9 @@ class Losses(NamedTuple):
     """Counts of lost messages by topic: dropped by the recorder, or lost in transport.
 
     Attributes:
-        in_recorder: They came faster than they could be written, and found no room.
-        in_transport: They were sent and never came, as their numbers tell.
+        in_recorder: Messages dropped because the queue was full: they arrived faster than they
+            could be written.
+        in_transport: Messages not received, as gaps in their sequence numbers show.
     """
 
     in_recorder: Mapping[str, int]

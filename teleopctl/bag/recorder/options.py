@@ -11,10 +11,10 @@ from teleopctl.errors import UsageError
 from teleopctl.node import QoSProfile
 
 CACHE_BYTES = 100 * 2**20
-"""What waits for the disk at most: rosbag2's default."""
+"""Largest size of messages waiting to be written, in bytes: rosbag2's default."""
 
 NODE_NAME = "rosbag2_recorder"
-"""The recorder's name in the graph: rosbag2's default."""
+"""Name of the recorder's node: rosbag2's default."""
 
 _HIGHEST_RATE_HZ = 1000.0
 
@@ -24,26 +24,29 @@ class RecorderOptions:
     """Options of a recorder: selection, writer, cache, snapshot, discovery and QoS.
 
     Attributes:
-        selection: Which topics, services and actions are recorded.
-        writer: How the bag is written.
-        cache_bytes: What may wait for the disk; 0 writes to the disk as soon as anything comes.
-        cache_duration_s: With ``snapshot``, how far back the memory reaches; 0 for as far as
-            ``cache_bytes`` let it.
-        snapshot: Keep the newest messages in memory, and write them when a snapshot is taken.
-        start_paused: Record nothing before `Recorder.resume`.
-        use_sim_time: Messages bear the time of ``/clock``, and none is recorded before it runs.
+        selection: Topics, services and actions to record.
+        writer: Options of the bag's files.
+        cache_bytes: Largest size of messages waiting to be written; 0 writes each message to the
+            disk at once.
+        cache_duration_s: Time span in seconds that the snapshot buffer holds, with ``snapshot``;
+            0 for no limit but ``cache_bytes``.
+        snapshot: Whether to keep the newest messages in memory, and write them when a snapshot is
+            taken.
+        start_paused: Whether to record nothing before `Recorder.resume`.
+        use_sim_time: Whether messages get times of ``/clock``; recording starts with its first
+            message.
         discovery: Whether topics that appear later are recorded.
-        recording_metadata: Whether the bag holds what is needed to understand it: robot
-            descriptions, parameters of every node, versions.
-        qos: What topics are subscribed to with, by name, in place of what suits their publishers.
-        from_first_message: Listen to all topics at once, rather than to each when the graph shows
-            it, so that the first messages of what starts after the recorder are not missed. What
-            is not recorded is sent all the same.
-        statistics_hz: How often losses are published at most; 0 for never.
-        node_name: The recorder's name in the graph.
+        recording_metadata: Whether to add robot descriptions, parameters of every node, and
+            versions to the bag.
+        qos: QoS profiles of subscriptions by topic, instead of those chosen for the publishers.
+        from_first_message: Whether to subscribe to all topics of the domain at once, rather than to
+            each topic when it appears in the graph. The first messages of later nodes are then not
+            missed, but messages of topics that are not recorded are also transferred.
+        statistics_hz: Largest rate at which losses are published, in Hz; 0 for never.
+        node_name: Name of the recorder's node.
 
     Raises:
-        UsageError: They contradict each other.
+        UsageError: Options contradict each other, or a value is out of range.
     """
 
     selection: Selection = field(default_factory=lambda: Selection(all_topics=True))

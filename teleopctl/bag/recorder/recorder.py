@@ -26,14 +26,14 @@ if TYPE_CHECKING:
     from collections.abc import Callable
     from concurrent.futures import Future
 
-# A loss is told once a second at most: a disk that is too slow loses thousands of messages.
+# Losses are reported once a second at most: with a slow disk, thousands of messages are lost.
 _REPORT_S = 1.0
 
 
 def default_bag_folder() -> Path:
     """Return rosbag2's default bag folder name, which does not exist yet: rosbag2_ and local time.
 
-    Where there is one of this very second already, a number stands behind it.
+    If the folder of this second exists, the name gets a number as suffix.
     """
     name = time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S")
     free = (Path(f"{name}_{number}") for number in itertools.count(2))
@@ -43,26 +43,26 @@ def default_bag_folder() -> Path:
 class Recorder:
     """Recorder of topics into a bag, from its creation until it is closed.
 
-    It has a context, a node and threads of its own, so that a program or a test can use it beside
-    its own nodes, or without any:
+    The recorder has its own context, node and threads, so that a program or a test can use it with
+    or without nodes:
 
         with Recorder(Path("session"), RecorderOptions(Selection(topics=["/joint_states"]))):
             move_the_arm()
 
     Args:
-        folder: Where the bag is to be; nothing may be there. By default rosbag2's name in the
+        folder: Folder of the bag, which must not exist; None for rosbag2's default name in the
             working directory.
-        options: What is recorded, and how; every topic that is not hidden by default.
-        context: Where the node lives; by default a context of its own.
+        options: Options of the recording; None for every topic that is not hidden.
+        context: Context of the node; None for a new one.
 
     Raises:
-        RefusedError: There is something at the place of the bag already.
-        SystemFailureError: The bag cannot be made.
+        RefusedError: The folder already exists.
+        SystemFailureError: The bag cannot be created.
         TeleopctlError: No router can be reached or started.
 
     Attributes:
-        folder: Where the bag is.
-        node: The recorder's node.
+        folder: Folder of the bag.
+        node: Node of the recorder.
     """
 
     def __init__(
@@ -153,11 +153,11 @@ class Recorder:
         """Start recording into a new bag, after `stop`; raise if already recording.
 
         Args:
-            folder: Where it is to be; by default where the last one was to be.
+            folder: Folder of the new bag; None for the folder of the last bag.
 
         Raises:
-            RefusedError: It is recording already, or there is something at that place.
-            SystemFailureError: The bag cannot be made.
+            RefusedError: The recorder is already recording, or the folder exists.
+            SystemFailureError: The bag cannot be created.
         """
         with self._lock:
             if self._session is not None:
@@ -183,7 +183,7 @@ class Recorder:
         """Stop recording, finish the bag, and log lost messages. Idempotent.
 
         Raises:
-            SystemFailureError: The disk refused, now or before.
+            SystemFailureError: Writing failed, now or before.
         """
         with self._lock:
             session = self._session
@@ -241,7 +241,7 @@ class Recorder:
         """Wait until all received messages are written to the bag or the snapshot buffer.
 
         Raises:
-            SystemFailureError: The disk refused.
+            SystemFailureError: Writing failed.
         """
         if self._session is not None:
             self._session.flush()
@@ -258,7 +258,7 @@ class Recorder:
         """Wait until the recorder is closed or has failed; return False after the timeout.
 
         Returns:
-            Whether that came before the time was up.
+            True if the recorder is closed or has failed, False after the timeout.
         """
         self._is_awaited = True
         return self._ended.wait(timeout_s)
@@ -274,7 +274,7 @@ class Recorder:
         """Finish the bag, unsubscribe, and destroy the recorder's node. Idempotent.
 
         Raises:
-            SystemFailureError: The disk refused, now or before; what was written can be read.
+            SystemFailureError: Writing failed, now or before; the written messages are readable.
         """
         if self._closing.is_set():
             return
@@ -299,7 +299,7 @@ class Recorder:
         self.close()
 
     def _fail(self, error: TeleopctlError) -> None:
-        # Whoever waits gets it from `close`, at once.
+        # A waiting caller gets the error from `close` at once.
         if not self._is_awaited:
             self.node.get_logger().error(error.message)
         self._ended.set()

@@ -31,40 +31,40 @@ if TYPE_CHECKING:
     from teleopctl.wire import Graph
 
 LAUNCH_VARIABLE = "TELEOPCTL_LAUNCH_OF_RECORDING"
-"""Set by a launch that records itself: JSON with ``file`` and ``arguments``, a mapping."""
+"""Environment variable of a recorded launch: JSON with ``file`` and the mapping ``arguments``."""
 
 RECORD_NAME = "teleopctl"
-"""The record of metadata with the versions."""
+"""Name of the metadata record with the versions."""
 
 LAUNCH_RECORD_NAME = "teleopctl.launch"
-"""The record of metadata with the launch file and its arguments."""
+"""Name of the metadata record with the launch file and arguments."""
 
 _DESCRIPTION = "/robot_description"
 _DESCRIPTION_TYPE = "std_msgs/msg/String"
 
-# A node declares its parameters while it starts, and is asked once more this long after it came.
+# Nodes declare parameters while they start: requests are sent this long after a node appeared.
 _SETTLED_S = 1.0
-# Nodes of a launch come one after the other; those of such a time are asked together.
+# Nodes of a launch appear one after the other; requests of such an interval are sent together.
 _TOGETHER_S = 0.5
 _LONGEST_ANSWER_S = 3.0
-# What the end of a recording may wait for, where a node or a description does not answer.
+# Longest delay of the end of a recording by a node or a description that does not respond.
 _LONGEST_END_S = 1.0
 
-# Of what may be installed: what a simulation, a picture or a controller may depend on.
+# Packages whose versions may change the results of a simulation, an image or a controller.
 _LIBRARIES = ("mujoco", "numpy", "eclipse-zenoh", "rosbags", "mcap")
 
 
 class RecordingMetadata:
     """Collector of versions, launch file, robot descriptions and parameters for a bag.
 
-    What is there is written at once, since a recorder may be killed; what comes later, and what a
-    node has otherwise once it has settled, when that is so, and at the latest at the end.
+    Existing data is written at once, since a recorder may be killed. Later data, and parameters
+    that changed while a node started, are written when they are received, at the latest at the end.
 
     Args:
-        node: The node that requests the parameters and subscribes to the descriptions.
+        node: Node that requests the parameters and subscribes to the descriptions.
         attach: Called with each attachment to write to the bag.
-        add_record: Called with each metadata record to write to the bag: its name and values.
-        now_ns: Returns the time for attachments.
+        add_record: Called with name and values of each metadata record to write to the bag.
+        now_ns: Returns the time of attachments, in nanoseconds.
     """
 
     def __init__(
@@ -78,12 +78,12 @@ class RecordingMetadata:
         self._attach = attach
         self._add_record = add_record
         self._now_ns = now_ns
-        # Whether something has come, by the topics of descriptions.
+        # Set when a description was received, by topic.
         self._descriptions: dict[str, threading.Event] = {}
-        # When each node is to be asked for its parameters: by its name, until it has settled.
+        # Time of the next parameter request to each node that is starting, by its name.
         self._due_s: dict[str, float] = {}
         self._seen: set[str] = set()
-        # Any: YAML's values.
+        # Any: YAML values.
         self._documents: dict[str, Any] = {}
         self._parameter_files = 0
         self._changed = threading.Event()
@@ -130,7 +130,7 @@ class RecordingMetadata:
         self._gather_parameters([*self._due_s], _LONGEST_END_S / 2)
         for has_come in self._descriptions.values():
             has_come.wait(max(0.0, self._end_s - time.monotonic()))
-        # Those that have left the graph had no time to answer, which is no fault of theirs.
+        # No warning about nodes that have left the graph: they had no time to respond.
         silent = sorted(self._seen & {*graph.node_names()} - {*self._documents})
         if silent:
             self._node.get_logger().warning(
@@ -199,7 +199,7 @@ class RecordingMetadata:
 
         def receive(data: bytes) -> None:
             text = deserialize(data, string).data
-            # A publisher that starts anew says the same again.
+            # A restarted publisher sends the same description again.
             if text not in known:
                 known.add(text)
                 number = f"_{len(known)}" if len(known) > 1 else ""
@@ -214,11 +214,11 @@ class RecordingMetadata:
     def _gather_parameters(
         self, names: Collection[str], longest_s: float = _LONGEST_ANSWER_S
     ) -> None:
-        """Write the parameters of nodes, but for those that are as they were."""
+        """Request the parameters of nodes, and write those that changed."""
         if not names:
             return
         now_s = time.monotonic()
-        # Its clients are in the graph only while it asks, and hidden.
+        # A hidden node, so that the clients are in the graph only during the requests.
         with Node(
             f"_{self._node.get_name()}_parameter_requests",
             context=self._node.context,
@@ -231,12 +231,12 @@ class RecordingMetadata:
         for name in names:
             if self._due_s[name] <= now_s:
                 del self._due_s[name]
-        # What the graph has told meanwhile is still to be looked at.
+        # Handle graph changes that arrived during the requests.
         self._changed.set()
 
     def _write_answers(self, requests: _ParameterRequests, deadline_s: float) -> None:
-        """Write what nodes answer up to a time, or until the recording is to end."""
-        # Any: YAML's values.
+        """Write the received parameters until a deadline or the end of the recording."""
+        # Any: YAML values.
         answered: dict[str, Any] = {}
         while True:
             self._changed.clear()
@@ -244,13 +244,13 @@ class RecordingMetadata:
             left_s = min(deadline_s, self._end_s) - time.monotonic()
             if not requests.is_pending or left_s <= 0.0:
                 break
-            # One that is slow, or frozen, keeps nobody waiting for what the others said.
+            # Do not wait for a slow node before writing the parameters of the others.
             if not self._changed.wait(min(left_s, _TOGETHER_S) if answered else left_s):
                 self._write_parameters(answered)
                 answered = {}
         self._write_parameters(answered)
 
-    # Any: as above.
+    # Any: YAML values.
     def _write_parameters(self, documents: Mapping[str, Any]) -> None:
         changed = {
             name: document
@@ -275,15 +275,15 @@ class _ParameterRequests:
     """Requests for all parameters of several nodes, each independent of the others.
 
     Args:
-        node: The node that asks; it needs no executor for this.
+        node: Node that sends the requests; needs no executor.
         names: Full names of the nodes.
-        on_news: Called from any thread when there is something for `step` to take.
+        on_news: Called from any thread when `step` has a response to handle.
     """
 
     def __init__(self, node: Node, names: Iterable[str], on_news: Callable[[], object]) -> None:
         self._on_news = on_news
         self._remotes = {name: AsyncParameterClient(node, name) for name in names}
-        # Any: responses, whose types are made at run time.
+        # Any: responses, whose types are created at run time.
         self._lists: dict[str, ResponseFuture[Any]] = {}
         self._values: dict[str, tuple[list[str], ResponseFuture[Any]]] = {}
         for name, remote in self._remotes.items():
@@ -294,7 +294,7 @@ class _ParameterRequests:
         """Whether any node has not answered its parameter requests yet."""
         return bool(self._lists or self._values)
 
-    # Any: YAML's values.
+    # Any: YAML values.
     def step(self) -> dict[str, Any]:
         """Handle received responses; return parameters of nodes whose responses are complete."""
         for name, future in [*self._lists.items()]:
@@ -319,9 +319,9 @@ class _ParameterRequests:
         return future
 
 
-# Any: as above.
+# Any: a response, whose type is created at run time.
 def _response_of(future: ResponseFuture[Any]) -> Any:
-    """The response; None where there will be none."""
+    """Return the response of a settled future; None if the request failed."""
     if not future.done() or future.cancelled() or future.exception() is not None:
         return None
     return future.result()

@@ -18,28 +18,29 @@ from teleopctl.wire import Graph, is_hidden_name
 class Selection:
     """Selection of the topics, services and actions that a recorder records.
 
-    Services are recorded by the events that introspection publishes of them, actions by their
-    feedback, their status and the events of their services. A regular expression is searched for
-    anywhere in a name; what is excluded is excluded whatever chose it.
+    Of a service, the introspection events are recorded; of an action, the feedback, the status and
+    the introspection events of its services. Regular expressions match anywhere in a name.
+    Exclusions take precedence over everything else.
 
     Attributes:
-        all_topics: Every topic that is not hidden.
-        all_services: Every service.
-        all_actions: Every action.
-        topics: Names of topics.
-        services: Names of services.
-        actions: Names of actions.
-        topic_types: Types of topics.
-        regex: For names of topics, services and actions; an empty one chooses none.
-        exclude_regex: What it is found in is not recorded; an empty one excludes none.
-        exclude_topics: Names of topics.
-        exclude_topic_types: Types of topics.
-        exclude_services: Names of services.
-        exclude_actions: Names of actions.
-        static_topics: Topics with their types, which are subscribed to before anybody publishes.
-        include_hidden_topics: Whether names with a part that starts with ``_`` count.
+        all_topics: Whether to record every topic that is not hidden.
+        all_services: Whether to record every service.
+        all_actions: Whether to record every action.
+        topics: Names of topics to record.
+        services: Names of services to record.
+        actions: Names of actions to record.
+        topic_types: Types of topics to record.
+        regex: Regular expression for names of topics, services and actions to record; an empty one
+            chooses none.
+        exclude_regex: Regular expression for names to exclude; an empty one excludes none.
+        exclude_topics: Names of topics to exclude.
+        exclude_topic_types: Types of topics to exclude.
+        exclude_services: Names of services to exclude.
+        exclude_actions: Names of actions to exclude.
+        static_topics: Type by name of topics that are subscribed to before a publisher exists.
+        include_hidden_topics: Whether to record topics with a name part that starts with ``_``.
         include_unpublished_topics: Whether topics without a publisher are subscribed to.
-        ignore_leaf_topics: Whether topics that nobody else subscribes to are left out.
+        ignore_leaf_topics: Whether to skip topics without other subscriptions.
     """
 
     all_topics: bool = False
@@ -80,8 +81,8 @@ class Selection:
         """Return the selection with names made absolute by functions for topics and services.
 
         Args:
-            topic: Resolves the name of a topic.
-            service: Resolves that of a service or an action.
+            topic: Function that resolves the name of a topic.
+            service: Function that resolves the name of a service or an action.
         """
         return replace(
             self,
@@ -152,7 +153,7 @@ def read_static_topics(path: Path) -> dict[str, str]:
         The type of each topic.
 
     Raises:
-        InvalidFileError: It cannot be read, or says something else; with its line.
+        InvalidFileError: The file cannot be read or has another form; names the line.
     """
     topics: dict[str, str] = {}
     for item in read_option_list(path, _ROOT, _EXPECTED):

@@ -19,10 +19,10 @@ _PACKAGE = "rosbag2_interfaces"
 _EVENTS_DEPTH = 3
 _DONE, _FAILED = 0, 1
 
-# As long as rosbag2's users wait for a service; a disk that needs longer has other troubles.
+# Longest wait of a service for the writing thread.
 _LONGEST_S = 60.0
 
-# Any, in this file: requests and responses of types that are made at run time.
+# Any, in this file: requests and responses of types that are created at run time.
 
 
 class RecorderControls(Protocol):
@@ -69,9 +69,9 @@ class RecorderServices:
     """rosbag2's services that control a recorder, and publishers of the recorder's events.
 
     Args:
-        node: The recorder's node.
-        recorder: The recorder.
-        takes_snapshots: Whether ``~/snapshot`` is offered.
+        node: Node of the recorder.
+        recorder: Recorder that the services control.
+        takes_snapshots: Whether to provide the service ``~/snapshot``.
     """
 
     def __init__(self, node: Node, recorder: RecorderControls, *, takes_snapshots: bool) -> None:
@@ -195,7 +195,7 @@ class RecorderServices:
         return response
 
     def _outcome(self, request: str, future: Future[Any] | None) -> Any:
-        """What the writing thread answers; None, with a line in the log, where it does not."""
+        """Return the result of the writing thread; None, with a log line, if there is none."""
         logger = self._node.get_logger()
         if future is None:
             logger.warning(f"Received {request} request while not in recording. Ignoring request.")

@@ -25,20 +25,21 @@ class RecordingSession:
     """Recording into one bag; with simulated time, it starts with the first /clock.
 
     Args:
-        node: Who subscribes.
-        folder: Where the bag is to be.
-        options: How it is recorded.
-        gate: Whether messages pass.
-        on_split: Called with the file that has ended and the one that begins.
-        on_failure: Called once when the disk refuses.
+        node: Node that the subscriptions belong to.
+        folder: Folder of the bag, which must not exist.
+        options: Options of the recording.
+        gate: Pause state of the recorder.
+        on_split: Called with the paths of the closed and the new file when the bag is split.
+        on_failure: Called once with the error when writing fails.
 
     Raises:
-        RefusedError: There is something at the place of the bag already.
-        SystemFailureError: The bag cannot be made.
+        RefusedError: The folder already exists.
+        SystemFailureError: The bag cannot be created.
 
     Attributes:
-        losses: What was not recorded.
-        topics: What is.
+        losses: Counter of lost messages.
+        topics: Subscriptions to the recorded topics.
+        writing: Thread that writes the bag.
     """
 
     def __init__(
@@ -108,7 +109,7 @@ class RecordingSession:
         """Wait until all received messages are written to the bag or the snapshot buffer.
 
         Raises:
-            SystemFailureError: The disk refused.
+            SystemFailureError: Writing failed.
         """
         with contextlib.suppress(CancelledError):
             self.writing.call(lambda writer: writer.flush()).result()
@@ -125,7 +126,7 @@ class RecordingSession:
         """Unsubscribe, write all received messages, and finish the bag.
 
         Raises:
-            SystemFailureError: The disk refused, now or before.
+            SystemFailureError: Writing failed, now or before.
         """
         self._is_over.set()
         self._changed.set()
@@ -172,11 +173,11 @@ class RecordingSession:
             self._changed.clear()
             if self._follows and not self._is_over.is_set():
                 self.topics.update(self._node.graph())
-            # One after the other, so that what appears meanwhile does not wait for all of them.
+            # One definition at a time, so that new topics do not wait for all definitions.
             if not self._is_over.is_set() and self.topics.request_definition(self._node.graph()):
                 self._changed.set()
 
     def _clock_moved(self) -> None:
-        # Only the first message of /clock is waited for.
+        # Ends the wait for the first message of /clock.
         if self._options.use_sim_time and not self._changed.is_set():
             self._changed.set()

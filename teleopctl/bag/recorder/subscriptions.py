@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
 Receiver = Callable[[bytes, MessageInfo], object]
 
-# What nobody records is given up, the oldest topic first.
+# Limit of the kept messages; beyond it, those of the oldest topic are dropped.
 _MOST_BYTES = 64 * 2**20
 
 
@@ -60,9 +60,9 @@ class DomainSubscription:
         """Call a receiver with the kept and all new messages of a Zenoh key expression.
 
         Args:
-            key_expression: That of a topic with one type and type hash.
-            receiver: Called on the transport's threads, with one message of a publisher after
-                the other.
+            key_expression: Key expression of a topic with one type and type hash.
+            receiver: Called on threads of the transport, with messages of the same publisher one
+                after the other.
         """
         with self._lock:
             for data, info in self._held.pop(key_expression, ()):
@@ -88,7 +88,7 @@ class DomainSubscription:
         attachment = sample.attachment
         meta = None if attachment is None else decode_attachment(attachment.to_bytes())
         if meta is None:
-            return  # not a message of ROS
+            return  # not a ROS message
         data = sample.payload.to_bytes()
         info: MessageInfo = {
             "source_timestamp": meta.time_ns,
@@ -101,7 +101,7 @@ class DomainSubscription:
             receiver = self._receivers[key]
         else:
             with self._lock:
-                # While this waited it may have been handed over, or forgotten.
+                # `set_receiver` or `ignore` may have been called while this waited for the lock.
                 if key not in self._receivers:
                     self._hold(key, data, info)
                     return
@@ -119,7 +119,7 @@ class DomainSubscription:
 
 _LOG = "/rosout"
 
-# What rosbag2 asks for where no publisher says what it offers.
+# Depth that rosbag2 requests for a topic without publishers.
 _DEFAULT_DEPTH = 10
 
 
@@ -137,7 +137,7 @@ class PauseGate:
 
 
 class _Topic:
-    """A topic that is being recorded."""
+    """State of a recorded topic: subscription, sequence numbers and kept messages."""
 
     def __init__(self, name: str, type_name: str, version: str) -> None:
         self.name = name
@@ -146,14 +146,14 @@ class _Topic:
         self.is_described = False
         self.is_latched = False
         self.subscription: Subscription[Any] | None = None
-        # Of each publisher the number of its last message.
+        # Sequence number of the last message of each publisher.
         self.last: dict[bytes, int] = {}
-        # Of a latched topic what came last from each publisher while the recorder was paused.
+        # Last message of each publisher of a latched topic while the recorder was paused.
         self.kept: dict[bytes, BagMessage] = {}
-        # Of all its publishers, the messages that are known to have been sent; see `BagTopic`.
+        # Number of messages that all publishers are known to have sent; see `BagTopic`.
         self.count = 0
         self.lock = threading.Lock()
-        # Since the topic was subscribed to anew, a message may come twice.
+        # After a second subscription to the topic, a message may be received twice.
         self.was_renewed = False
 
 
@@ -161,15 +161,15 @@ class RecordedTopics:
     """Subscriptions of a recording, updated as topics appear in the graph.
 
     Args:
-        node: Who subscribes.
-        selection: Which topics, with names as the graph has them.
-        qos: What some of them are subscribed to with.
-        queue: Where messages go.
-        gate: Whether they do.
-        losses: Is told of those that do not.
-        add_topic: Called for each topic once its definition is there.
-        uses_simulated_time: Whether messages bear the time of the node's clock.
-        domain_subscription: Where the first messages of topics are kept, if that is wanted.
+        node: Node that the subscriptions belong to.
+        selection: Topics to record, with absolute names.
+        qos: QoS profiles by topic that replace those chosen for the publishers.
+        queue: Queue that received messages are added to.
+        gate: Pause state of the recorder.
+        losses: Counter of the lost messages.
+        add_topic: Called with each topic when its definition is available.
+        uses_simulated_time: Whether messages get the time of the node's clock.
+        domain_subscription: Subscription that keeps the first messages of topics; None for none.
     """
 
     def __init__(
@@ -207,7 +207,7 @@ class RecordedTopics:
     def update(self, graph: Graph) -> None:
         """Subscribe to selected topics that are new in the graph; add known types to the bag."""
         named = graph.topic_names_and_types(include_hidden=True)
-        # The log first: what the recorder says while it begins with the others is in it.
+        # /rosout first, so that it has the recorder's log messages about the other topics.
         for name, types in sorted(named, key=lambda topic: topic[0] != _LOG):
             topic = self._topics.get(name)
             if topic is not None:
@@ -304,7 +304,7 @@ class RecordedTopics:
             self._logger.info(f"Overriding subscription profile for {topic.name}")
         topic.is_latched = qos.is_latched
         receiver = self._receiver(topic)
-        # What a publisher keeps comes to a subscription of its own alone.
+        # Only a separate subscription receives the history of a transient local publisher.
         comes_early = self._domain_subscription is not None and not qos.is_latched
         subscription = topic.subscription = self._node.create_subscription(
             raw_message_class(topic.type_name, topic.version),
@@ -354,7 +354,7 @@ class RecordedTopics:
             if clock is None:
                 received_ns, sent_ns = info["received_timestamp"], info["source_timestamp"]
             else:
-                # One clock for both, so that they can be compared.
+                # One clock for both times, so that they can be compared.
                 received_ns = sent_ns = clock.nanoseconds()
             if not gate.is_open:
                 topic.kept[publisher] = BagMessage(
@@ -368,7 +368,7 @@ class RecordedTopics:
         return receive
 
     def _put(self, message: BagMessage) -> None:
-        # What is on its way when a recording ends is not part of it, and not lost.
+        # Messages that arrive after the end of a recording do not count as lost.
         if not self._queue.put(message) and not self._queue.is_closed:
             self._losses.add_dropped(message.topic)
 
@@ -404,8 +404,8 @@ def _ignore(_: bytes) -> None:
 def recording_qos(publishers: list[EndpointToken]) -> QoSProfile:
     """Return a QoS compatible with all publishers; transient local if any publisher is.
 
-    As rosbag2 chooses it, but for two things that Zenoh allows and DDS does not: earlier messages
-    are requested where any publisher keeps them, and where there is no publisher yet.
+    The choice is that of rosbag2 with two differences, which Zenoh allows and DDS does not: earlier
+    messages are requested if any publisher keeps them, and if there is no publisher yet.
     """
     if not publishers:
         return QoSProfile(depth=_DEFAULT_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)

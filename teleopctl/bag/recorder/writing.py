@@ -15,24 +15,25 @@ from teleopctl.bag.storage.bag_writer import BagWriter
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
-# While messages come one by one, they are written so many seconds later, all at once: waking a
-# thread costs more than writing a small message.
+# Delay in seconds after which queued messages are written together: waking a thread costs more
+# than writing a small message.
 _GATHER_S = 0.1
 
-# Unless so many bytes are waiting.
+# Number of queued bytes that are written without the delay.
 _MUCH_BYTES = 4 * 2**20
 
 
 class MessageQueue:
     """Queue of messages from the subscriptions to the writing thread, limited in bytes.
 
-    A full one refuses what comes; who refuses counts it.
+    A full queue rejects messages; the caller of `put` counts them.
 
     Args:
-        most_bytes: What the messages may take; one message always finds room, however large.
+        most_bytes: Largest total size of the messages in bytes; an empty queue accepts a message of
+            any size.
 
     Attributes:
-        count: Messages that have come in so far.
+        count: Number of messages accepted so far.
     """
 
     def __init__(self, most_bytes: int) -> None:
@@ -43,7 +44,7 @@ class MessageQueue:
         self._lock = threading.Lock()
         self._something = threading.Event()
         self._hurry = threading.Event()
-        # Of the messages here, and of those that were taken and are not written yet.
+        # Size of the queued messages, and of those that were taken but are not written yet.
         self._bytes = 0
         self._is_closed = False
 
@@ -72,7 +73,7 @@ class MessageQueue:
         """Queue a function for the writing thread, after current messages; return False if closed.
 
         Returns:
-            False where the queue is closed, so that nobody will call it.
+            False if the queue is closed, so that the function will not be called.
         """
         with self._lock:
             if self._is_closed:
@@ -91,7 +92,7 @@ class MessageQueue:
             longest_s: Longest wait in seconds.
 
         Returns:
-            Messages to be written, functions to be called after that, and whether all is over.
+            Messages to write, functions to call after that, and whether the queue is closed.
         """
         if self._something.wait(longest_s) and not self._is_closed:
             self._hurry.wait(_GATHER_S)
@@ -121,12 +122,12 @@ _MOST_LATCHED = 100
 class SnapshotBuffer:
     """Ring buffer of the newest messages, limited in bytes and in time; not thread-safe.
 
-    What latched topics last had stays besides, however old: the description of a robot is said
-    once and needed always.
+    The last messages of latched topics are also kept, whatever their age: a robot description is
+    published once, and every snapshot needs it.
 
     Args:
-        most_bytes: What the messages may take; 0 for any amount.
-        longest_s: How much older than the newest one a message may be, in seconds; 0 for any age.
+        most_bytes: Largest total size of the messages in bytes; 0 for no limit.
+        longest_s: Largest age of a message relative to the newest one, in seconds; 0 for no limit.
     """
 
     def __init__(self, most_bytes: int, longest_s: float = 0.0) -> None:
@@ -135,16 +136,16 @@ class SnapshotBuffer:
         self._messages: deque[BagMessage] = deque()
         self._bytes = 0
         self._latched: dict[tuple[str, bytes], deque[BagMessage]] = {}
-        # Of each topic how many messages fell out, which the bag is not to count as lost.
+        # Number of dropped old messages by topic, which must not count as lost in the bag.
         self._fallen_out: Counter[str] = Counter()
 
     def put(self, message: BagMessage, latched_depth: int = 0) -> None:
         """Add a message; keep the last ones of latched topics; drop the oldest others if full.
 
         Args:
-            message: The newest one.
-            latched_depth: How many a late subscriber would get from its publisher; 0 for a topic
-                that is not latched.
+            message: Newest message.
+            latched_depth: Number of messages that a late subscriber gets from a publisher of the
+                topic; 0 if the topic is not latched.
         """
         if latched_depth:
             key = (message.topic, message.publisher)
@@ -184,16 +185,16 @@ class SnapshotBuffer:
         return bool(self._longest_ns) and now_ns - self._messages[0].log_time_ns > self._longest_ns
 
 
-# What is written at the latest when the process is killed is what came so long before.
+# Interval of flushes in seconds: messages of this time are lost if the process is killed.
 _FLUSH_S = 0.5
 
-# What is written at the latest when the machine loses its power.
+# Interval of fsync calls in seconds: messages of this time are lost if the power fails.
 _SYNC_S = 3.0
 
-# Room is given back to those who bring messages in steps of so many bytes.
+# Number of written bytes after which the space in the queue is released.
 _STEP_BYTES = 2**20
 
-# Of those who ask, at most so many wait at a time.
+# Number of futures that are cancelled at the end if they have no result yet.
 _MOST_ANSWERS = 1000
 
 ResultT = TypeVar("ResultT")
@@ -202,14 +203,15 @@ ResultT = TypeVar("ResultT")
 class WritingThread:
     """Thread that writes the messages of a `MessageQueue` to a bag.
 
-    Messages of a topic whose definition is still being asked for are held until `add_topic`.
+    Messages of a topic without a definition are held until `add_topic`.
 
     Args:
-        writer: The bag; this thread's alone from now on.
-        queue: Where the messages come from.
-        snapshot: Where they go in place of the bag, until a snapshot is taken.
-        on_failure: Called once when the disk refuses; nothing is written after that.
-        is_eager: Hand everything over to the operating system at once.
+        writer: Writer of the bag, used only by this thread from now on.
+        queue: Queue that the messages are taken from.
+        snapshot: Buffer that holds the messages until a snapshot is taken; None writes them to the
+            bag.
+        on_failure: Called once with the error when writing fails; nothing is written after that.
+        is_eager: Whether to flush after each write.
     """
 
     def __init__(
@@ -247,7 +249,7 @@ class WritingThread:
     def call(self, function: Callable[[BagWriter], ResultT]) -> Future[ResultT]:
         """Call a function with the bag writer on the thread; return a future of the result.
 
-        Where the recording ends before, the answer is cancelled.
+        The future is cancelled if the recording ends before the call.
         """
         answer: Future[ResultT] = Future()
 
@@ -275,7 +277,7 @@ class WritingThread:
         """Write all queued messages, finish the bag and end the threads; raise earlier errors.
 
         Raises:
-            SystemFailureError: The disk refused, now or before.
+            SystemFailureError: Writing failed, now or before.
         """
         self._queue.close()
         for thread in self._threads:
@@ -316,7 +318,7 @@ class WritingThread:
         for message in messages:
             latched_depth = self._latched.get(message.topic)
             if latched_depth is None:
-                # It keeps its room in the queue: what is held is limited as well.
+                # Held messages keep their space in the queue, so that they are limited as well.
                 self._held.setdefault(message.topic, []).append(message)
                 continue
             if self._snapshot is None:
