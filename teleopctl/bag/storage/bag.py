@@ -42,7 +42,7 @@ def open_bag(
 ) -> Bag:
     """Open a bag for reading: a folder or file of rosbag2 (MCAP, SQLite), or a bag of ROS 1.
 
-    A folder without ``metadata.yaml`` and a file that was never finished are read too.
+    A folder without ``metadata.yaml`` and an unfinished file can be read as well.
 
     Args:
         path: Folder of the bag, or one of its files.
@@ -88,21 +88,21 @@ def open_files(
     """Open given MCAP files or SQLite databases for reading as one bag.
 
     Args:
-        path: What the bag is called.
-        files: The files.
-        metadata: What ``metadata.yaml`` says, which the files complete and correct.
+        path: Path of the bag, as shown in messages.
+        files: Paths of the files.
+        metadata: Content of ``metadata.yaml``, which the files complete and correct; None without.
         storage: As for `open_bag`.
         recovery: As for `open_bag`.
 
     Raises:
-        InvalidFileError: None of them can be read.
-        UnsupportedError: They are compressed in a way that is not known.
+        InvalidFileError: The only file cannot be read.
+        UnsupportedError: The compression of the bag is unknown.
     """
     return _FilesBag(path, files, metadata, storage, recovery)
 
 
 def _metadata(path: Path) -> tuple[BagMetadata | None, list[str]]:
-    """What ``metadata.yaml`` says; a remark in its place where it says nothing."""
+    """Return the content of ``metadata.yaml``, or None with a remark if the file is invalid."""
     if not (path / METADATA_FILE).is_file():
         return None, []
     try:
@@ -114,7 +114,7 @@ def _metadata(path: Path) -> tuple[BagMetadata | None, list[str]]:
 def bag_files(path: Path) -> list[Path]:
     """Return a bag's files in the order of writing: those in ``metadata.yaml``, then others.
 
-    Those that ``metadata.yaml`` names, and what a recorder that was killed could no longer add.
+    The other files are those that a killed recorder did not add to ``metadata.yaml``.
     """
     if path.is_file():
         return [path]
@@ -129,20 +129,20 @@ def bag_files(path: Path) -> list[Path]:
 def stored_files(folder: Path) -> list[Path]:
     """Return the bag files in a folder, sorted by number, whatever ``metadata.yaml`` lists."""
     found = {file for file in folder.iterdir() if _suffix(file) in _SUFFIXES}
-    # Beside a file that was decompressed by hand may stand the one that it was made of.
+    # A file that was decompressed by hand may be next to its compressed original.
     return sorted(
         (f for f in found if f.suffix != SUFFIX or f.with_suffix("") not in found), key=_by_number
     )
 
 
 def _by_number(file: Path) -> tuple[int, str]:
-    """What to sort files by: ``x_10.mcap`` comes behind ``x_9.mcap``."""
+    """Return the sort key of a file, with which ``x_10.mcap`` is after ``x_9.mcap``."""
     number = file.name.partition(".")[0].rpartition("_")[2]
     return (int(number) if number.isascii() and number.isdigit() else -1, file.name)
 
 
 def _suffix(file: Path) -> str:
-    """The last suffix but for that of a compression."""
+    """Return the last suffix of a file's name, without that of a compression."""
     return Path(file.name.removesuffix(SUFFIX)).suffix
 
 
@@ -161,7 +161,7 @@ def _absence(file: Path) -> str:
     try:
         return missing_content(file)
     except OSError:
-        return ""  # the reader of its form says what is wrong
+        return ""  # the reader of the file reports the error
 
 
 def _begins_with(file: Path, magic: bytes) -> bool:
@@ -198,7 +198,7 @@ class _FilesBag(Bag):
             raise
         metadata = metadata or self._kept_metadata() or BagMetadata()
         told = (reader.distribution for reader in self._readers)
-        # The files know best: metadata.yaml may be older than they are.
+        # The files take precedence: metadata.yaml may be older.
         self.metadata = BagMetadata(
             files=tuple(self._descriptions),
             topics=tuple(self._topics(metadata).values()),
@@ -242,7 +242,7 @@ class _FilesBag(Bag):
         seen = set()
         for reader in self._readers:
             for attachment in reader.attachments():
-                # Each file of a bag repeats those of the ones before it.
+                # Each file of a bag repeats the attachments of the previous files.
                 if attachment not in seen:
                     seen.add(attachment)
                     yield attachment
@@ -281,7 +281,7 @@ class _FilesBag(Bag):
             )
 
     def _plain(self, file: Path) -> Path:
-        """The file; what it was before it was compressed, if it is."""
+        """Return the path of a file, or of its decompressed copy if the file is compressed."""
         if file.suffix != SUFFIX:
             return file
         self._unpacked = self._unpacked or TemporaryFolder(Path(gettempdir()))
@@ -291,7 +291,7 @@ class _FilesBag(Bag):
         return plain
 
     def _kept_metadata(self) -> BagMetadata | None:
-        """What the last finished file has of ``metadata.yaml``, which rosbag2 puts into each."""
+        """Return the metadata in the last finished file, which rosbag2 writes to each, or None."""
         for reader in reversed(self._readers):
             for name, values in reader.records():
                 with contextlib.suppress(InvalidFileError):
@@ -301,7 +301,7 @@ class _FilesBag(Bag):
         return None
 
     def _topics(self, metadata: BagMetadata) -> dict[str, tuple[BagTopic, int]]:
-        # Not every writer puts hash and profiles into the channel.
+        # Not every writer adds hash and QoS profiles to the channel.
         described = {topic.name: topic for topic, _ in metadata.topics}
         topics: dict[str, tuple[BagTopic, int]] = {}
         for reader in self._readers:

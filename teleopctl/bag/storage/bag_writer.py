@@ -1,6 +1,6 @@
 """Writing bags: a folder of files with a ``metadata.yaml`` that is kept up to date.
 
-The files are MCAP, or SQLite databases for programs that read nothing else.
+The files are MCAP, or SQLite databases for programs that cannot read MCAP.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ from teleopctl.bag.metadata import (
 from teleopctl.bag.records import BagAttachment, BagMessage, BagTopic
 from teleopctl.errors import RefusedError, SystemFailureError, TeleopctlError, UsageError
 
-# A latched topic without a bound keeps no more than this when a new file begins.
+# Largest number of messages of a latched topic and publisher that a new file repeats.
 _MOST_LATCHED = 100
 _METADATA_PERIOD_S = 5.0
-# An empty database has so many bytes, for rosbag2 also, which refuses less.
+# Size of an empty database; rosbag2 also rejects smaller split sizes.
 _LEAST_DATABASE_BYTES = 86_016
 
 
@@ -47,23 +47,23 @@ class WriterOptions:
     """Options of a bag writer: storage format, compression, splitting and metadata.
 
     Attributes:
-        compression: Of the chunks.
-        chunk_bytes: Uncompressed size at which a chunk ends.
-        compression_level: How much time the compression may take.
-        forces_compression: Whether chunks are compressed that are not made smaller by it.
-        chunk_checksums: Whether damage to chunks can be found later.
-        database_settings: Of SQLite, as `database_settings` returns them, for databases; None for
-            MCAP files, which the options above are for.
-        split_bytes: Size at which a new file begins; 0 for never.
+        compression: Compression of the chunks of MCAP files.
+        chunk_bytes: Uncompressed size in bytes at which a chunk ends.
+        compression_level: Level of the compression, from fastest to slowest.
+        forces_compression: Whether to store a chunk compressed even if that is not smaller.
+        chunk_checksums: Whether chunks have checksums, which show damage.
+        database_settings: SQLite settings, as `database_settings` returns them, for a bag of
+            databases; None for MCAP files, which the options above are for.
+        split_bytes: Size in bytes at which a new file begins; 0 for never.
         split_duration_ns: Log time after which a new file begins, in nanoseconds; 0 for never.
-        most_files: How many files are kept: with one more the oldest is removed; 0 for all.
-        repeat_latched: Whether each new file begins with what its latched topics last had, so that
-            it can be played alone.
-        distribution: The ROS 2 distribution, for `metadata.yaml`.
-        custom_data: What the person adds to `metadata.yaml`.
+        most_files: Largest number of files, beyond which the oldest is removed; 0 for no limit.
+        repeat_latched: Whether each new file begins with the last messages of latched topics, so
+            that the file can be played alone.
+        distribution: ROS 2 distribution to write to `metadata.yaml`.
+        custom_data: Keys and values of the user to write to `metadata.yaml`.
 
     Raises:
-        UsageError: An empty database would be larger than a file may be.
+        UsageError: `split_bytes` is smaller than an empty database.
     """
 
     compression: Compression = Compression.ZSTD
@@ -106,8 +106,7 @@ class WriterOptions:
 class BagWriter:
     """Bag opened for writing: a folder of MCAP or SQLite files with ``metadata.yaml``.
 
-    Not safe to use from several threads. Messages before a `flush` survive the death of the
-    process.
+    Not thread-safe. Messages written before a `flush` are not lost if the process is killed.
 
     Args:
         folder: Folder of the bag; it must not exist.
@@ -115,13 +114,13 @@ class BagWriter:
 
     Raises:
         RefusedError: The folder exists.
-        SystemFailureError: The folder cannot be made. The methods raise it if the disk fails; the
-            bag is closed then, and can be read up to there.
+        SystemFailureError: The folder cannot be created. The methods raise the error if writing
+            fails; the bag is then closed, and the messages written before are readable.
 
     Attributes:
         folder: Folder of the bag.
         message_counts: Number of written messages by topic.
-        on_split: Called with the finished file and the new one.
+        on_split: Called with the paths of the finished and the new file after a split.
 
     Example:
         >>> import teleopctl
@@ -145,7 +144,7 @@ class BagWriter:
         self._finished: list[BagFileWriter] = []
         self._file_number = 0
         self._splits = bool(self._options.split_bytes or self._options.split_duration_ns)
-        # Of the topics that are repeated: how many messages of each publisher.
+        # Number of messages of each publisher to repeat, by latched topic.
         self._depths: dict[str, int] = {}
         self._latched: dict[tuple[str, bytes], deque[BagMessage]] = {}
         self._attachments: list[BagAttachment] = []
@@ -217,10 +216,10 @@ class BagWriter:
         """Finish the present file and start a new one; return both paths.
 
         Args:
-            time_ns: Log time of what is repeated there; by default that of the last message.
+            time_ns: Log time of the repeated messages; None for that of the last message.
 
         Returns:
-            The file that has ended and the one that begins.
+            The paths of the finished and the new file.
         """
         ended = self._file
         self._attempt(lambda: self._finish(ended))
@@ -283,12 +282,12 @@ class BagWriter:
             oldest = self._finished.pop(0)
             for topic, count in oldest.message_counts.items():
                 self.message_counts[topic] -= count
-            # Somebody else may have taken it away, or be looking at it.
+            # Another program may have removed or opened the file.
             with contextlib.suppress(OSError):
                 oldest.path.unlink()
 
     def _finish(self, file: BagFileWriter) -> None:
-        # rosbag2 reads it where metadata.yaml is missing.
+        # rosbag2 reads this record if metadata.yaml is missing.
         text = format_metadata(self.metadata, with_root=False)
         file.add_record("rosbag2", {"serialized_metadata": text})
         file.close()
@@ -309,7 +308,7 @@ class BagWriter:
         self._latched[key].append(message)
 
     def _attempt(self, write: Callable[[], object]) -> None:
-        """Write; where the disk refuses, close what is there so that it can be read."""
+        """Call a function that writes; if it fails, close the file so that it stays readable."""
         try:
             write()
         except SystemFailureError:
@@ -319,7 +318,7 @@ class BagWriter:
     def _close_what_is_there(self) -> None:
         self._is_closed = True
         self._file.abandon()
-        # The end needs room too, which a full disk may have behind the record that was cut.
+        # Removing the incomplete last record may free the space that the end of the file needs.
         if isinstance(self._file, McapFileWriter):
             with contextlib.suppress(TeleopctlError):
                 finish_file(self._file.path)

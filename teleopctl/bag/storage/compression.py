@@ -20,9 +20,9 @@ from teleopctl.errors import InvalidFileError, SystemFailureError, UnsupportedEr
 
 ZSTD = "zstd"
 SUFFIX = ".zstd"
-"""What stands behind the name of a file that is compressed as a whole."""
+"""Suffix of a file that is compressed as a whole."""
 
-# A piece becomes at most 32,768 times as large: 128 MB.
+# Compressed bytes per step, which become at most 32,768 times as large: 128 MB.
 _PIECE_BYTES = 2**12
 _HEAD_BYTES = 18
 
@@ -44,15 +44,17 @@ def unpack_file(path: Path, folder: Path) -> tuple[Path, str]:
     """Decompress a zstd bag file into a folder; return the new path and a fault text or "".
 
     Args:
-        path: The file.
-        folder: Where the other one goes.
+        path: Path of the compressed file.
+        folder: Folder of the decompressed file.
 
     Returns:
-        The other one, and what is wrong with the first; empty where nothing is.
+        The path of the decompressed file, and a description of the fault of the compressed file,
+        empty if it has none.
 
     Raises:
-        InvalidFileError: It is not compressed so, cannot be read, or is over the budget.
-        SystemFailureError: There is no room.
+        InvalidFileError: The file cannot be read, is not compressed with zstd, or becomes too
+            large.
+        SystemFailureError: The decompressed file cannot be written.
     """
     import zstandard
 
@@ -60,7 +62,7 @@ def unpack_file(path: Path, folder: Path) -> tuple[Path, str]:
     fault = ""
     try:
         with path.open("rb") as source:
-            # rosbag2 writes the size into the head: then nothing needs to be unpacked for this.
+            # rosbag2 writes the size to the header: a file that is too large is not unpacked.
             claimed = _claimed_size(source.read(_HEAD_BYTES))
             least = UNPACKED_FILE_BYTES if claimed else UNPACKED_BYTES
             most = unpacked_limit(path.stat().st_size, least)
@@ -91,8 +93,8 @@ def unpack_messages(
     """Yield a bag's singly compressed messages decompressed; report broken ones, or raise.
 
     Raises:
-        InvalidFileError: One is broken or over the budget, and nobody is to be told; or they are
-            over the budget together.
+        InvalidFileError: A message is broken or becomes too large, and `on_left_out` is None; or
+            all messages together become too large.
     """
     import zstandard
 
@@ -123,9 +125,9 @@ def _unpack_message(data: bytes) -> bytes:
     """Decompress one message.
 
     Raises:
-        zstandard.ZstdError: It is broken.
-        EOFError: It is cut off.
-        BudgetError: It becomes too large.
+        zstandard.ZstdError: The data is broken.
+        EOFError: The data is truncated.
+        BudgetError: The message becomes too large.
     """
     import zstandard
 
@@ -147,8 +149,8 @@ def _unpack(source: BinaryIO, take: Callable[[bytes], object]) -> None:
     """Decompress a stream piece by piece.
 
     Raises:
-        zstandard.ZstdError: It is broken.
-        EOFError: It is cut off.
+        zstandard.ZstdError: The data is broken.
+        EOFError: The data is truncated.
     """
     import zstandard
 
@@ -165,7 +167,7 @@ def _take(path: Path, block: bytes, target: BinaryIO, most: int) -> None:
 
 
 def _claimed_size(head: bytes) -> int:
-    """How large the file becomes by its head; 0 where that says nothing."""
+    """Return the decompressed size in the header of a file; 0 if the header has none."""
     import zstandard
 
     try:

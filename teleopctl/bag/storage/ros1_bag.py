@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 _Converter = Callable[[bytes | memoryview], bytes | memoryview]
 
 ROS1 = "rosbag v2.0"
-"""What ``storage_identifier`` is for a bag of ROS 1."""
+"""Value of ``storage_identifier`` for a bag of ROS 1."""
 _PIECE_BYTES = 2**20
 
 
@@ -45,10 +45,10 @@ class Ros1Bag(Bag):
     """ROS 1 bag opened for reading, with its messages converted to ROS 2.
 
     Args:
-        path: The file.
+        path: Path of the file.
 
     Raises:
-        InvalidFileError: It cannot be read.
+        InvalidFileError: The bag cannot be read.
     """
 
     def __init__(self, path: Path) -> None:
@@ -79,7 +79,7 @@ class Ros1Bag(Bag):
         topics: Collection[str] | None = None,
         start_ns: int = 0,
         end_ns: int = NO_TIME_NS,
-        on_left_out: Callable[[str], object] | None = None,  # noqa: ARG002 (others')
+        on_left_out: Callable[[str], object] | None = None,  # noqa: ARG002 (of Bag)
     ) -> Iterator[BagMessage]:
         """Yield messages, converted to ROS 2, by log time; raise if a part is broken."""
         from rosbags.highlevel import AnyReaderError
@@ -128,7 +128,7 @@ class Ros1Bag(Bag):
         type_name = _ros2_name(connection.msgtype)
         self._tell_of_change(connection.topic, connection.msgtype, type_name)
         text, _ = self._types.generate_msgdef(type_name, ros_version=2)
-        # rosbags takes a char for another type than rosidl does, which makes a uint8 of it.
+        # Not rosbags' own hash: for rosbags a char is another type, for rosidl a uint8.
         digest = hash_of_text(type_name, text)
         return BagTopic(connection.topic, type_name, digest, TypeText(ROS2MSG, text), offers)
 
@@ -150,7 +150,7 @@ class Ros1Bag(Bag):
             counts[topic.name] = counts.get(topic.name, 0) + connection.msgcount
         file = BagFile(self.path.name, message_count=reader.message_count)
         if reader.message_count:
-            # Its end is the first time that has no message any more.
+            # The end time of rosbags is 1 ns after the last message.
             duration_ns = reader.end_time - 1 - reader.start_time
             file = BagFile(self.path.name, reader.start_time, duration_ns, reader.message_count)
         return BagMetadata(
@@ -161,7 +161,7 @@ class Ros1Bag(Bag):
 
 
 def _ros2_types(types: Typestore) -> Typestore:
-    """The types of a bag of ROS 1 as ROS 2 has them; those that it does not have, as they are."""
+    """Return the types of a ROS 1 bag, replaced by those of the same name in ROS 2."""
     from rosbags.typesys import Stores, get_typestore
 
     merged = get_typestore(Stores.EMPTY)
@@ -176,7 +176,7 @@ def _ros2_name(type_name: str) -> str:
 
 
 def _converter(ros1: Typestore, ros2: Typestore, type_name: str) -> _Converter:
-    """What makes CDR of ROS 2 from the bytes of ROS 1."""
+    """Return a function that converts serialized messages of ROS 1 to CDR of ROS 2."""
     from rosbags.convert.converter import is_same_wireformat, migrate_bytes
 
     new_name = _ros2_name(type_name)
@@ -186,11 +186,11 @@ def _converter(ros1: Typestore, ros2: Typestore, type_name: str) -> _Converter:
 
 
 def _bound_chunks(reader: AnyReader, stored: int) -> None:
-    """Have chunks unpacked within the budget, which rosbags would unpack whole.
+    """Limit the unpacked size of chunks, which rosbags does not limit.
 
     Args:
-        reader: Reads one file.
-        stored: How many bytes it has.
+        reader: Reader of one file.
+        stored: Size of the file in bytes.
     """
     import bz2
 
@@ -206,7 +206,7 @@ def _bound_chunks(reader: AnyReader, stored: int) -> None:
 
     def unpack(place: int, make: Callable[[], Any], data: bytes) -> bytes:
         content = _unpacked(make, data)
-        # Chunks that overlap in time are unpacked again and again.
+        # Chunks that overlap in time are unpacked several times, but counted once.
         if place not in counted:
             counted.add(place)
             unpacked.add(len(content))
@@ -220,13 +220,13 @@ def _bound_chunks(reader: AnyReader, stored: int) -> None:
                     bag.chunks[place] = chunk._replace(decompressor=partial(unpack, place, make))
 
 
-# Any stands for the decompressors of bz2 and of lz4, which have no type in common.
+# Any: the decompressors of bz2 and lz4, which have no common base class.
 def _unpacked(make: Callable[[], Any], data: bytes) -> bytes:
     """Unpack a chunk.
 
     Raises:
-        BudgetError: It becomes more than it may.
-        OSError: It is damaged.
+        BudgetError: The chunk becomes too large.
+        OSError: The chunk is damaged.
     """
     most = min(unpacked_limit(len(data)), LARGEST_UNPACKED_BYTES)
     decompressor, unpacked, pending = make(), bytearray(), data

@@ -1,15 +1,15 @@
 """Reads one SQLite database of rosbag2, damaged or not, in the order of log times.
 
-| table | since | has |
+| table | since | content |
 |---|---|---|
 | ``topics``, ``messages`` | Crystal | names and types; times and bytes |
 | ``topics.offered_qos_profiles`` | Foxy | quality of service |
-| ``schema`` | Humble | the distribution that recorded it |
+| ``schema`` | Humble | ROS distribution of the recorder |
 | ``message_definitions``, ``topics.type_description_hash`` | Iron | definitions and hashes |
 
-A type need not be known: its messages are bytes. rosbags' reader would replace nothing here: it
-misses what is in the log of a recorder that was killed (measured: 256 of 200,000 messages), and
-opens no damaged database.
+Types need not be known, since messages are read as bytes. The reader of rosbags is no replacement:
+it misses messages in the log of a killed recorder (measured: 256 of 200,000 messages), and cannot
+open a damaged database.
 """
 
 from __future__ import annotations
@@ -38,12 +38,12 @@ from teleopctl.bag.type_definitions import known_definition
 from teleopctl.errors import InvalidFileError
 from teleopctl.interfaces import type_hash
 
-# After so many numbers in turn that have no message, a damaged database has no further one.
+# Number of row IDs without a message after which the search in a damaged database ends.
 _GAP = 10_000
 _LARGEST = 2**63
-# SQLite needs some room for itself, and has no values of more than 2 GB.
+# Bounds of the length limit: SQLite itself needs some bytes, and no value is larger than 2 GB.
 _LEAST_LENGTH, _MOST_LENGTH = 1_000_000, 2**31 - 1
-# rosbag2 writes nothing else, but SQLite takes any value in any column.
+# rosbag2 writes these types only, but SQLite accepts any value in any column.
 _IS_MESSAGE = (
     "typeof(timestamp) = 'integer' AND timestamp >= 0 AND typeof(data) = 'blob'"
     " AND typeof(topic_id) = 'integer'"
@@ -56,16 +56,16 @@ class SqliteFileReader(BagFileReader):
     """Reader of one SQLite file of a bag, which may be damaged.
 
     Args:
-        path: The file.
+        path: Path of the file.
 
     Attributes:
-        topics: Its topics by name, each with its number of messages.
-        is_finished: Whether it is whole; one that is not is read as far as it can be.
-        remarks: What of it cannot be understood, and is left out.
-        distribution: The ROS 2 distribution that recorded it; empty where that is not told.
+        topics: Topics by name, each with its number of messages.
+        is_finished: Whether the database is undamaged; a damaged one is read as far as possible.
+        remarks: Unreadable parts of the database that are skipped, one sentence each.
+        distribution: ROS 2 distribution that recorded the file; empty if unknown.
 
     Raises:
-        InvalidFileError: It is no database of rosbag2, or cannot be read.
+        InvalidFileError: The file is no database of rosbag2, or cannot be read.
     """
 
     STORAGE = SQLITE3
@@ -117,10 +117,10 @@ class SqliteFileReader(BagFileReader):
     ) -> Iterator[BagMessage]:
         """Yield messages by log time; if damaged, those that can be read, or raise.
 
-        A database that was damaged when it was opened is read as far as it can be.
+        A database whose damage was found when it was opened is read as far as possible.
 
         Raises:
-            InvalidFileError: It is damaged, and nobody is to be told.
+            InvalidFileError: Damage is found while reading, and `on_left_out` is None.
         """
         wanted = {id_: t.name for id_, t in self._ids.items() if topics is None or t.name in topics}
         reached = (-1, -1)
@@ -133,7 +133,7 @@ class SqliteFileReader(BagFileReader):
                 )
                 for row in self._database.rows(query, start_ns, end_ns):
                     *place, data = row
-                    # An index that is damaged leads to rows that were not asked for.
+                    # A damaged index may lead to rows that do not match the query.
                     if _is_place(place) and place[2] in wanted and isinstance(data, bytes):
                         time_ns, number, id_ = place
                         yield BagMessage(wanted[id_], time_ns, time_ns, data)
@@ -197,10 +197,10 @@ class SqliteFileReader(BagFileReader):
         self._database.close()
 
     def _require_tables(self) -> None:
-        """Refuse what only looks like a table: a view may have rows without end.
+        """Require plain tables: a view may have an infinite number of rows.
 
         Raises:
-            InvalidFileError: A table is something else.
+            InvalidFileError: A table is a view, is virtual, or has computed columns.
         """
         for table in ("topics", "messages"):
             query = "SELECT type, sql FROM sqlite_master WHERE name = ?"
@@ -208,20 +208,20 @@ class SqliteFileReader(BagFileReader):
                 kinds = [str(kind) for kind, _ in self._database.rows(query, table)]
                 columns = list(self._database.rows(f"PRAGMA table_xinfo({table})"))
             except sqlite3.Error:
-                continue  # it is damaged; `_find_topics` says so
+                continue  # the database is damaged; `_find_topics` raises the error
             is_computed = any(row[-1] not in (None, 0) for row in columns)
             if is_computed or (kinds and "table" not in kinds):
                 raise InvalidFileError(f"Cannot read {self.path}: its '{table}' is no plain table")
 
     def _find_topics(self) -> dict[int, BagTopic]:
-        """The topics by their numbers in the database."""
+        """Return the topics by their IDs in the database."""
         query = "SELECT * FROM topics ORDER BY id"
         try:
             rows = list(self._database.named_rows(query))
         except sqlite3.DatabaseError as error:
             if isinstance(error, sqlite3.OperationalError) or "malformed" not in str(error):
                 raise
-            # It is shorter than its first page says. With this, SQLite reads what is there.
+            # The file is shorter than its header states. With this pragma, SQLite still reads it.
             self.is_finished = False
             list(self._database.rows("PRAGMA writable_schema=ON"))
             rows = list(self._database.named_rows(query))
@@ -242,7 +242,7 @@ class SqliteFileReader(BagFileReader):
             and isinstance(row["type"], str)
         }
 
-    # Any: a row has numbers and texts.
+    # Any: numbers and texts of a row.
     def _topic(self, row: dict[str, Any], definitions: dict[str, TypeText]) -> BagTopic:
         name, type_name = row["name"], full_type_name(row["type"])
         try:
@@ -251,7 +251,7 @@ class SqliteFileReader(BagFileReader):
             self.remarks.append(f"{self.path}, topic {name}: {error.message}")
             offers = ()
         version = str(row.get("type_description_hash") or "")
-        # rosbag2 keeps the definition of a service, and not that of its events.
+        # rosbag2 stores the definition of a service, not that of its event type.
         service = service_of(name, type_name)[1] if is_service_event(name, type_name) else ""
         definition = definitions.get(row["type"]) or definitions.get(service) or TypeText()
         if not definition.text.strip() or not definition.encoding:
@@ -262,7 +262,7 @@ class SqliteFileReader(BagFileReader):
         return BagTopic(name, type_name, version, definition, offers, form)
 
     def _summarize(self) -> dict[int, tuple[int, int, int]]:
-        """Number of messages, first and last log time, by the number of the topic."""
+        """Return the number of messages, and the first and last log time, by topic ID."""
         if self.is_finished:
             try:
                 rows = self._database.rows(
@@ -284,17 +284,17 @@ class SqliteFileReader(BagFileReader):
         return found
 
     def _readable_places(self) -> Iterator[tuple[int, int, int]]:
-        """Log time, number and topic of the messages that a damaged database still gives.
+        """Yield log time, row ID and topic ID of the readable messages of a damaged database.
 
-        They are read as they were written, and after each damage from the next one on that is
-        there.
+        Messages are read in the order of writing; after each damaged place, reading continues with
+        the next readable row.
         """
         columns = "SELECT timestamp, rowid, topic_id FROM messages"
         last = 0
         while True:
             try:
                 for row in self._database.rows(f"{columns} WHERE rowid > ? ORDER BY rowid", last):
-                    if not isinstance(row[1], int) or row[1] <= last:  # They are damaged, too.
+                    if not isinstance(row[1], int) or row[1] <= last:  # row IDs are damaged, too
                         return
                     last = row[1]
                     if _is_place(row):
@@ -331,34 +331,35 @@ class _Database:
     """Read-only connection to a database that may be damaged.
 
     Args:
-        path: The file; nothing is written beside it.
+        path: Path of the database; no other file is created.
 
     Raises:
-        sqlite3.Error: It cannot be opened.
+        sqlite3.Error: The database cannot be opened.
     """
 
     def __init__(self, path: Path) -> None:
         address = f"file:{quote(str(path.absolute()))}?mode=ro"
         log = path.with_name(f"{path.name}-wal")
         if _uses_log(path) and not (log.exists() and log.stat().st_size):
-            # Closed cleanly; SQLite would make a log anew.
+            # Closed cleanly; without "immutable", SQLite would create a new log.
             address += "&immutable=1"
         self._connection = _connect(address, path, log)
         try:
             list(self.rows("SELECT 1 FROM sqlite_master LIMIT 1"))
         except sqlite3.OperationalError:
-            # A folder that cannot be written, or a log that was begun: read without it.
+            # The folder is read-only, or the log is incomplete: read without the log.
             self._connection.close()
             self._connection = _connect(f"{address}&immutable=1", path, log)
         except sqlite3.DatabaseError:
-            pass  # It is damaged, or none; the topics tell.
+            pass  # damaged, or no database; reading the topics raises the error
 
-    # Any, here and below: SQLite's values.
+    # Any, here and below: SQLite values.
     def rows(self, query: str, *parameters: int | str) -> Iterator[tuple[Any, ...]]:
         """Execute an SQL query and yield its rows as tuples.
 
         Raises:
-            sqlite3.Error: It fails, or a damaged file makes Python's own module fail.
+            sqlite3.Error: The query fails, also if a damaged file causes another error of Python's
+                sqlite3 module.
         """
         for _, row in self._rows(query, parameters):
             yield row
@@ -379,7 +380,7 @@ class _Database:
         except sqlite3.Error:
             raise
         except (UnicodeError, OverflowError, ValueError, LookupError, MemoryError) as error:
-            # Names of columns and SQLite's own messages are read as UTF-8, whatever they are.
+            # Python decodes column names and SQLite's messages as UTF-8, which may be invalid.
             raise sqlite3.DatabaseError(f"database is malformed ({error})") from error
 
     def close(self) -> None:
@@ -391,7 +392,7 @@ def _connect(address: str, path: Path, log: Path) -> sqlite3.Connection:
     database = sqlite3.connect(address, uri=True, check_same_thread=False)
     database.text_factory = lambda text: text.decode(errors="replace")
     size = path.stat().st_size + (log.stat().st_size if log.exists() else 0)
-    # No value is longer than its file, whatever its head says.
+    # No value is longer than the file, whatever length a damaged file states.
     database.setlimit(sqlite3.SQLITE_LIMIT_LENGTH, min(max(size, _LEAST_LENGTH), _MOST_LENGTH))
     return database
 
@@ -404,7 +405,7 @@ def _uses_log(path: Path) -> bool:
 
 
 def _is_place(row: Sequence[object]) -> bool:
-    """Whether what says where a message is, or how many there are, are numbers that may be."""
+    """Return whether all values of a row are integers in the range of times and counts."""
     return all(isinstance(value, int) and 0 <= value < NO_TIME_NS for value in row)
 
 

@@ -1,6 +1,6 @@
 """Writes one SQLite database as rosbag2 does since Iron, and completes those left open.
 
-rosbags' writer commits once, when it is closed: a recorder that is killed would leave no message.
+The writer of rosbags commits once, when it is closed: a killed recorder would leave no messages.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
 
 
 LOG_SUFFIX = "-wal"
-"""What the name of a log ends with: what is in it is not in the database yet."""
+"""Suffix of SQLite's write-ahead log, whose content is not in the database yet."""
 
 _JOURNAL_SUFFIX = "-journal"
 
@@ -32,7 +32,7 @@ def is_left_open(path: Path) -> bool:
     """Return whether a non-empty SQLite log or journal is beside a database.
 
     Args:
-        path: The database.
+        path: Path of the database.
     """
     beside = [path.with_name(path.name + suffix) for suffix in (LOG_SUFFIX, _JOURNAL_SUFFIX)]
     return any(file.exists() and file.stat().st_size for file in beside)
@@ -42,11 +42,11 @@ def finish_database(path: Path) -> None:
     """Complete a database that a killed process left open, from its log or journal.
 
     Args:
-        path: The database; one with nothing beside it is left alone.
+        path: Path of the database; without a log or journal, it is not changed.
 
     Raises:
-        InvalidFileError: It cannot be read, or cannot be written.
-        RefusedError: Another program is writing it.
+        InvalidFileError: The database cannot be read or written.
+        RefusedError: Another program is writing the database.
     """
     if not is_left_open(path):
         return
@@ -68,9 +68,9 @@ def merge_log(database: sqlite3.Connection) -> None:
     """Merge SQLite's write-ahead log into a database, and switch the log off.
 
     Raises:
-        sqlite3.OperationalError: Somebody else has it open.
+        sqlite3.OperationalError: Another connection has the database open.
     """
-    # Only where it has one: a journal is looked at by any reading.
+    # Only for a write-ahead log: a journal is handled by the query below.
     if database.execute("PRAGMA journal_mode").fetchone() == ("wal",):
         database.execute("PRAGMA journal_mode=DELETE").fetchall()
     database.execute("SELECT 1 FROM sqlite_master").fetchone()
@@ -78,7 +78,7 @@ def merge_log(database: sqlite3.Connection) -> None:
 
 SCHEMA_VERSION = 4
 
-# As rosbag2 creates them: its readers, and those of others, ask for these columns.
+# Tables as rosbag2 creates them: its readers, and other readers, query these columns.
 _TABLES = (
     "CREATE TABLE schema(schema_version INTEGER PRIMARY KEY, ros_distro TEXT NOT NULL)",
     "CREATE TABLE metadata(id INTEGER PRIMARY KEY, metadata_version INTEGER NOT NULL,"
@@ -94,26 +94,27 @@ _TABLES = (
     "CREATE INDEX timestamp_idx ON messages (timestamp ASC)",
 )
 
-# Messages are written together: a transaction for each would take most of the time.
+# Messages are committed together: a transaction for each would take most of the time.
 _BATCH_BYTES = 2**20
-# The numbers beside the data of a message; rosbag2 reckons with as much.
+# Size of a row in addition to the data of a message, as in rosbag2.
 _ROW_BYTES = 24
 
 
 class SqliteFileWriter(BagFileWriter):
     """Writer of one SQLite file of a bag, in rosbag2's format.
 
-    What `flush` has written survives the death of this process, where the settings have SQLite
-    keep a log or a journal. A database has no place for files and for records other than
-    rosbag2's, and of a message it has one time alone.
+    Messages written before a `flush` are not lost if the process is killed, if the settings make
+    SQLite keep a log or a journal. The format has no attachments, no metadata records other than
+    that of rosbag2, and only one time for each message.
 
     Args:
-        path: Where it is to be; nothing may be there.
-        settings: SQLite's, each as it stands behind ``PRAGMA``.
-        distribution: The ROS 2 distribution.
+        path: Path of the file, which must not exist.
+        settings: SQLite settings, each in the form of the text after ``PRAGMA``.
+        distribution: ROS 2 distribution; empty if unknown.
 
     Raises:
-        SystemFailureError: It cannot be made. The methods raise it where it cannot be written.
+        SystemFailureError: The file cannot be created. The methods raise the error if writing
+            fails.
     """
 
     def __init__(self, path: Path, settings: tuple[str, ...], distribution: str = "") -> None:
@@ -135,7 +136,7 @@ class SqliteFileWriter(BagFileWriter):
                     self._database.execute(table)
                 row = (SCHEMA_VERSION, distribution)
                 self._database.execute("INSERT INTO schema VALUES (?, ?)", row)
-            # Readers that do not look into a log find a bag, if it comes to that.
+            # So that readers that ignore the log find the tables of a bag.
             self._database.execute("PRAGMA wal_checkpoint").fetchall()
             (self._page_bytes,) = self._database.execute("PRAGMA page_size").fetchone()
             self._pages_bytes = self._count_pages()
@@ -206,8 +207,8 @@ class SqliteFileWriter(BagFileWriter):
     def sync(self) -> None:
         """Wait until the write-ahead log is on the disk (fsync); for another thread.
 
-        For another thread than the one that writes. Of the database itself SQLite takes care:
-        whoever opens and closes it in this process takes SQLite's locks from it.
+        To be called from another thread than the one that writes. SQLite syncs the database itself;
+        opening and closing the file in this process would release SQLite's locks.
         """
         with contextlib.suppress(OSError):
             log = os.open(f"{self.path}{LOG_SUFFIX}", os.O_RDONLY)
@@ -219,7 +220,7 @@ class SqliteFileWriter(BagFileWriter):
     def close(self) -> None:
         """Commit the buffered messages, merge the log, and close the database."""
         self.flush()
-        # Where somebody is reading it, it keeps its log, into which SQLite looks.
+        # If another program is reading the database, the log remains, and SQLite reads it.
         with contextlib.suppress(sqlite3.OperationalError):
             merge_log(self._database)
         with self._told():
@@ -241,14 +242,14 @@ class SqliteFileWriter(BagFileWriter):
             yield
             self._database.execute("COMMIT")
         except BaseException:
-            # A full disk has SQLite undo it by itself.
+            # If the disk is full, SQLite has already rolled back.
             if self._database.in_transaction:
                 self._database.execute("ROLLBACK")
             raise
 
     @contextlib.contextmanager
     def _told(self) -> Iterator[None]:
-        """Raise SQLite's errors as ours."""
+        """Raise SQLite's errors as `SystemFailureError`."""
         try:
             yield
         except sqlite3.Error as error:

@@ -17,8 +17,8 @@ from teleopctl.errors import InvalidFileError, UnsupportedError, UsageError, did
 MCAP_PRESETS = ("none", "fastwrite", "zstd_fast", "zstd_small")
 """Storage preset profiles of rosbag2's MCAP plug-in."""
 
-# rosbag2's fastwrite has no chunks, and its zstd_fast no checksums. Ours keep both, and indexes:
-# they are what a crash leaves readable, and where damage shows.
+# rosbag2's fastwrite has no chunks, and its zstd_fast no checksums. These presets keep chunks,
+# checksums and indexes, so that a file is readable after a crash, and damage can be found.
 _CHUNKS_OF_PRESETS = {
     "": ChunkSettings(),
     "none": ChunkSettings(Compression.NONE),
@@ -29,7 +29,7 @@ _CHUNKS_OF_PRESETS = {
 _COMPRESSIONS = {"None": Compression.NONE, "Lz4": Compression.LZ4, "Zstd": Compression.ZSTD}
 _LEVELS = {level.value: level for level in CompressionLevel}
 
-# Our files have all of these, so that they cannot be asked to leave them out.
+# Keys that are not supported, since all files have these parts.
 _NEVER_LEFT_OUT = {
     "noAttachmentCRC": "checksums of attachments",
     "noAttachmentIndex": "an index of attachments",
@@ -57,13 +57,14 @@ def chunk_settings(preset: str = "", config_file: Path | None = None) -> ChunkSe
     """Return the MCAP chunk settings of a storage preset and a storage configuration file.
 
     Args:
-        preset: One of `MCAP_PRESETS`; empty for zstd.
-        config_file: YAML as rosbag2's MCAP plug-in reads it; wins over the preset.
+        preset: Name of a preset of `MCAP_PRESETS`; empty for zstd.
+        config_file: YAML file in the format of rosbag2's MCAP plug-in; takes precedence over the
+            preset.
 
     Raises:
-        UsageError: There is no such preset.
-        UnsupportedError: The file asks for something that our files do not do; with its line.
-        InvalidFileError: The file cannot be read, or a value is none of its key; with its line.
+        UsageError: The preset is unknown.
+        UnsupportedError: A setting of the file is not supported; names the line.
+        InvalidFileError: The file cannot be read, or a key or value is invalid; names the line.
     """
     if preset not in _CHUNKS_OF_PRESETS:
         raise UsageError(
@@ -76,7 +77,7 @@ def chunk_settings(preset: str = "", config_file: Path | None = None) -> ChunkSe
     return settings
 
 
-# Any, here and below: YAML's values.
+# Any, here and below: YAML values.
 def _changed(settings: ChunkSettings, key: str, place: str, value: Any) -> ChunkSettings:
     match key:
         case "compression":
@@ -122,7 +123,7 @@ def read_storage_config(file: Path) -> list[tuple[str, str, Any]]:
     """Read a storage configuration file; return key, place (file and line) and value of each.
 
     Raises:
-        InvalidFileError: It cannot be read, or is not YAML; with its line.
+        InvalidFileError: The file cannot be read, or is no YAML mapping; names the line.
     """
     with ros_yaml.faults_of(file):
         loader = ros_yaml.RosLoader(read_text(file))
@@ -147,18 +148,18 @@ def read_storage_config(file: Path) -> list[tuple[str, str, Any]]:
 SQLITE_PRESETS = ("none", "resilient")
 """Storage preset profiles of rosbag2's SQLite plug-in."""
 
-# rosbag2's own default keeps the journal in memory: a process that is killed while it writes leaves
-# a database that nobody can read. With a log beside it, it is whole at every moment.
+# rosbag2's default keeps the journal in memory: a process that is killed while it writes leaves an
+# unreadable database. With a write-ahead log, the database is always consistent.
 _LOG = "journal_mode=WAL"
 _PRAGMAS_OF_PRESETS = {
     "": (_LOG, "synchronous=OFF"),
     "none": (_LOG, "synchronous=OFF"),
-    # Whole also where the machine loses its power.
+    # Consistent also after a power failure.
     "resilient": (_LOG, "synchronous=NORMAL"),
 }
 _SECTIONS = ("write", "read")
 _FORBIDDEN = "';\""
-# What SQLite's documentation, and so rosbag2's example, has in the place of a schema's name.
+# Placeholder of a schema's name in SQLite's documentation, and so in rosbag2's example.
 _ANY_SCHEMA = "schema."
 
 
@@ -166,12 +167,13 @@ def database_settings(preset: str = "", config_file: Path | None = None) -> tupl
     """Return SQLite's ``PRAGMA`` settings of a storage preset and a configuration file.
 
     Args:
-        preset: One of `SQLITE_PRESETS`; empty for none.
-        config_file: YAML as rosbag2's SQLite plug-in reads it; wins over the preset.
+        preset: Name of a preset of `SQLITE_PRESETS`; empty for ``none``.
+        config_file: YAML file in the format of rosbag2's SQLite plug-in; takes precedence over the
+            preset.
 
     Raises:
-        UsageError: There is no such preset.
-        InvalidFileError: The file cannot be read, or SQLite does not know a setting; with its line.
+        UsageError: The preset is unknown.
+        InvalidFileError: The file cannot be read, or SQLite rejects a setting; names the line.
     """
     if preset not in _PRAGMAS_OF_PRESETS:
         raise UsageError(
@@ -180,12 +182,12 @@ def database_settings(preset: str = "", config_file: Path | None = None) -> tupl
         )
     given = _read_pragmas(config_file) if config_file else {}
     ours = {_pragma_name(setting): setting for setting in _PRAGMAS_OF_PRESETS[preset]}
-    # The size of pages is to be said before there is a log.
+    # The page size must be set before the log is created, so the given settings are first.
     return tuple({**given, **{name: s for name, s in ours.items() if name not in given}}.values())
 
 
 def _read_pragmas(file: Path) -> dict[str, str]:
-    """The settings for writing, by name."""
+    """Return the settings for writing in a configuration file, by name."""
     settings: dict[str, str] = {}
     for section, place, content in read_storage_config(file):
         if section not in _SECTIONS:

@@ -14,12 +14,12 @@ from teleopctl.errors import RefusedError
 class BagPart(Bag):
     """View of an open bag that is limited to a time span.
 
-    Its metadata, attachments and records are those of the whole bag.
+    Metadata, attachments and records are those of the whole bag.
 
     Args:
-        bag: The bag.
-        start_ns: Log time of the first message at the earliest, in nanoseconds since the epoch.
-        end_ns: Log time that the last message has to be before.
+        bag: Open bag.
+        start_ns: Earliest log time of the view, in nanoseconds since the epoch.
+        end_ns: Log time before which the view ends, in nanoseconds since the epoch.
     """
 
     def __init__(self, bag: Bag, start_ns: int = 0, end_ns: int = NO_TIME_NS) -> None:
@@ -64,7 +64,7 @@ class MergedBags:
     """View of several open bags as one, with messages merged by log time.
 
     Args:
-        bags: The bags; they stay whoever opened them's to close.
+        bags: Open bags, which the caller closes.
 
     Attributes:
         topics: All topics by name, each with its number of messages.
@@ -111,7 +111,7 @@ class MergedBags:
         """Raise if one of the named topics has different types in the bags.
 
         Raises:
-            RefusedError: One has, since no bag can hold that.
+            RefusedError: A topic has different types or type hashes, which no bag can hold.
         """
         for name in names:
             if name in self._conflicts:
@@ -162,7 +162,7 @@ class MergedBags:
             type_hash=known.type_hash or topic.type_hash,
             definition=known.definition if known.definition.text else topic.definition,
             qos=tuple(dict.fromkeys((*known.qos, *topic.qos))),
-            # Two bags have a count each.
+            # The sequence numbers of two bags are independent.
             is_counted=topic.is_counted and topic.name not in self.topics,
         )
         self.topics[topic.name] = (merged, before + count)
