@@ -1,7 +1,6 @@
 """Floor 2: the client library. Names and meanings are rclpy's.
 
-The names load what they need when they are first used, so that importing this package costs
-nothing.
+Each name is imported when it is first used, so that importing this package takes no time.
 """
 
 from __future__ import annotations

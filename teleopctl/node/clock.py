@@ -27,8 +27,8 @@ class JumpThreshold:
     """Thresholds that a time jump must exceed for jump callbacks to be called.
 
     Args:
-        min_forward: A positive duration; None for no jump forwards.
-        min_backward: A negative duration; None for no jump backwards.
+        min_forward: Smallest jump forwards, positive; None ignores jumps forwards.
+        min_backward: Smallest jump backwards, negative; None ignores jumps backwards.
         on_clock_change: Whether switching simulated time on or off counts as a jump.
 
     Raises:
@@ -65,11 +65,11 @@ class TimeJump:
     """Size and cause of a time jump, as jump callbacks receive it.
 
     Args:
-        clock_change: What it changed.
-        delta: How far the clock went.
+        clock_change: Change of the clock's time source.
+        delta: Time difference of the jump, negative for a jump back.
 
     Raises:
-        TypeError: ``clock_change`` is no `ClockChange`.
+        TypeError: ``clock_change`` is not a `ClockChange`.
     """
 
     def __init__(self, clock_change: ClockChange, delta: Duration) -> None:
@@ -103,13 +103,13 @@ class JumpHandle:
     """Registered jump callbacks of a clock, until `unregister`; made by `create_jump_callback`.
 
     Args:
-        clock: The clock.
+        clock: Clock of the jumps.
         threshold: Smallest jumps for which the callbacks are called.
-        pre_callback: Called without arguments before the clock shows the new time.
-        post_callback: Called with the `TimeJump` when it does.
+        pre_callback: Called without arguments before the clock is set.
+        post_callback: Called with the `TimeJump` after the clock was set.
 
     Raises:
-        ValueError: There is no callback, or one cannot be called.
+        ValueError: Both callbacks are None, or one is not callable.
     """
 
     def __init__(
@@ -161,7 +161,7 @@ class Clock:
     """
 
     def __new__(cls, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> Clock:
-        """Choose the class that serves the type."""
+        """Create a clock of the class for a clock type."""
         return super().__new__(ROSClock if clock_type == ClockType.ROS_TIME else cls)
 
     def __init__(self, *, clock_type: ClockType = ClockType.SYSTEM_TIME) -> None:
@@ -170,7 +170,7 @@ class Clock:
         self._clock_type = clock_type
         # Replaced, never changed, so that a jump may iterate without a lock.
         self._jump_handles: tuple[JumpHandle, ...] = ()
-        # Told when simulated time begins or ends, which it does in a `ROSClock` only.
+        # Called when simulated time is switched on or off, which only a `ROSClock` does.
         self._on_switch: list[Callable[[], None]] = []
 
     def __repr__(self) -> str:
@@ -203,9 +203,9 @@ class Clock:
     def elapsed_ns(self) -> int:
         """Return a count of nanoseconds that jumps of the clock do not affect (ours).
 
-        The steady clock's: the system time may be set meanwhile, as NTP does on a machine
-        that starts without a battery-backed clock. rcl measures periods by the time that is shown,
-        and a timer then stops until that has come back to where it was.
+        It is the steady clock's time: system time may be set, as NTP does on a machine that starts
+        without a battery-backed clock. rcl measures periods by the clock's own time, so that after
+        a jump back its timers stop until the clock has reached the former time again.
         """
         return time.monotonic_ns()
 
@@ -222,16 +222,16 @@ class Clock:
     ) -> JumpHandle:
         """Register callbacks for the clock's time jumps (a `ROSClock` has them); return a handle.
 
-        The callbacks run where the clock is set, on the transport's thread for ``/clock``: they
+        The callbacks run on the thread that sets the clock, a thread of Zenoh for ``/clock``: they
         should be quick.
 
         Args:
             threshold: Smallest jumps for which the callbacks are called.
-            pre_callback: Called without arguments before the clock shows the new time.
-            post_callback: Called with the `TimeJump` when it does.
+            pre_callback: Called without arguments before the clock is set.
+            post_callback: Called with the `TimeJump` after the clock was set.
 
         Raises:
-            ValueError: There is no callback, or one cannot be called.
+            ValueError: Both callbacks are None, or one is not callable.
         """
         return JumpHandle(
             clock=self,
@@ -252,12 +252,12 @@ class Clock:
         """Sleep until the clock reaches a time; return False if interrupted.
 
         Returns:
-            True when it was reached, False when the context was shut down before, or simulated
-            time began or ended.
+            True if the time was reached. False if the context was shut down before, or simulated
+            time was switched on or off.
 
         Raises:
-            NotInitializedException: The context does not run.
-            ValueError: The time belongs to another clock.
+            NotInitializedException: The context is not running.
+            ValueError: The time has another clock type.
         """
         if until.clock_type != self._clock_type:
             raise ValueError("until's clock type does not match this clock's type")
@@ -270,12 +270,12 @@ class Clock:
             As `sleep_until`.
 
         Raises:
-            NotInitializedException: The context does not run.
+            NotInitializedException: The context is not running.
         """
         return self._sleep(self.elapsed_ns, self.elapsed_ns() + duration.nanoseconds, context)
 
     def _sleep(self, count_ns: Callable[[], int], end_ns: int, context: Context | None) -> bool:
-        """Sleep until a count of this clock has come to its end."""
+        """Sleep until a count of this clock reaches its end."""
         owner = context or Context.default()
         if not owner.ok():
             raise owner.not_running_error()
@@ -290,7 +290,7 @@ class Clock:
             owner.forget_on_shutdown(wake.set)
 
     def _wait_until(self, count_ns: Callable[[], int], end_ns: int, wake: threading.Event) -> bool:
-        """Wait until a count has come to its end, or an event is set: False then."""
+        """Wait until a count reaches its end; return False if an event is set before."""
         while (left_ns := end_ns - count_ns()) > 0:
             if wake.wait(to_seconds(left_ns)):
                 return False
@@ -304,14 +304,14 @@ class ROSClock(Clock):
     """
 
     def __new__(cls) -> ROSClock:
-        """Make the clock; its type is given."""
+        """Create the clock, without a choice of its type."""
         return object.__new__(cls)
 
     def __init__(self, *, clock_type: ClockType = ClockType.ROS_TIME) -> None:
         super().__init__(clock_type=clock_type)
         self._simulated_ns = 0
-        # Whether time is simulated, and what is added to its count so that `elapsed_ns` goes on
-        # where it was when simulated time began or ended. One value, which changes as one step.
+        # Whether time is simulated, and the offset of its count, which keeps `elapsed_ns`
+        # continuous when simulated time is switched on or off. One tuple, for an atomic change.
         self._source: tuple[bool, int] = (False, 0)
         self._moved = threading.Condition()
         self._listeners: list[Callable[[], None]] = []
@@ -328,8 +328,8 @@ class ROSClock(Clock):
     def elapsed_ns(self) -> int:
         """Return a count of nanoseconds that time jumps and changes of source do not affect (ours).
 
-        That of simulated time while it is active, else the steady clock's; between the two it goes
-        on, so that a span that has begun has its rest still to come, as in rcl.
+        It counts simulated time while that is active, else the steady clock. It is continuous when
+        the source changes, so that a running period keeps its remaining time, as in rcl.
         """
         simulated, offset_ns = self._source
         return offset_ns + (self._simulated_ns if simulated else time.monotonic_ns())
@@ -364,7 +364,7 @@ class ROSClock(Clock):
         """Set the time that the clock shows while simulated time is active, as rclpy.
 
         Raises:
-            TypeError: It is no `Time`.
+            TypeError: ``time`` is not a `Time`.
         """
         if not isinstance(time, Time):
             raise TypeError(
@@ -400,13 +400,13 @@ class ROSClock(Clock):
             listener()
 
     def _wait_until(self, count_ns: Callable[[], int], end_ns: int, wake: threading.Event) -> bool:
-        """Wait along simulated time when that is active."""
+        """Wait by simulated time if it is active."""
         if not self.ros_time_is_active:
             return super()._wait_until(count_ns, end_ns, wake)
         with self._moved:
             while count_ns() < end_ns:
                 if wake.is_set():
                     return False
-                # The event may be set by a thread that does not move the clock: look now and then.
+                # A thread that does not set the clock may set the event, hence the timeout.
                 self._moved.wait(0.1)
         return True

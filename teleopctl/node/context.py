@@ -27,10 +27,11 @@ if TYPE_CHECKING:
 
     SessionMode = Literal["peer", "client"]
 
-# Bound of the first query of the graph, which takes about a millisecond.
+# Time limit of the first query of the graph, which takes about a millisecond.
 _FIRST_QUERY_S = 1.0
 
-# Without a session publishing raises and spinning ends; a thread that does neither may go on.
+# Longest wait for daemon threads at exit. Without a session, publishing raises and spinning ends;
+# a thread that does neither may continue.
 _LONGEST_JOIN_S = 0.1
 
 
@@ -42,7 +43,7 @@ class Context:
 
     Attributes:
         publishes_after_signal: Whether publishers still send after a signal, until `shutdown`; for
-            programs that shut down by themselves and send something last, such as the final
+            programs that shut down by themselves and publish last messages, such as the final
             commands of controllers.
     """
 
@@ -52,7 +53,7 @@ class Context:
     def __init__(self) -> None:
         self._lock = threading.RLock()
         self._running = False
-        # From init() until shutdown() has released everything; a signal only ends the running.
+        # True from init() until shutdown() has released everything; a signal clears `_running`.
         self._initialized = False
         self._ended_by_signal = False
         self.publishes_after_signal = False
@@ -64,7 +65,7 @@ class Context:
         self._on_shutdown: list[Callable[[], None]] = []
         self._on_graph_change: list[Callable[[], None]] = []
         self._graph_changed = threading.Condition()
-        # The texts of the tokens of this process; a dict, which changes as one step.
+        # Texts of this process's tokens; a dict, whose changes are atomic.
         self._announced: dict[str, None] = {}
         self.domain_id = 0
         self._initialize_logging = True
@@ -94,16 +95,16 @@ class Context:
         Args:
             args: Command line with ``--ros-args`` groups; None takes ``sys.argv``.
             domain_id: ROS domain; None takes ``ROS_DOMAIN_ID``, else 0.
-            session_mode: ``peer`` for anything that lives or streams, ``client`` for one-shot
-                commands (opens faster, needs a router).
-            initialize_logging: Pass log records of Python libraries to the nodes' loggers; see
-                `library_logging`. Costs the import of ``logging``.
-            signal_handler_options: Which signals end the context; SIGINT and SIGTERM if None.
+            session_mode: Mode of the Zenoh session: ``peer`` for long-running programs, ``client``
+                for one-shot commands (opens faster, needs a router).
+            initialize_logging: Whether log records of Python libraries are passed to the nodes'
+                loggers; see `library_logging`. Takes the import of ``logging``.
+            signal_handler_options: Signals that end the context; SIGINT and SIGTERM if None.
                 Ctrl-C raises KeyboardInterrupt in any case.
-            publishes_after_signal: See the class.
+            publishes_after_signal: Whether publishers still send after a signal, until `shutdown`.
 
         Raises:
-            RuntimeError: The context runs already, or the domain is negative.
+            RuntimeError: The context is running already, or the domain is negative.
             TeleopctlError: A ROS argument or the domain is malformed.
         """
         from teleopctl.wire import domain_id as domain_of_environment
@@ -124,7 +125,7 @@ class Context:
             self._ended_by_signal = False
             self._initialized = True
             self._running = True
-        # A session that only goes with the interpreter may wait for threads that no longer run.
+        # A session closed by the interpreter's end may wait for threads that no longer run.
         atexit.register(self._end_with_program)
         every = signals.SignalHandlerOptions.ALL
         options = every if signal_handler_options is None else signal_handler_options
@@ -184,13 +185,13 @@ class Context:
                 if self._watcher is not None:
                     return self._watcher
                 self._watcher = self._start_watcher()
-            # Changes while the watcher was made have notified nobody.
+            # Changes during the watcher's construction have not been reported.
             self._notify_graph_change()
         return self._watcher
 
     def announce(self, text: str) -> LivelinessToken:
         """Declare the liveliness token of a node or endpoint, given its text; return the token."""
-        # Before declaring: a watcher that is being made finds the token here or receives it.
+        # Before declaring: a watcher under construction either finds the token here or receives it.
         self._announced[text] = None
         try:
             return self.session.liveliness().declare_token(text)
@@ -212,12 +213,12 @@ class Context:
         # A query beside a watcher may lack tokens; see `query_graph`.
         present = query_graph(self.session, self.domain_id, _FIRST_QUERY_S)
         watcher = GraphWatcher(self.session, self.domain_id, self._notify_graph_change)
-        # Tokens that the session declared before, Zenoh 1.10 sometimes delivers a moment later.
+        # Zenoh 1.10 sometimes delivers tokens that the session declared before with a delay.
         for text in tuple(self._announced):
             watcher.add_own_token(text)
             if text not in self._announced:
                 watcher.remove_own_token(text)
-        # Own tokens grow meanwhile, and would count for others' that have not arrived yet.
+        # Only tokens of other sessions: new own tokens would count for others that are missing.
         own = str(self.session.zid())
 
         def of_others(graph: Graph) -> tuple[int, int]:
@@ -251,7 +252,7 @@ class Context:
         """Block until the graph satisfies a predicate; return False on timeout or shutdown.
 
         Returns:
-            False when the time, in seconds of wall time, ran out or the context ended.
+            False on timeout, which is in seconds of wall time, or after a shutdown of the context.
         """
         watcher = self.watcher
         return self.wait_for_change(lambda: predicate(watcher.snapshot()), timeout_s)
@@ -327,7 +328,7 @@ class Context:
         """Wake waiting threads and close the Zenoh session; raise RuntimeError if not initialized.
 
         Raises:
-            RuntimeError: It was not initialized, or was shut down already.
+            RuntimeError: The context was not initialized, or was shut down already.
         """
         if not self._initialized:
             raise RuntimeError("Context must be initialized before it can be shutdown")
@@ -343,14 +344,14 @@ class Context:
     def _end_with_program(self) -> None:
         """Shut the context down at interpreter exit, and wait briefly for daemon threads.
 
-        Up to version 3.13 Python unwinds a thread that waits for its lock at exit. Within Zenoh's
-        code that is the abort "FATAL: exception not rethrown".
+        Up to version 3.13 Python unwinds a thread that waits for the GIL at exit. If the thread is
+        in Zenoh's code, the process aborts with "FATAL: exception not rethrown".
         """
         self.try_shutdown()
         deadline = time.monotonic() + _LONGEST_JOIN_S
         for thread in threading.enumerate():
             if thread.daemon and thread is not threading.current_thread():
-                # Python lists threads of Zenoh's that it cannot join.
+                # Python also lists threads of Zenoh, which it cannot join.
                 with contextlib.suppress(AssertionError, RuntimeError):
                     thread.join(max(0.0, deadline - time.monotonic()))
 

@@ -44,14 +44,14 @@ FeedbackCallback = Callable[[FeedbackMessage[FeedbackT]], object]
 class FeedbackCallbacks(Generic[FeedbackT]):
     """Feedback callbacks of an action client, one for each goal.
 
-    A goal's feedback ends with its result: messages received before the result are delivered, also
-    those that still wait for the executor; later ones are not.
+    A goal's feedback ends with its result: messages received before the result are delivered, even
+    if they still wait for the executor; later messages are dropped.
     """
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
         self._callbacks: dict[bytes, FeedbackCallback[FeedbackT]] = {}
-        # After which message a goal's feedback ends, and what is done then.
+        # Number of the last feedback message of ended goals, and the function called after it.
         self._last: dict[bytes, tuple[int, Callable[[], object]]] = {}
         self._taken = 0
 
@@ -68,7 +68,8 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         Args:
             key: Id of the goal, see `goal_key`.
             queued: Number of feedback messages, of all goals, that wait for the executor.
-            on_removed: Called once these were handled; at once if the goal has no callback.
+            on_removed: Called once these messages were handled; at once if the goal has no
+                callback.
         """
         with self._lock:
             if queued and key in self._callbacks:
@@ -129,9 +130,9 @@ class ClientGoalHandle(Generic[ResultT]):
     """Handle of a goal that an action client sent, made from the server's response.
 
     Args:
-        action_client: The client that sent the goal.
+        action_client: Action client that sent the goal.
         goal_id: Id of the goal.
-        goal_response: The server's response to the goal request.
+        goal_response: Response of the server to the goal request.
     """
 
     def __init__(
@@ -186,7 +187,7 @@ class ClientGoalHandle(Generic[ResultT]):
         """Send a request to cancel the goal; return a future of the response.
 
         Returns:
-            A future of the answer; the goal is being cancelled if ``goals_canceling`` holds it.
+            A future of the response; if ``goals_canceling`` contains the goal, it is canceling.
         """
         return self._client.request_cancel(self._goal_id)
 
@@ -194,7 +195,7 @@ class ClientGoalHandle(Generic[ResultT]):
         """Send a request to cancel the goal, block until the response, and return it.
 
         Raises:
-            ExternalShutdownException: The context was shut down meanwhile.
+            ExternalShutdownException: The context was shut down during the wait.
         """
         return self.cancel_goal_async().wait_until_answered()
 
@@ -202,8 +203,8 @@ class ClientGoalHandle(Generic[ResultT]):
         """Send a request for the goal's status and result; return a future of the response.
 
         Returns:
-            A future of the answer, which comes when the goal has ended and the callbacks of the
-            feedback that came before have been called.
+            A future of the response, which completes when the goal has ended and the callbacks of
+            all feedback received before have been called.
         """
         return self._client.request_result(self._goal_id)
 
@@ -211,7 +212,7 @@ class ClientGoalHandle(Generic[ResultT]):
         """Request the goal's result, block until the goal has ended, and return the response.
 
         Raises:
-            ExternalShutdownException: The context was shut down meanwhile.
+            ExternalShutdownException: The context was shut down during the wait.
         """
         return self._client.request_result(self._goal_id, immediate=True).wait_until_answered()
 
@@ -219,23 +220,23 @@ class ClientGoalHandle(Generic[ResultT]):
 class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
     """Client of an action: sends goals and receives feedback and results.
 
-    As with rclpy, the futures of a goal whose server is missing or goes away stay pending; unlike
-    there, a warning says so. Waiting calls may be used in callbacks: answers do not need the
-    executor.
+    As in rclpy, the futures of a goal stay pending if its server is missing or disappears; unlike
+    in rclpy, a warning is logged. Blocking calls may be used in callbacks: responses do not need
+    the executor.
 
     Args:
-        node: Owner.
+        node: Node of the client.
         action_type: Action class.
-        action_name: Relative, absolute or private name.
-        callback_group: Of the callbacks of feedback and futures; the node's default one if None.
-        goal_service_qos_profile: Of the service that takes goals.
-        result_service_qos_profile: Of the service that gives results.
-        cancel_service_qos_profile: Of the service that cancels.
-        feedback_sub_qos_profile: Of the feedback.
-        status_sub_qos_profile: Of the states of goals.
+        action_name: Relative, absolute or private name of the action.
+        callback_group: Callback group of feedback and futures; the node's default group if None.
+        goal_service_qos_profile: QoS of the goal service's client.
+        result_service_qos_profile: QoS of the result service's client.
+        cancel_service_qos_profile: QoS of the cancel service's client.
+        feedback_sub_qos_profile: QoS of the feedback subscription.
+        status_sub_qos_profile: QoS of the goal status subscription.
 
     Raises:
-        InvalidServiceNameException: The name breaks a rule.
+        InvalidServiceNameException: The name is malformed.
     """
 
     def __init__(
@@ -252,7 +253,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         status_sub_qos_profile: QoSProfile = qos_profile_action_status_default,
     ) -> None:
         self._node = node
-        # A class is a value whose attributes are classes.
+        # For type checkers, an action class is an object whose attributes are classes.
         self._action_type = cast("ActionType[GoalT, ResultT, FeedbackT]", action_type)
         self._logger = node.get_logger().get_child("action_client")
         self._lock = threading.Lock()
@@ -263,7 +264,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         self._handles = weakref.WeakValueDictionary()
         parts = self._action_type.Impl
 
-        # Any: the services of whatever action it is.
+        # Any: the services of any action.
         def client(type_: type[Any], name: str, qos: QoSProfile) -> Any:
             name = f"{action_name}/_action/{name}"
             return node.create_client(type_, name, qos_profile=qos, callback_group=callback_group)
@@ -277,7 +278,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
             self._dispatch_feedback,
             feedback_sub_qos_profile,
             callback_group=callback_group,
-            raw=True,  # each one counts, also one that cannot be read
+            raw=True,  # malformed messages are counted too
         )
         self._status = node.create_subscription(
             parts.GoalStatusMessage,
@@ -311,7 +312,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         """Block until a server of the action is in the graph; return False on timeout or shutdown.
 
         Returns:
-            False when the time ran out or the context was shut down.
+            True if a server is in the graph; False on timeout or shutdown.
         """
         timeout_s = None if timeout_sec is None else max(0.0, timeout_sec)
         return self._node.context.wait_for_graph(self._is_served, timeout_s)
@@ -334,9 +335,9 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         """Send a goal to the action server; return a future of the goal handle.
 
         Args:
-            goal: A goal of the client's action.
-            feedback_callback: ``callback(message)`` for each feedback; the message has the
-                ``goal_id`` and the ``feedback``. The first may arrive before the goal response.
+            goal: Goal message of the client's action.
+            feedback_callback: ``callback(message)`` for each feedback message, which has the fields
+                ``goal_id`` and ``feedback``. The first may arrive before the goal response.
             goal_uuid: Id of the goal; a random one if None.
 
         Returns:
@@ -372,11 +373,11 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         """Send a goal, block until it has ended, and return its status and result.
 
         Returns:
-            The end state with the result; the state is 0 where the goal was not accepted.
+            The response with final status and result; the status is 0 if the goal was not accepted.
 
         Raises:
             TypeError: The goal is of another type.
-            ExternalShutdownException: The context was shut down meanwhile.
+            ExternalShutdownException: The context was shut down during the wait.
         """
         answer = self.send_goal_async(goal, feedback_callback, goal_uuid).wait_until_answered()
         return None if answer is None else answer.get_result()
@@ -389,10 +390,10 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         self,
         key: bytes,
         goal_id: UUID,
-        response: ResponseFuture[Any],  # Any: of whatever action it is
+        response: ResponseFuture[Any],  # Any: of any action
         future: ResponseFuture[ClientGoalHandle[ResultT]],
     ) -> None:
-        """Make the handle of a goal that was answered; on the thread that brought the answer."""
+        """Complete a goal's future after the response, on the thread that received the response."""
         answer = response.result()
         if answer is None:
             with self._lock:
@@ -426,9 +427,9 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         """Request the result of a goal of any client; return a future of the response (ours).
 
         Args:
-            goal_id: Its id.
-            immediate: Do not wait until the executor has handled the feedback received before;
-                for callers that block the executor meanwhile.
+            goal_id: Id of the goal.
+            immediate: Whether to complete the future before the executor has handled the feedback
+                received before; for callers that block the executor.
         """
         request = self._action_type.Impl.GetResultService.Request(goal_id=goal_id)
         response: ResponseFuture[ResultResponse[ResultT]] = self._results.call_async(request)
@@ -453,7 +454,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         response.on_unanswered(lambda: self._warn_unanswered(future, what))
         return future
 
-    # Any: of whatever is waited for.
+    # Any: a future of any response.
     def _warn_unanswered(self, future: ResponseFuture[Any], what: str) -> None:
         """Log that no server will respond; the future stays pending, as rclpy's."""
         if self._node.context.ok() and not self._goals.is_destroyed:
@@ -480,7 +481,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
     def _update_statuses(self, message: GoalStatusArray) -> None:
         with self._lock:
             meant = {*self._handles, *self._unanswered}
-        # The youngest stand at the end, behind all that ended in the last quarter of an hour.
+        # The newest goals are last, after all that ended in the last quarter of an hour.
         for entry in reversed(message.status_list):
             if not meant:
                 return
@@ -492,7 +493,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
     def _update_status(self, key: bytes, number: int) -> None:
         try:
             state = GoalState(number)
-        except ValueError:  # no state that there is
+        except ValueError:  # an unknown status
             return
         with self._lock:
             if (handle := self._handles.get(key)) is not None:

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from unique_identifier_msgs.msg import UUID
 
 FEEDBACK_QOS = QoSProfile(depth=10)
-"""The quality of service of an action's feedback."""
+"""QoS profile of feedback topics."""
 
 _ENCAPSULATION_SIZE = 4
 
@@ -64,8 +64,8 @@ class InvalidGoalTransitionError(TeleopctlError, RCLError):
     """An event was applied to a goal whose present state does not allow it.
 
     Args:
-        state: The state that it is in.
-        event: What was to happen.
+        state: Present state of the goal.
+        event: Event that the state does not allow.
     """
 
     def __init__(self, state: GoalState, event: GoalEvent) -> None:
@@ -83,7 +83,7 @@ def next_state(state: GoalState, event: GoalEvent) -> GoalState:
     """Return the goal state that an event leads to from a given state.
 
     Raises:
-        InvalidGoalTransitionError: It cannot happen in this state.
+        InvalidGoalTransitionError: The state does not allow the event.
     """
     following = _TRANSITIONS.get((state, event))
     if following is None:

@@ -84,13 +84,13 @@ def default_handle_accepted_callback(
     goal_handle.execute()
 
 
-def default_goal_callback(goal_request: GoalT) -> GoalResponse:  # noqa: ARG001 (whichever it is)
+def default_goal_callback(goal_request: GoalT) -> GoalResponse:  # noqa: ARG001 (rclpy's signature)
     """Accept every goal; the default goal callback."""
     return GoalResponse.ACCEPT
 
 
 def default_cancel_callback(
-    cancel_request: ServerGoalHandle[GoalT, ResultT, FeedbackT],  # noqa: ARG001 (whichever it is)
+    cancel_request: ServerGoalHandle[GoalT, ResultT, FeedbackT],  # noqa: ARG001 (rclpy's signature)
 ) -> CancelResponse:
     """Reject every cancel request; the default cancel callback."""
     return CancelResponse.REJECT
@@ -130,8 +130,8 @@ def goals_to_cancel(
     Args:
         goals: All goals of the server, the oldest first.
         key: Id in the request; zeros for none.
-        stamp_ns: Time in the request; 0 for none. Selects the goals accepted until then and
-            the one with the id; without id and time, all goals.
+        stamp_ns: Time in the request in nanoseconds; 0 for none. Selects the goals accepted until
+            that time and the goal with the id. Without id and time, all goals are selected.
     """
     if key != _NO_ID and stamp_ns == 0:
         for goal in goals:
@@ -157,7 +157,7 @@ OutcomeT = TypeVar("OutcomeT")
 class ExecutionQueue:
     """Queue of goals' execution coroutines, which wait until the node's executor starts them.
 
-    So they also begin where a program spins its node now and then, and starts a goal in between.
+    So goals also begin in a program that spins its node only from time to time.
     """
 
     def __init__(self, node: NodeEndpoints) -> None:
@@ -205,32 +205,32 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     """Server of an action: accepts goals, publishes feedback and sends results.
 
     Requests are served in the callback group. The execute callback is a task of the executor,
-    outside any group: a goal can be cancelled meanwhile where the executor has another thread, or
-    where the callback is a coroutine that awaits.
+    outside any group: during a goal's execution the goal can be cancelled if the executor has
+    another thread, or if the callback is a coroutine that awaits.
 
     Args:
-        node: Owner.
+        node: Node of the server.
         action_type: Action class.
-        action_name: Relative, absolute or private name.
+        action_name: Relative, absolute or private name of the action.
         execute_callback: ``callback(goal_handle) -> result``; may be a coroutine function. It sets
-            the end state with `ServerGoalHandle.succeed`, ``abort`` or ``canceled``; without one,
-            and after an exception, the goal is aborted.
-        callback_group: The node's default one if None.
-        goal_callback: ``callback(goal) -> GoalResponse``; accepts all by default.
-        handle_accepted_callback: ``callback(goal_handle)`` for an accepted goal; executes it at
-            once by default. One of your own calls ``goal_handle.execute()`` when it is time.
-        cancel_callback: ``callback(goal_handle) -> CancelResponse``; refuses by default.
-        goal_service_qos_profile: Of the service that takes goals.
-        result_service_qos_profile: Of the service that gives results.
-        cancel_service_qos_profile: Of the service that cancels.
-        feedback_pub_qos_profile: Of the feedback.
-        status_pub_qos_profile: Of the states of goals.
-        result_timeout: How long the result of a goal is kept after its end, in seconds of the
-            node's clock; for ever if negative.
+            the final state with `ServerGoalHandle.succeed`, ``abort`` or ``canceled``; if it sets
+            none or raises, the goal is aborted.
+        callback_group: Callback group of the requests; the node's default group if None.
+        goal_callback: ``callback(goal) -> GoalResponse``; accepts all goals by default.
+        handle_accepted_callback: ``callback(goal_handle)`` for each accepted goal; executes the
+            goal at once by default. Another callback has to call ``goal_handle.execute()``.
+        cancel_callback: ``callback(goal_handle) -> CancelResponse``; rejects all by default.
+        goal_service_qos_profile: QoS of the goal service.
+        result_service_qos_profile: QoS of the result service.
+        cancel_service_qos_profile: QoS of the cancel service.
+        feedback_pub_qos_profile: QoS of the feedback publisher.
+        status_pub_qos_profile: QoS of the goal status publisher.
+        result_timeout: Time for which the result of an ended goal is kept, in seconds of the node's
+            clock; forever if negative.
 
     Raises:
-        InvalidServiceNameException: The name breaks a rule.
-        TypeError: The execute callback cannot be called.
+        InvalidServiceNameException: The name is malformed.
+        TypeError: The execute callback is not callable.
     """
 
     def __init__(
@@ -254,7 +254,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         result_timeout: float = _RESULT_TIMEOUT_S,
     ) -> None:
         self._node = node
-        # A class is a value whose attributes are classes.
+        # For type checkers, an action class is an object whose attributes are classes.
         self._action_type = cast("ActionType[GoalT, ResultT, FeedbackT]", action_type)
         self._name = action_name
         self._logger = node.get_logger().get_child("action_server")
@@ -277,7 +277,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         )
         parts = self._action_type.Impl
 
-        # Any: the services of whatever action it is.
+        # Any: the services of any action.
         def serve(type_: type[Any], name: str, callback: Any, qos: QoSProfile) -> Any:
             name = node.resolve_service_name(f"{action_name}/_action/{name}")
             return node.add_endpoint(DeferringService(node, type_, name, callback, group, qos))
@@ -341,7 +341,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         """Replace the callback that executes goals and returns their results.
 
         Raises:
-            TypeError: It cannot be called.
+            TypeError: The callback is not callable.
         """
         if not callable(execute_callback):
             raise TypeError("Failed to register goal execution callback: not callable")
@@ -349,7 +349,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
 
     # -- requests --------------------------------------------------------------------------------
 
-    # Any, here and below: requests and responses of whatever action it is.
+    # Any, here and below: requests and responses of any action.
 
     async def _handle_goal_request(self, request: Any, reply: Callable[[Any], None]) -> None:
         key = goal_key(request.goal_id)
@@ -394,7 +394,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
             response.return_code, meant = goals_to_cancel(
                 self._goal_handles.values(), goal_key(info.goal_id), to_nanoseconds(info.stamp)
             )
-        # One that is refused, or ends before its turn, is left out; the code stays.
+        # Goals that are rejected, or end before their turn, are left out; the code stays.
         response.goals_canceling = [
             handle.goal_info
             for handle in meant
@@ -454,7 +454,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         try:
             result = await call_and_await(callback, goal_handle)
             goal_handle.check_result(result)
-        except Exception as error:  # noqa: BLE001 (whatever the callback raises aborts the goal)
+        except Exception as error:  # noqa: BLE001 (any exception aborts the goal)
             result = None
             if self._node.context.ok():
                 import traceback
@@ -493,7 +493,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
             if next_ns is None:
                 self._expiry.cancel()
             else:
-                # Time may have gone back since the goal ended.
+                # The clock may have jumped back since the goal ended.
                 self._expiry.restart(min(next_ns, self._timeout_ns))
 
     def destroy(self) -> None:

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from teleopctl.interfaces import ActionType, ResultResponse
 
 
-# It works on a goal, sets its end state, and returns the result.
+# Executes a goal, sets its final state, and returns the result.
 ExecuteCallback: TypeAlias = Callable[
     ["ServerGoalHandle[GoalT, ResultT, FeedbackT]"], ResultT | Awaitable[ResultT | None] | None
 ]
@@ -66,15 +66,15 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     """Handle of a goal that an action server accepted.
 
     Args:
-        action_server: Its server.
-        goal_info: Its id and when it was accepted.
-        goal_request: The goal.
+        action_server: Server of the goal.
+        goal_info: Id of the goal; the handle sets its stamp, the time of acceptance.
+        goal_request: Goal message of the request.
 
     Attributes:
-        key: The bytes of its id (ours).
-        stamp_ns: When it was accepted, by the server's clock (ours).
-        status_message: Its entry in the list of states (ours).
-        ended_ns: When it ended, as the server counts spans; None before (ours).
+        key: Bytes of the goal's id (ours).
+        stamp_ns: Time of acceptance by the server's clock, in nanoseconds (ours).
+        status_message: Entry of the goal in the goal status array (ours).
+        ended_ns: Time of the goal's end as `GoalServer.elapsed_ns`; None before the end (ours).
     """
 
     def __init__(
@@ -143,7 +143,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     ) -> None:
         """Schedule a callback that executes the goal; the server's execute callback if None.
 
-        A goal that is being cancelled already stays so, and its callback is called all the same.
+        A goal that is canceling stays canceling, and the callback is called nevertheless.
 
         Raises:
             InvalidGoalTransitionError: The goal is executing or has ended already.
@@ -156,7 +156,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         """Publish a feedback message for the goal.
 
         Raises:
-            TypeError: It is of another type.
+            TypeError: The feedback is of another type.
         """
         if not isinstance(feedback, self._server.action_type.Feedback):
             raise TypeError(f"Expected {self._server.action_type.Feedback}, got {type(feedback)}")
@@ -216,7 +216,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             response.result = result
         self._response.set_result(response)
 
-    # Any: the response of whatever action it is.
+    # Any: the response of any action.
     def when_finished(self, reply: Callable[[Any], None]) -> None:
         """Register a function to be called with the result response when the goal ends (ours)."""
 
@@ -239,7 +239,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             self.finish(result)
 
     def _update(self, event: GoalEvent) -> None:
-        # Published under the lock, so that no older list follows a newer one.
+        # Published under the lock, so that no older status array follows a newer one.
         with self._server.lock:
             if self._destroyed:
                 return

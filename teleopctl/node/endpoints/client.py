@@ -39,12 +39,12 @@ def _do_nothing() -> None:
     """Do nothing, so that a spinning thread returns."""
 
 
-# Any, here and below: the request plays no part.
+# Any, here and below: the types of the request and the response are not used.
 class ResponseFuture(Future[ResultT]):
     """Future of a service response; done callbacks run in the executor of the client's node.
 
     Args:
-        client: Whose request it is.
+        client: Client that sent the request.
     """
 
     def __init__(self, client: Client[Any, Any]) -> None:
@@ -64,7 +64,7 @@ class ResponseFuture(Future[ResultT]):
         """Block until there is a response, or no server is left to send one (ours).
 
         Returns:
-            False when the time, in seconds of wall time, ran out; the request goes on then.
+            False on timeout, which is in seconds of wall time; the request stays pending.
         """
         return self._wait_for(self._settled.wait, timeout_sec)
 
@@ -93,17 +93,17 @@ class ResponseFuture(Future[ResultT]):
     def wait_for_response(self, timeout_sec: float | None = None) -> ResultT | None:
         """Block until the response, and return it; raise if no server is left (ours).
 
-        For commands, which say who is missing; `Client.call` waits as rclpy does.
+        For commands, which report a missing server; `Client.call` waits as in rclpy.
 
         Args:
-            timeout_sec: Longest wait in seconds of wall time; None waits for ever.
+            timeout_sec: Longest wait in seconds of wall time; None waits forever.
 
         Returns:
-            The response, None when the time ran out: the request is given up then.
+            The response; None on timeout, after which the response would be dropped.
 
         Raises:
-            ServiceUnavailableError: No server answers.
-            ExternalShutdownException: The context was shut down meanwhile.
+            ServiceUnavailableError: No server responds.
+            ExternalShutdownException: The context was shut down during the wait.
         """
         settled = self.wait_until_settled(timeout_sec)
         if self.ended():
@@ -117,13 +117,13 @@ class ResponseFuture(Future[ResultT]):
         """Block until the response, even while there is no server, and return it (ours).
 
         Args:
-            timeout_sec: Longest wait in seconds of wall time; None waits for ever.
+            timeout_sec: Longest wait in seconds of wall time; None waits forever.
 
         Returns:
-            The response, None when the time ran out: the request is given up then.
+            The response; None on timeout, after which the response would be dropped.
 
         Raises:
-            ExternalShutdownException: The context was shut down meanwhile.
+            ExternalShutdownException: The context was shut down during the wait.
         """
         if self._wait_for(self.wait, timeout_sec):
             return self.result()
@@ -146,9 +146,9 @@ class ResponseFuture(Future[ResultT]):
 class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
     """Service client; made by ``Node.create_client``.
 
-    A request that reaches no server, or whose server goes away, stays pending until the caller
-    gives it up (`remove_pending_request`, a timeout): a server that comes later never sees it.
-    Unlike rclpy's, ``call()`` may be used inside a callback: answers do not need the executor.
+    A request that reaches no server, or whose server disappears, stays pending until the caller
+    drops it (`remove_pending_request`, a timeout): servers that start later never receive it.
+    Unlike in rclpy, ``call()`` may be used inside a callback: responses do not need the executor.
     """
 
     def __init__(
@@ -160,7 +160,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         qos: QoSProfile,
     ) -> None:
         super().__init__(node, EntityKind.SC, name, srv_type.TYPE_NAME, qos)
-        # A class is a value whose attributes are classes.
+        # For type checkers, a service class is an object whose attributes are classes.
         self.srv_type: ServiceType[RequestT, ResponseT] = cast(
             "ServiceType[RequestT, ResponseT]", srv_type
         )
@@ -191,15 +191,15 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         """Block until a matching server is in the graph; return False on timeout or shutdown.
 
         Returns:
-            False when the time ran out or the context was shut down.
+            True if a server is in the graph; False on timeout or shutdown.
         """
         return self.node.wait_for_match(EntityKind.SS, self.name, self.type_name, 1, timeout_sec)
 
     def is_server_frozen(self) -> bool:
         """Return whether servers are in the graph but all suspended, as by SIGSTOP (ours).
 
-        One that is stopped by a signal stays in the graph and answers nothing. Takes about a
-        second then, else milliseconds.
+        A server that is stopped by a signal stays in the graph and does not respond. The check
+        then takes about a second, else milliseconds.
         """
         from teleopctl.wire import is_frozen
 
@@ -211,11 +211,11 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         """Send a request; return a future of the response.
 
         Returns:
-            A future of the response; it stays pending while no server answers.
+            A future of the response, which stays pending while no server responds.
 
         Raises:
             TypeError: The request is of another type.
-            TeleopctlError: A field holds what its type cannot.
+            TeleopctlError: A field has a value that its type cannot hold.
         """
         return self.send(request)[1]
 
@@ -229,7 +229,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         with self._lock:
             self._pending.add(future)
         sequence = next(self._sequence)
-        # Told first: a server of this process may have the request before this goes on.
+        # Published first: a server of this process may receive the request before this continues.
         if self._introspection is not None:
             self._introspection.request_sent(self.gid, sequence, request)
 
@@ -258,18 +258,18 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         """Send a request, block until the response, and return it; None on timeout.
 
         Args:
-            request: A request of the client's type.
-            timeout_sec: Longest wait in seconds of wall time; None waits for ever.
+            request: Request of the client's service type.
+            timeout_sec: Longest wait in seconds of wall time; None waits forever.
 
         Returns:
-            The response, None when the time ran out.
+            The response; None on timeout.
 
         Raises:
-            ExternalShutdownException: The context was shut down meanwhile.
+            ExternalShutdownException: The context was shut down during the wait.
         """
         return self.call_async(request).wait_until_answered(timeout_sec)
 
-    # Any: what is made of a response need be none.
+    # Any: a value derived from a response may be of any type.
     def make_future(self) -> ResponseFuture[Any]:
         """Return a new future, for a value derived from a response of this client (ours)."""
         future: ResponseFuture[Any] = ResponseFuture(self)
@@ -292,10 +292,10 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
     def take(self) -> Callable[[], object] | None:
         """Remove and return the oldest queued callback; None without a callback or new response.
 
-        A response without callbacks counts as work too, though there is nothing to do: a program
-        that spins once and then checks the future waits for it.
+        A response without callbacks counts as an item too: a program that spins once and then
+        checks the future waits for it.
         """
-        # Cleared only where it was set: an answer that comes between the two is seen by this one.
+        # Cleared only if it was set, so that a response in between is not lost.
         if news := self._news:
             self._news = False
         try:
@@ -310,7 +310,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         future.cancel()
 
     def _receive(self, reply: zenoh.Reply, sequence: int, future: Future[ResponseT]) -> None:
-        """Take the first answer that belongs to the request; further servers' are dropped."""
+        """Accept the first response to the request; responses of further servers are dropped."""
         if future.ended():
             return
         sample = reply.ok
@@ -319,7 +319,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         try:
             response, meta = read_response(sample, sequence, self.srv_type.Response)
         except TeleopctlError as error:
-            # Another server may answer better; else the caller waits until the query ends.
+            # Another server may respond correctly; else the caller waits until the query ends.
             self.refusals.refuse(error.message)
             return
         with self._lock:
@@ -332,7 +332,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         self,
         future: Future[ResponseT],
         response: ResponseT,
-        info: ServiceInfo,  # noqa: ARG002 -- for those that are taken by hand
+        info: ServiceInfo,  # noqa: ARG002 -- for subclasses
     ) -> None:
         """Set the response as the result of its future."""
         future.set_result(response)

@@ -19,12 +19,12 @@ if TYPE_CHECKING:
 
 
 LARGE_MESSAGE = 256 * 1024
-"""Size in bytes from which on memory is kept for the next message."""
+"""Size of a message, in bytes, from which freed memory is kept for the next one."""
 
 
 def keep_memory_for_large_messages() -> None:
     """Make the allocator keep freed memory; called when a large message is sent or received."""
-    # Imported here because hardly any command meets one.
+    # Imported here, since few commands handle large messages.
     from teleopctl.base.kept_memory import keep_freed_memory
 
     keep_freed_memory()
@@ -34,15 +34,15 @@ class Endpoint(abc.ABC):
     """Base of publishers, subscriptions, services and clients: key, liveliness token and GID.
 
     Subclasses declare their data channel first and call `_announce` last, so that an endpoint in
-    the graph always serves; closing goes the other way round.
+    the graph is always functional; they close in the reverse order.
 
     Args:
-        node: The node that owns it.
-        kind: Which of the four kinds.
+        node: Node of the endpoint.
+        kind: Kind of the endpoint.
         name: Fully qualified, remapped topic or service name.
-        type_name: Such as ``std_msgs/msg/String``.
-        qos: Quality of service, as announced.
-        version: Hash of the type, where it is not the one that is known here.
+        type_name: ROS name of the type, such as ``std_msgs/msg/String``.
+        qos: QoS profile, which the liveliness token contains.
+        version: Hash of the type; that of the known type if None.
 
     Attributes:
         events: Handlers of the endpoint's events.

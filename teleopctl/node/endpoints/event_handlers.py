@@ -1,10 +1,10 @@
 """Event handlers: deadlines, liveliness, lost messages, matched endpoints, incompatible types.
 
-A publisher whose liveliness is automatic is alive as long as its token is in the graph, which goes
-with its process. One that asserts it by hand does so with each message and by
-``assert_liveliness``, at the latest within its lease. rmw_zenoh has nothing on the wire for an
-assertion without a message; here it is the publisher's identity, put on a key beside the topic's
-that only subscriptions of this library listen to.
+A publisher with automatic liveliness is alive as long as its token is in the graph, which ends with
+its process. A publisher with manual liveliness asserts it with each message and by
+``assert_liveliness``, at least once per lease. rmw_zenoh has no wire format for an assertion
+without a message; here the publisher puts its GID on a key below the topic's, to which only
+subscriptions of this library listen.
 """
 
 from __future__ import annotations
@@ -43,14 +43,13 @@ if TYPE_CHECKING:
 class Watchdog:
     """Timer for QoS deadlines and leases: reports each period without a call of `feed`.
 
-    `feed` only stores the time: the watchdog's thread, started by the first call, finds out by
-    itself that it has to wait longer. However late the thread runs, no period is missed and none
-    is counted twice.
+    `feed` only stores the time: the watchdog's thread, started by the first call, reads it and
+    waits longer. However late the thread runs, each missed period is counted exactly once.
 
     Args:
         period_ns: Longest time between two calls of `feed`.
-        on_missed: Called with the number of periods that have passed since the last call, on the
-            watchdog's thread or on that of a `feed` that came too late.
+        on_missed: Called with the number of periods missed since its last call, on the watchdog's
+            thread or on the thread of a `feed` that was too late.
         now_ns: Monotonic clock, in nanoseconds.
     """
 
@@ -104,7 +103,7 @@ class Watchdog:
                 now_ns = self._now_ns()
                 left_ns = self._last_fed_ns + (self._counted + 1) * self._period_ns - now_ns
                 if left_ns > 0:
-                    # A wait of more than some weeks is an error of threading's.
+                    # threading raises for longer waits.
                     self._changed.wait(min(left_ns / 1e9, threading.TIMEOUT_MAX))
                     continue
                 passed = self._count(now_ns)
@@ -114,8 +113,8 @@ class Watchdog:
 class DeadlineHandler(EventHandler):
     """Event handler that counts the deadline periods without a message.
 
-    They are counted from its first message on, as in DDS, and by this process's own clock: the
-    wire has no part in it.
+    Periods are counted from the endpoint's first message on, as in DDS, by this process's steady
+    clock; nothing is sent for it.
     """
 
     def __init__(self, endpoint: Endpoint, callback: EventCallback, group: CallbackGroup) -> None:
@@ -147,7 +146,7 @@ class DeadlineHandler(EventHandler):
             self._watchdog.close()
 
 
-# More publishers of one topic than there are in any graph; a stranger may make identities up.
+# More publishers of a topic than in any graph. A limit, since received GIDs may be made up.
 _MOST_SENDERS = 1000
 
 
@@ -185,9 +184,9 @@ class GraphHandler(EventHandler):
     """Base of event handlers that check a topic's opposite endpoints at each graph change.
 
     Args:
-        endpoint: A publisher or subscription, whose opposite endpoints are followed.
-        callback: Called after changes.
-        group: For multi-threaded executors.
+        endpoint: Publisher or subscription, whose opposite endpoints are followed.
+        callback: Called with the event's data after changes.
+        group: Callback group of the callback.
     """
 
     def __init__(self, endpoint: Endpoint, callback: EventCallback, group: CallbackGroup) -> None:
@@ -245,7 +244,7 @@ class MatchedHandler(GraphHandler):
 class IncompatibleTypeHandler(GraphHandler):
     """Event handler that counts opposite endpoints with another type or type hash.
 
-    They exchange no messages, and rmw_zenoh does not report them.
+    Such endpoints exchange no messages, and rmw_zenoh does not report them.
     """
 
     _reported = 0
@@ -325,7 +324,7 @@ class LivelinessLostHandler(EventHandler):
 class LivelinessChangedHandler(GraphHandler):
     """Event handler that counts the alive and not alive publishers of a subscription.
 
-    One that asserts its liveliness by hand has its whole lease from the moment it is met.
+    The lease of a publisher with manual liveliness starts when the publisher is discovered.
     """
 
     def __init__(self, endpoint: Endpoint, callback: EventCallback, group: CallbackGroup) -> None:

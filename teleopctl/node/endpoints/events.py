@@ -25,10 +25,10 @@ class MatchedInfo(NamedTuple):
     """Data of a matched event: numbers of matching endpoints.
 
     Attributes:
-        total_count: Matches so far.
-        total_count_change: By how much that has grown since the last call.
-        current_count: Matches now.
-        current_count_change: By how much that has changed since the last call.
+        total_count: Number of matches so far.
+        total_count_change: Increase of `total_count` since the last call.
+        current_count: Number of present matches.
+        current_count_change: Change of `current_count` since the last call.
     """
 
     total_count: int
@@ -41,8 +41,8 @@ class MessageLostInfo(NamedTuple):
     """Data of a message-lost event: numbers of lost messages.
 
     Attributes:
-        total_count: Lost messages so far.
-        total_count_change: Lost since the last call.
+        total_count: Number of lost messages so far.
+        total_count_change: Increase since the last call.
     """
 
     total_count: int
@@ -53,8 +53,8 @@ class DeadlineMissedInfo(NamedTuple):
     """Data of a deadline event: numbers of missed deadlines.
 
     Attributes:
-        total_count: Periods without a message so far.
-        total_count_change: Those since the last call.
+        total_count: Number of periods without a message so far.
+        total_count_change: Increase since the last call.
     """
 
     total_count: int
@@ -65,8 +65,8 @@ class LivelinessLostInfo(NamedTuple):
     """Data of a liveliness-lost event: numbers of expired leases.
 
     Attributes:
-        total_count: Times so far.
-        total_count_change: Those since the last call.
+        total_count: Number of expired leases so far.
+        total_count_change: Increase since the last call.
     """
 
     total_count: int
@@ -77,10 +77,10 @@ class LivelinessChangedInfo(NamedTuple):
     """Data of a liveliness-changed event: numbers of alive and not alive publishers.
 
     Attributes:
-        alive_count: Those that are.
-        not_alive_count: Those that are there but did not show it within their lease.
-        alive_count_change: By how much the first has changed since the last call.
-        not_alive_count_change: By how much the second has.
+        alive_count: Number of alive publishers.
+        not_alive_count: Number of publishers in the graph whose lease has expired.
+        alive_count_change: Change of `alive_count` since the last call.
+        not_alive_count_change: Change of `not_alive_count` since the last call.
     """
 
     alive_count: int
@@ -93,8 +93,8 @@ class IncompatibleTypeInfo(NamedTuple):
     """Data of an incompatible-type event: numbers of endpoints with another type.
 
     Attributes:
-        total_count: Endpoints so far.
-        total_count_change: Those since the last call.
+        total_count: Number of such endpoints so far.
+        total_count_change: Increase since the last call.
     """
 
     total_count: int
@@ -105,9 +105,9 @@ class IncompatibleQoSInfo(NamedTuple):
     """Data of an incompatible-QoS event; always zero, since no QoS is incompatible on Zenoh.
 
     Attributes:
-        total_count: Endpoints so far.
-        total_count_change: Those since the last call.
-        last_policy_kind: The `QoSPolicyKind` of the last one.
+        total_count: Number of such endpoints so far.
+        total_count_change: Increase since the last call.
+        last_policy_kind: `QoSPolicyKind` of the last incompatibility.
     """
 
     total_count: int
@@ -118,7 +118,7 @@ class IncompatibleQoSInfo(NamedTuple):
 class PublisherEventCallbacks:
     """Callbacks for the events of a publisher, None for events of no interest.
 
-    On Zenoh no quality of service keeps two endpoints apart, so ``incompatible_qos`` never happens.
+    On Zenoh all QoS profiles are compatible, so ``incompatible_qos`` is never called.
     """
 
     def __init__(
@@ -211,8 +211,8 @@ class EventHandler(QueuingEntity):
         """Handle a message that was received or published; the base does nothing.
 
         Args:
-            gid: The publisher's identity.
-            sequence: The message's number among those of its publisher.
+            gid: GID of the publisher.
+            sequence: Sequence number of the message.
         """
 
     def on_assertion(self, gid: bytes) -> None:

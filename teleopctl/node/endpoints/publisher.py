@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 
 
 class _DestroyedPublisher:
-    """In the place of a zenoh publisher that is no more, for threads that are about to publish."""
+    """Replaces the Zenoh publisher after destruction, for threads that are about to publish."""
 
     @staticmethod
     def put(*_: object, **__: object) -> None:
@@ -48,14 +48,14 @@ class Publisher(Endpoint, Generic[MessageT]):
     """Publisher on a topic; made by ``Node.create_publisher``.
 
     Attributes:
-        sends_while_ending: Whether it still sends between a signal and the release of the session
-            (ours).
+        sends_while_ending: Whether messages are still sent after a signal, until the session is
+            closed (ours).
     """
 
     def __init__(
         self, node: NodeCore, msg_type: type[MessageT], topic: str, qos: QoSProfile
     ) -> None:
-        # A class that only stands for a type says which version of it is sent.
+        # A raw message class, without fields, has the hash of the type that is sent.
         version = getattr(msg_type, "TYPE_HASH", None)
         super().__init__(node, EntityKind.MP, topic, msg_type.TYPE_NAME, qos, version)
         self.msg_type = msg_type
@@ -92,7 +92,7 @@ class Publisher(Endpoint, Generic[MessageT]):
             "reliability": zenoh.Reliability.RELIABLE
             if reliable
             else zenoh.Reliability.BEST_EFFORT,
-            # Only a reliable publisher that must keep everything may hold its caller up.
+            # Only a reliable publisher with KEEP_ALL may block its caller.
             "congestion_control": zenoh.CongestionControl.BLOCK
             if reliable and keep_all
             else zenoh.CongestionControl.DROP,
@@ -127,14 +127,15 @@ class Publisher(Endpoint, Generic[MessageT]):
         """Publish a message, or its CDR bytes; raise TypeError for a message of another type.
 
         Args:
-            msg: A message of the publisher's type, or its CDR bytes.
+            msg: Message of the publisher's type, or its CDR bytes.
 
         Raises:
             TypeError: The message is of another type.
-            TeleopctlError: A field holds what its type cannot; the message names it.
+            TeleopctlError: A field has a value that its type cannot hold; the error names the
+                field.
             InvalidHandle: The publisher was destroyed.
-            RCLError: The context was shut down, or ended by a signal. A program that only publishes
-                learns of it here.
+            RCLError: The context was shut down, or ended by a signal, so that programs that only
+                publish end too.
         """
         self._check_alive()
         if not self._context_is_ok() and not self.sends_while_ending:
@@ -175,7 +176,7 @@ class Publisher(Endpoint, Generic[MessageT]):
     def assert_liveliness(self) -> None:
         """Assert the publisher's liveliness; does nothing unless its QoS is manual by topic.
 
-        Otherwise there is nothing to do: the liveliness is that of its token in the graph.
+        For other policies, the publisher is alive as long as its token is in the graph.
 
         Raises:
             InvalidHandle: The publisher was destroyed or the context was shut down.
@@ -192,7 +193,7 @@ class Publisher(Endpoint, Generic[MessageT]):
 
     def _close(self) -> None:
         channel, self._channel = self._channel, _DestroyedPublisher
-        # Zenoh refuses while another thread is within `put`; that thread then holds the last
-        # reference, and zenoh undeclares the publisher as it lets go of it.
+        # Zenoh refuses while another thread is within `put`; that thread then has the last
+        # reference, and Zenoh undeclares the publisher when the thread drops it.
         with contextlib.suppress(RuntimeError):
             channel.undeclare()

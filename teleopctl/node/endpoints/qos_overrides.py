@@ -1,7 +1,7 @@
 """QoS overrides by parameters, with the names of ``rclpy.qos_overriding_options``.
 
 The parameters are ``qos_overrides.TOPIC.publisher.POLICY``, or ``….publisher_ID.POLICY`` with an
-entity id, and likewise for subscriptions; they are read-only.
+entity ID, and likewise for subscriptions; they are read-only.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from teleopctl.node.values.parameter import Parameter
     from teleopctl.node.values.parameter_value import AllowableParameterValue
 
-# Node.declare_parameter, or what finds a parameter that is declared already.
+# Node.declare_parameter, or a function that returns a parameter that is declared already.
 Declare: TypeAlias = "Callable[[str, AllowableParameterValue, ParameterDescriptor], Parameter]"
 
 
@@ -70,9 +70,10 @@ class QoSOverridingOptions:
     """Options of an endpoint: QoS policies that parameters may override, and a validation.
 
     Attributes:
-        policy_kinds: The policies.
-        callback: Gets the profile, answers with a ``rcl_interfaces/msg/SetParametersResult``.
-        entity_id: Tells two endpoints of a topic apart.
+        policy_kinds: Kinds of the policies that parameters may override.
+        callback: Called with the resulting profile; returns a
+            ``rcl_interfaces/msg/SetParametersResult`` that accepts or rejects the profile.
+        entity_id: Suffix of the parameter names, to distinguish endpoints of the same topic.
     """
 
     policy_kinds: Iterable[QoSPolicyKind]
@@ -103,14 +104,15 @@ def apply_qos_overrides(
     """Declare an endpoint's QoS override parameters; return the profile with their values.
 
     Args:
-        profile: What the program says.
-        options: Which policies may be overridden.
-        side: What the profile is for.
+        profile: Profile given by the program.
+        options: Policies that may be overridden, and validation.
+        side: Kind of the endpoint.
         topic: Fully qualified name of the topic.
-        declare: Declares a parameter by name, default and descriptor, and returns it.
+        declare: Declares a parameter by name, default and descriptor, and returns the parameter.
 
     Raises:
-        InvalidQosOverridesError: A value is none of its policy's, or the callback refuses.
+        InvalidQosOverridesError: A value is invalid for its policy, or the callback rejects the
+            profile.
     """
     result = copy.copy(profile)
     suffix = "" if options.entity_id is None else f"_{options.entity_id}"

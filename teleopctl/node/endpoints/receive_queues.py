@@ -11,16 +11,16 @@ from teleopctl.base.typed import Generic, TypeVar
 ItemT = TypeVar("ItemT")
 
 MOST_ITEMS = 5000
-"""Limit of KEEP_ALL in messages: as many as Fast DDS keeps by default."""
+"""Limit of a KEEP_ALL queue in messages: that of Fast DDS by default."""
 
 MOST_BYTES = 64 * 2**20
-"""Limit of KEEP_ALL in bytes, for large messages."""
+"""Limit of a KEEP_ALL queue in bytes, for large messages."""
 
 LONGEST_WAIT_S = 4.0
-"""How long one message blocks: a router drops a receiver after five seconds."""
+"""Longest time for which one message blocks: a router drops a receiver after five seconds."""
 
-# A sender closes a connection on which nothing could be written for a minute, and it writes up
-# to 64 KiB at once: the messages of one such write may block the connection for half of that.
+# A sender closes a connection on which it could write nothing for a minute, and it writes up to
+# 64 KiB at once: the messages of one such write may block the connection for half a minute.
 _BATCH_BYTES = 2**16
 _LONGEST_HOLD_S = 30.0
 
@@ -35,7 +35,7 @@ class KeepLastQueue(Generic[ItemT]):
     counts_bytes = False
 
     def __init__(self, depth: int) -> None:
-        # Appending to a full one drops the oldest; both ends are safe to use from any thread.
+        # Appending to a full deque drops the oldest item; both ends are thread-safe.
         self._items: collections.deque[ItemT] = collections.deque(maxlen=depth)
 
     def __len__(self) -> int:
@@ -64,12 +64,12 @@ class KeepAllQueue(Generic[ItemT]):
 
     The blocked thread is the one that reads the sender's connection, so that the sender is blocked
     in turn: the back-pressure of ROS 2 for reliable endpoints with KEEP_ALL. All other messages on
-    that connection wait too. So the wait is bounded: when nothing has been taken for
-    `LONGEST_WAIT_S`, items are refused until one is taken, since a message that the executor waits
-    for may stand behind them. The thread that takes items never blocks on itself.
+    that connection wait too. So the wait is limited: if no item was taken for `LONGEST_WAIT_S`,
+    items are refused until one is taken, since the executor may wait for a message behind them. The
+    thread that takes items never blocks.
 
     Args:
-        blocks: Whether to wait at all; a best-effort sender is not held up.
+        blocks: Whether to block at all; a best-effort sender must not be blocked.
 
     Attributes:
         counts_bytes: As for `KeepLastQueue`.
@@ -128,7 +128,7 @@ class KeepAllQueue(Generic[ItemT]):
             self._changed.notify_all()
 
     def _has_room(self, size: int) -> bool:
-        # One that is larger than the bound is kept alone.
+        # An item larger than the limit is accepted into an empty queue.
         return len(self._items) < MOST_ITEMS and (
             self._bytes + size <= MOST_BYTES or not self._items
         )

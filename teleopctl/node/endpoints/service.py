@@ -31,23 +31,23 @@ if TYPE_CHECKING:
     from teleopctl.node.node_core import NodeCore
 
 
-# The depth of the QoS is for one client's burst; a thousand hold the requests of a whole system,
-# in 20 MB.
+# The depth of a QoS profile suits the burst of one client; a thousand entries hold the requests of
+# a whole system, in 20 MB.
 _MINIMUM_DEPTH = 1000
 
-# It fills the response that it is given and returns it, or another one.
+# Fills the given response and returns it, or returns another response.
 ServiceCallback: TypeAlias = Callable[[RequestT, ResponseT], ResponseT | Awaitable[ResponseT]]
 
 
 class ServiceHandle(Handle):
-    """Handle of a service server, by which a program takes and answers requests itself."""
+    """Handle of a service server, with which a program takes and answers requests itself."""
 
     # Any, here and below: requests and responses of the service's type.
     entity: Service[Any, Any]
 
     def service_take_request(
         self,
-        request_type: type[object],  # noqa: ARG002 -- rclpy's; the service knows
+        request_type: type[object],  # noqa: ARG002 -- rclpy's; the service has the type
     ) -> tuple[Any, ServiceInfo | None]:
         """Remove and return the oldest request and its header; None twice if there is none."""
         return self.entity.take_request() or (None, None)
@@ -60,18 +60,18 @@ class ServiceHandle(Handle):
 class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
     """Service server; made by ``Node.create_service``.
 
-    Requests wait in a queue of the QoS profile's depth, at least a thousand; the oldest is dropped
-    when it is full, which ends the wait of its client.
+    Requests wait in a queue of the QoS profile's depth, at least a thousand. A full queue drops the
+    oldest request, which ends the wait of its client.
 
     Args:
-        node: Owner.
+        node: Node of the service.
         srv_type: Service class with ``Request`` and ``Response``.
-        name: Fully qualified name.
+        name: Fully qualified name of the service.
         callback: ``callback(request, response) -> response``; may be a coroutine function.
-        callback_group: For multi-threaded executors.
-        qos: Quality of service, as announced.
-        immediate: Answer on the transport's receiving thread, without an executor; for answers
-            that are short and touch nothing that a callback may hold.
+        callback_group: Callback group of the callback.
+        qos: QoS profile.
+        immediate: Whether to call the callback on Zenoh's receiving thread, without an executor;
+            for callbacks that are short and need no lock that another callback may hold.
 
     Attributes:
         refusals: Counts and logs dropped requests: malformed ones, and those of a full queue.
@@ -89,7 +89,7 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         immediate: bool = False,
     ) -> None:
         super().__init__(node, EntityKind.SS, name, srv_type.TYPE_NAME, qos)
-        # A class is a value whose attributes are classes.
+        # For type checkers, a service class is an object whose attributes are classes.
         self.srv_type: ServiceType[RequestT, ResponseT] = cast(
             "ServiceType[RequestT, ResponseT]", srv_type
         )
@@ -132,7 +132,7 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         """Remove and return the oldest request and its header, without an executor (ours).
 
         Returns:
-            The request, and what `send_response` needs to answer it; None when none waits.
+            The request, and its header for `send_response`; None if no request is queued.
         """
         arrival = self._queries.take()
         return None if arrival is None else self._read(*arrival)
@@ -146,15 +146,15 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
     def _answer_now(self, query: zenoh.Query) -> None:
         try:
             self._handle(query, time.time_ns())
-        except Exception:  # noqa: BLE001 (the transport's thread must live on)
+        except Exception:  # noqa: BLE001 (must not end Zenoh's thread)
             import traceback
 
             self.refusals.refuse(f"the callback failed:\n{traceback.format_exc()}")
 
     def _read(self, query: zenoh.Query, received_ns: int) -> tuple[RequestT, ServiceInfo] | None:
-        """Decode a request; None, counted and reported, when it is none.
+        """Decode a request; count, log and return None if it is malformed.
 
-        A query that is let go of unanswered ends the client's wait.
+        A query that is dropped without a reply ends the client's wait.
         """
         try:
             payload = query.payload
@@ -175,25 +175,25 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         if taken is None:
             return None
         request, header = taken
-        # Looked up when it is called: programs put their own in its place.
+        # Looked up at the call: programs replace `send_response`.
         return self._serve(request, lambda response: self.send_response(response, header))
 
     def _serve(self, request: RequestT, reply: Callable[[ResponseT], None]) -> Any:
         outcome = self.callback(request, self.srv_type.Response())
         if hasattr(outcome, "send"):
             return _reply_later(reply, cast("Awaitable[ResponseT]", outcome))
-        reply(outcome)  # type: ignore[arg-type] # it is no coroutine, and the reply checks it
+        reply(outcome)  # type: ignore[arg-type] # no coroutine, and send_response checks the type
         return None
 
     def send_response(self, response: ResponseT, header: ServiceInfo) -> None:
         """Send the response to a request, given the request's header.
 
         Args:
-            response: The answer.
-            header: Of the request that it answers.
+            response: Response message of the service.
+            header: Header of the request.
 
         Raises:
-            TypeError: It is no response of the service.
+            TypeError: ``response`` is not a response of the service.
         """
         request, _, query = header
         if not isinstance(response, self.srv_type.Response):
@@ -202,10 +202,10 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
                 f"not {self.srv_type.Response.__name__}"
             )
         payload = serialize(response)
-        # The reply fails when the callback itself has shut down or destroyed the service.
+        # The reply fails if the callback itself has shut down or destroyed the service.
         assert query is not None, "the header of a response answers nothing"
         with contextlib.suppress(zenoh.ZError):
-            # Told first: a client of this process may have the response before this goes on.
+            # Published first: a client of this process may get the response before this continues.
             if self._introspection is not None:
                 self._introspection.response_sent(request.gid, request.sequence, response)
             query.reply(
@@ -218,7 +218,7 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         if self._introspection is not None:
             self._introspection.close()
         self._channel.undeclare()
-        # Letting go of a request ends the wait of its client.
+        # Dropping a request ends the wait of its client.
         self._queries.close()
 
 
@@ -233,13 +233,13 @@ class DeferringService(Service[RequestT, ResponseT]):
     services of actions, which continue after the response, or respond late.
 
     Args:
-        node: Owner.
+        node: Node of the service.
         srv_type: Service class with ``Request`` and ``Response``.
-        name: Fully qualified name.
+        name: Fully qualified name of the service.
         callback: ``callback(request, reply)``; ``reply(response)`` may be called once, from any
-            thread. It may be a coroutine function.
-        callback_group: For multi-threaded executors.
-        qos: Quality of service, as announced.
+            thread. The callback may be a coroutine function.
+        callback_group: Callback group of the callback.
+        qos: QoS profile.
     """
 
     def __init__(

@@ -68,8 +68,8 @@ class ServiceEndpoint(Endpoint):
         """Set level, clock and QoS of the service's events on the topic ``SERVICE/_service_event``.
 
         Args:
-            clock: Stamps the events.
-            service_event_qos_profile: Quality of service of the publisher, when it is made.
+            clock: Clock of the events' stamps.
+            service_event_qos_profile: QoS of the publisher, if this call creates the publisher.
             introspection_state: OFF, METADATA, or CONTENTS (with requests and responses).
         """
         from teleopctl.node.endpoints.service_introspection import ServiceIntrospection

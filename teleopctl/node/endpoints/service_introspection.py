@@ -24,7 +24,7 @@ class ServiceIntrospectionState(enum.IntEnum):
     CONTENTS = 2
 
 
-# The numbers of service_msgs/msg/ServiceEventInfo.
+# Event types of service_msgs/msg/ServiceEventInfo.
 _REQUEST_SENT, _REQUEST_RECEIVED, _RESPONSE_SENT, _RESPONSE_RECEIVED = range(4)
 
 
@@ -32,8 +32,8 @@ class ServiceIntrospection:
     """Publisher of the introspection events of one service client or server.
 
     Args:
-        endpoint: The client or server.
-        service: Its service class.
+        endpoint: Service client or server.
+        service: Service class of the endpoint.
     """
 
     # Any: a class whose attributes are classes.
@@ -63,9 +63,9 @@ class ServiceIntrospection:
         """Publish an event REQUEST_SENT, with the request if contents are enabled.
 
         Args:
-            client_gid: Identity of the client; so the next three.
-            sequence: Number of the call among the client's.
-            request: Message of the request.
+            client_gid: GID of the client.
+            sequence: Sequence number of the request.
+            request: Request message.
         """
         self._tell(_REQUEST_SENT, client_gid, sequence, request=request)
 
@@ -104,7 +104,7 @@ class ServiceIntrospection:
             request=[request] if shows and request is not None else [],
             response=[response] if shows and response is not None else [],
         )
-        # It may be switched off, or the node have ended, meanwhile: the call itself goes on.
+        # The publisher may have been destroyed in another thread: the call itself continues.
         with contextlib.suppress(InvalidHandle, RCLError):
             publisher.publish(message)
 

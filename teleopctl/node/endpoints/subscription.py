@@ -34,8 +34,8 @@ class ContentFilterOptions(NamedTuple):
     """Content filter of a subscription, for rclpy programs; has no effect on Zenoh.
 
     Attributes:
-        filter_expression: Such as ``position > %0``.
-        expression_parameters: What stands for ``%0`` and so on.
+        filter_expression: Filter expression, such as ``position > %0``.
+        expression_parameters: Values of ``%0``, ``%1`` and so on.
     """
 
     filter_expression: str
@@ -52,24 +52,24 @@ class MessageInfo(TypedDict):
     publisher_gid: bytes
 
 
-# Whatever a callback returns is dropped, but for a coroutine, which becomes a task.
+# The return value of a callback is ignored, except for a coroutine, which becomes a task.
 SubscriptionCallback: TypeAlias = (
     Callable[[MessageT], object] | Callable[[MessageT, MessageInfo], object]
 )
-# A sample and when it came, in nanoseconds since the epoch.
+# A sample and its time of receipt, in nanoseconds since the epoch.
 _Arrival: TypeAlias = tuple[zenoh.Sample, int]
 RawCallback: TypeAlias = Callable[[bytes], object] | Callable[[bytes, MessageInfo], object]
 
 
 class SubscriptionHandle(Handle):
-    """Handle of a subscription, by which a program takes messages itself."""
+    """Handle of a subscription, with which a program takes messages itself."""
 
     entity: Subscription[Any]
 
     # Any: a message of the subscription's type.
     def take_message(
         self,
-        msg_type: type[object],  # noqa: ARG002 -- rclpy's; the subscription knows
+        msg_type: type[object],  # noqa: ARG002 -- rclpy's; the subscription has the type
         raw: bool,
     ) -> tuple[Any, MessageInfo] | None:
         """Remove and return the oldest message and its metadata; None if there is none."""
@@ -85,17 +85,17 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
     a report, as under Fast DDS; a publisher's lifespan is announced only, as under rmw_zenoh.
 
     Args:
-        node: Owner.
+        node: Node of the subscription.
         msg_type: Message class. With ``raw`` any class with a ``TYPE_NAME`` and a ``TYPE_HASH``,
             so that messages of unknown types can be received.
-        topic: Fully qualified name.
+        topic: Fully qualified name of the topic.
         callback: ``callback(msg)`` or ``callback(msg, info)`` with a `MessageInfo`.
-        callback_group: For multi-threaded executors.
-        qos: Quality of service.
-        raw: Hand over the CDR bytes instead of a message.
-        immediate: Call back on the transport's receiving thread, without an executor. The
-            callback must be short and must not wait for other messages. It may raise
-            `InvalidMessageError` to refuse a message.
+        callback_group: Callback group of the callback.
+        qos: QoS profile.
+        raw: Whether the callback receives CDR bytes instead of a message.
+        immediate: Whether to call the callback on Zenoh's receiving thread, without an executor.
+            The callback must be short and must not wait for other messages. It may raise
+            `InvalidMessageError` to reject a message.
 
     Attributes:
         refusals: Counts and logs dropped messages: malformed ones, and those of a full queue.
@@ -113,7 +113,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         raw: bool = False,
         immediate: bool = False,
     ) -> None:
-        # A class that only stands for a type says which version of it is received.
+        # A raw message class, without fields, has the hash of the type that is received.
         version = getattr(msg_type, "TYPE_HASH", None)
         super().__init__(node, EntityKind.MS, topic, msg_type.TYPE_NAME, qos, version)
         self.msg_type = msg_type
@@ -136,7 +136,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         """Set functions to call with each taken message's source time, and on destruction (ours).
 
         Args:
-            on_message: Receives the source time in nanoseconds since the epoch, None if unknown.
+            on_message: Called with the source time in nanoseconds since the epoch; None if unknown.
             on_destroy: Called when the subscription is destroyed.
         """
         self._measure, self._on_destroy = on_message, on_destroy
@@ -245,7 +245,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
     def take(self) -> Callable[[], object] | None:
         """Remove the oldest message; return the call of the callback with it, or None."""
         arrival = self._samples.take()
-        # One may have come while the subscription was being destroyed.
+        # A message may have arrived during the destruction of the subscription.
         if arrival is None or self._destroyed:
             return None
         arguments = self._arguments(*arrival)
@@ -269,7 +269,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
             self.callback(*arguments)
         except InvalidMessageError as error:
             self.refusals.refuse(error.message)
-        except Exception:  # noqa: BLE001 (the transport's thread must live on)
+        except Exception:  # noqa: BLE001 (must not end Zenoh's thread)
             import traceback
 
             self.refusals.refuse(f"the callback failed:\n{traceback.format_exc()}")
@@ -295,7 +295,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         """Remove and return the oldest message and its metadata, without an executor (ours).
 
         Args:
-            raw: Return its bytes instead of a message.
+            raw: Whether to return CDR bytes instead of a message.
 
         Returns:
             The message and its metadata; None if no message is queued.
@@ -348,7 +348,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
     def _close(self) -> None:
         if self._on_destroy is not None:
             self._on_destroy()
-        # First: undeclaring waits for a callback that waits for room.
+        # Closed first: undeclaring waits for a callback that waits for room in the queue.
         self._samples.close()
         self._channel.undeclare()
         self._samples.close()
@@ -356,7 +356,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
 
 def _accepted(callback: Callable[..., object]) -> range:
-    """Return how many arguments a plain function or method takes; no number for the others."""
+    """Return the possible numbers of arguments of a plain function or method; else none."""
     bound = 0
     if isinstance(callback, MethodType):
         callback, bound = callback.__func__, 1

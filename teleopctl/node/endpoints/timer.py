@@ -19,9 +19,9 @@ if TYPE_CHECKING:
 class PeriodicTimer:
     """Timer without a callback, due once per period until `mark_called`.
 
-    Periods are spans as `Clock.elapsed_ns` counts them: of simulated time where a ROS clock follows
-    ``/clock``, else of the steady clock. Missed calls are not made up for: after a
-    late call the next one is at the next multiple of the period, as in rcl.
+    Periods are measured by `Clock.elapsed_ns`: in simulated time if a ROS clock follows ``/clock``,
+    else by the steady clock. Missed calls are not repeated: after a late call the next one is at
+    the next multiple of the period, as in rcl.
 
     Attributes:
         listener: Called when a time jump makes the timer due or the timer is restarted, while a
@@ -133,7 +133,7 @@ class PeriodicTimer:
     def _follow_clock(self) -> None:
         """Update the timer after a change of simulated time or of the time source."""
         if self.clock.elapsed_ns() < self._last_call_ns:
-            # Time went back (a simulation was reset): count from here, as rcl does.
+            # Time jumped back (a simulation was reset): restart the period, as rcl does.
             self.reset()
         elif not self.waits_for_clock or self.is_ready():
             self.notify_executor()
@@ -145,7 +145,7 @@ class PeriodicTimer:
 
 
 class TimerHandle(Handle):
-    """Handle of a timer, by which a program checks and counts calls itself."""
+    """Handle of a timer, with which a program checks and counts calls itself."""
 
     entity: PeriodicTimer
 
@@ -157,7 +157,7 @@ class TimerHandle(Handle):
         """Count the due call as made: the next one is due one period later.
 
         Raises:
-            TimerCancelledError: It was cancelled.
+            TimerCancelledError: The timer was cancelled.
         """
         if not self.entity.mark_called():
             raise TimerCancelledError("the timer was cancelled")
@@ -218,7 +218,7 @@ class Timer(PeriodicTimer):
         """Count the due call as made; return the callback for the executor, or None.
 
         Returns:
-            The callback; None when there is none or the timer was cancelled meanwhile.
+            The callback; None if the timer has none, or was cancelled since it was due.
         """
         return self.callback if self.mark_called() else None
 

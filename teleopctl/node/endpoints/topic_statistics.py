@@ -19,8 +19,8 @@ class TopicStatisticsOptions(NamedTuple):
 
     Attributes:
         publish_period_sec: Length of a window in seconds of wall time; positive.
-        publish_topic: Where to publish ``statistics_msgs/msg/MetricsMessage``.
-        qos_profile: Quality of service of that topic.
+        publish_topic: Topic on which ``statistics_msgs/msg/MetricsMessage`` is published.
+        qos_profile: QoS profile of that publisher.
     """
 
     publish_period_sec: float = 1.0
@@ -61,8 +61,8 @@ class Measurements:
     def data_points(self) -> list[tuple[int, float]]:
         """Return pairs of ``StatisticDataType`` and value, in rclcpp's order.
 
-        Mean, maximum, minimum, number and standard deviation of the whole window; NaN, but for
-        the number, where nothing was measured.
+        Mean, maximum, minimum, number and standard deviation of the whole window. Without
+        measurements all are NaN except the number.
         """
         if not self._count:
             return [(1, math.nan), (3, math.nan), (2, math.nan), (5, 0.0), (4, math.nan)]
@@ -80,8 +80,8 @@ class TopicStatistics:
     """Measures a subscription's messages, and publishes the statistics of each time window.
 
     Args:
-        node_name: Named as the source.
-        publisher: Of the statistics.
+        node_name: Name of the node, published as the measurement source.
+        publisher: Publisher of the statistics.
     """
 
     # Any: message classes are generated on first use.
@@ -98,7 +98,7 @@ class TopicStatistics:
         """Add a received message's age, by its source time, and period to the window's statistics.
 
         Args:
-            source_ns: When it was sent, in nanoseconds since the epoch; None when that is unknown.
+            source_ns: Source time of the message, in nanoseconds since the epoch; None if unknown.
         """
         now_ns = time.time_ns()
         with self._lock:
