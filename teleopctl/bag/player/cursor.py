@@ -22,10 +22,11 @@ class ReadAhead:
     """Queue of messages that a thread reads ahead, limited in count and bytes.
 
     Args:
-        messages: What is read.
-        on_arrival: Called when a message comes into the empty queue, and at the end.
-        most: How many messages wait at most.
-        most_bytes: How many bytes of messages wait at most, and one message more.
+        messages: Messages to read.
+        on_arrival: Called when a message is added to the empty queue, and at the end.
+        most: Largest number of queued messages.
+        most_bytes: Total size of queued messages in bytes at which reading pauses; one message may
+            exceed the size.
     """
 
     def __init__(
@@ -53,7 +54,7 @@ class ReadAhead:
         """Return the oldest message without removing it; None if the queue is empty.
 
         Raises:
-            TeleopctlError: The bag could not be read any further.
+            TeleopctlError: The bag cannot be read further.
         """
         if self._queue:
             return self._queue[0]
@@ -65,7 +66,7 @@ class ReadAhead:
         """Remove the oldest message; let the thread refill a queue that is half empty."""
         with self._changed:
             self._bytes -= len(self._queue.popleft().data)
-            # In gulps: a reader that is woken for each message would disturb each message.
+            # Not for each message: waking the reading thread would delay the publishing.
             if not self._is_refilling and (
                 len(self._queue) <= self._most // 2 and self._bytes <= self._most_bytes // 2
             ):
@@ -81,7 +82,7 @@ class ReadAhead:
         """Wait until the queue is full, everything was read, or a time limit is over.
 
         Args:
-            longest_s: Upper bound in seconds of wall time; None for none.
+            longest_s: Longest wait in seconds of wall time; None for no limit.
         """
         with self._changed:
             self._changed.wait_for(
@@ -130,18 +131,18 @@ def order_by_publish_time(
 ) -> Iterator[BagMessage]:
     """Yield messages sorted by publish time within a window of `most` messages.
 
-    They come in the order of their receipt: one that was overtaken by more than the queue holds
-    stays out of order.
+    A message that was received more than a window later than messages published after it stays out
+    of order.
 
     Args:
-        messages: In the order of their receipt.
-        most: How many are looked at at a time.
-        most_bytes: How many bytes of messages, at most.
+        messages: Messages in the order of receipt.
+        most: Size of the window in messages.
+        most_bytes: Largest size of the window in bytes.
     """
     waiting: list[tuple[int, int, BagMessage]] = []
     held = 0
     for number, message in enumerate(messages):
-        # The number keeps messages of one time as they came.
+        # The number keeps messages with equal times in the order of receipt.
         heapq.heappush(waiting, (message.publish_time_ns, number, message))
         held += len(message.data)
         while len(waiting) > most or held > most_bytes:
@@ -156,18 +157,19 @@ class MessageCursor:
     """Read position in the messages of the played bags, which publishes them one by one.
 
     Args:
-        source: The bags.
-        line: The playback time, which jumps with the tape.
-        outputs: Where messages are sent.
-        clock: Publishes the time with them.
-        options: In which order they come, and how many are read ahead.
-        on_warning: Called with a sentence for each part that is broken.
-        on_published: Called with each message that was sent.
+        source: Bags to read.
+        line: Playback time, which `jump_to` sets.
+        outputs: Publishers and service clients for the messages.
+        clock: Publisher of ``/clock``.
+        options: Options with the order of messages and the size of the queue.
+        on_warning: Called with a sentence for each broken part of a bag.
+        on_published: Called with each published message.
 
     Attributes:
-        until_ns: Time of the last message that may come, in nanoseconds since the epoch; -1 for
-            all.
-        position_ns: Time of the last message that was sent, or of the jump after it.
+        until_ns: Time of the last message to publish, in nanoseconds since the epoch; -1 for no
+            limit.
+        position_ns: Time of the last published message, or of the last jump if that was later, in
+            nanoseconds since the epoch.
     """
 
     def __init__(
@@ -196,11 +198,11 @@ class MessageCursor:
         """Set read position and playback time; publish the last messages of latched topics.
 
         Args:
-            time_ns: In nanoseconds since the epoch.
-            read_ahead_s: How long the first messages may take to be read before the time runs.
+            time_ns: Playback time to jump to, in nanoseconds since the epoch.
+            read_ahead_s: Longest wait for the first messages to be read, in seconds.
         """
         self.close()
-        # Before anything else reads the files.
+        # Before the reading thread starts to read the files.
         latched = self._source.latched_before(self._outputs.topics, time_ns)
         messages = self._source.messages(self._outputs.topics, time_ns, self._on_warning)
         if self._is_by_sent_time:
@@ -218,7 +220,7 @@ class MessageCursor:
         """Return the next message (None if not read yet) and whether the end is reached.
 
         Raises:
-            TeleopctlError: The bag could not be read any further.
+            TeleopctlError: The bag cannot be read further.
         """
         assert self._queue is not None
         message = self._queue.peek()

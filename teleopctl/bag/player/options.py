@@ -16,22 +16,22 @@ from teleopctl.node import QoSProfile
 class PlaySelection:
     """Selection of the topics, services and actions to play; by default all.
 
-    What is excluded is never played. Of each kind, all are played if neither names of that kind
-    nor an expression are given; else those that have one of the names or fit the expression.
+    Exclusions take precedence. Of each kind, all are played if neither names of that kind nor a
+    regular expression are given; else those that have one of the names or match the expression.
 
     Args:
-        topics: Names of topics.
-        services: Names of services whose events are played.
+        topics: Names of topics to play.
+        services: Names of services whose introspection events are played.
         actions: Names of actions whose topics are played.
-        exclude_topics: Likewise not.
-        exclude_services: Likewise not.
-        exclude_actions: Likewise not.
-        regex: A regular expression for the whole name of a topic; one of events ends with
+        exclude_topics: Names of topics to exclude.
+        exclude_services: Names of services to exclude.
+        exclude_actions: Names of actions to exclude.
+        regex: Regular expression for whole topic names to play; event topics of services end with
             ``/_service_event``.
-        exclude_regex: Likewise not.
+        exclude_regex: Regular expression for whole topic names to exclude.
 
     Raises:
-        UsageError: An expression is none.
+        UsageError: A regular expression is invalid.
     """
 
     topics: tuple[str, ...] = ()
@@ -71,8 +71,8 @@ class PlaySelection:
         """Return whether a topic of a bag, given by name and type, is played.
 
         Args:
-            name: Its full name.
-            type_name: Its type.
+            name: Full name of the topic.
+            type_name: Type of the topic.
         """
         kind, owner = kind_of(name, type_name)
         wanted, unwanted = {
@@ -96,25 +96,27 @@ class PlayOptions:
     """Options of a player; the defaults are those of ``ros2 bag play``.
 
     Attributes:
-        rate: Seconds of the bag per second.
-        loop: Begin anew at the end, for ever.
-        delay_s: Seconds to wait before each beginning.
-        start_offset_ns: Begin so far behind the bag's start.
-        duration_ns: Play so much of the bag; None for all.
-        until_ns: Play up to this time, in nanoseconds since the epoch; None for all. With both,
-            the later of the two counts.
-        is_paused: Begin paused.
-        selection: Which topics are played.
-        qos_overrides: Quality of service by topic, instead of what was recorded.
-        clock_hz: Publish ``/clock`` so many times a second; None for not.
-        clock_topics: Publish ``/clock`` with each message of these topics; None for all topics.
-        is_lossless: Wait for subscribers that are slow, where a topic is reliable; else what they
-            have no room for is lost to them, as with any publisher.
-        read_ahead: How many messages are read before they are due.
-        message_order: Whether messages come when they were received, or when they were sent.
-        publishes_requests: Send the requests that services had, instead of their events.
-        sends_actions: Send the requests that actions had, instead of their topics.
-        request_source: Which events of services count for that.
+        rate: Seconds of the bag per second of wall time.
+        loop: Whether to start again at the end.
+        delay_s: Seconds to wait before each start.
+        start_offset_ns: Start of the playback, in nanoseconds after the bag's start.
+        duration_ns: Duration of the bag to play, in nanoseconds; None for all.
+        until_ns: End of the playback, in nanoseconds since the epoch; None for all. With
+            `duration_ns`, the later of both ends counts.
+        is_paused: Whether to start paused.
+        selection: Topics, services and actions to play.
+        qos_overrides: QoS profiles by topic, instead of the recorded ones.
+        clock_hz: Rate at which ``/clock`` is published, in Hz; None to not publish at a rate.
+        clock_topics: Topics before whose messages ``/clock`` is published; None for all topics.
+        is_lossless: Whether to wait for slow subscribers of reliable topics; otherwise messages
+            that exceed the queue of a subscriber are lost, as with any publisher.
+        read_ahead: Number of messages to read before they are due.
+        message_order: Order and times of messages: of receipt, or of publication.
+        publishes_requests: Whether to send the recorded requests of services, instead of publishing
+            the introspection events.
+        sends_actions: Whether to send the recorded requests of actions, instead of publishing their
+            topics.
+        request_source: Side whose introspection events are used to send requests.
     """
 
     rate: float = 1.0

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
 
 
-# Of a topic of which nothing was recorded, as in rosbag2.
+# Depth for a topic without recorded QoS profiles, as in rosbag2.
 _DEPTH = 10
 
 
@@ -54,7 +54,8 @@ def default_publisher_qos() -> QoSProfile:
 def as_keep_all(profile: QoSProfile) -> QoSProfile:
     """Return a reliable, non-latched QoS profile with keep-all history; other profiles unchanged.
 
-    A latched one stays as well: its late subscribers are to have its last messages, not all.
+    Latched profiles are unchanged because late subscribers should receive the last messages, not
+    all.
     """
     if profile.reliability == ReliabilityPolicy.BEST_EFFORT or profile.is_latched:
         return profile
@@ -81,7 +82,7 @@ def _decisive(profile: EndpointQos) -> tuple[object, ...]:
 
 
 _FIRST_LOOK_S = 1.0
-# service_msgs/msg/ServiceEventInfo: where an event was noted.
+# Event types of requests in service_msgs/msg/ServiceEventInfo, by the side that published them.
 _EVENTS = {"client_introspection": 0, "service_introspection": 1}
 
 
@@ -89,12 +90,12 @@ class RequestSender:
     """Service client that sends the requests recorded in a service's introspection events.
 
     Args:
-        node: The node that asks.
-        topic: The topic of the events.
-        source: Which side's events count: each request is in the bag once for each.
+        node: Node of the service client.
+        topic: Topic of the introspection events.
+        source: Side whose events are used, since a bag may hold each request once for each side.
 
     Raises:
-        TeleopctlError: The type of the service is not known.
+        TeleopctlError: The type of the service is unknown.
     """
 
     def __init__(self, node: Node, topic: BagTopic, source: RequestSource) -> None:
@@ -104,7 +105,7 @@ class RequestSender:
         self._log = node.get_logger()
         self._warned: set[str] = set()
         self._discovery_wait_s = _FIRST_LOOK_S
-        # Any: of the service's own types.
+        # Any: the request and response types of the service.
         self._client: Any = node.create_client(
             get_service(topic.type_name.removesuffix("_Event")),
             topic.name.removesuffix(EVENT_TOPIC_SUFFIX),
@@ -137,7 +138,7 @@ class RequestSender:
         return True
 
     def _is_served(self) -> bool:
-        # A player that has just begun may not have heard yet of a service that is there.
+        # A player that has just started may not have discovered the service yet.
         wait_s, self._discovery_wait_s = self._discovery_wait_s, 0.0
         ready: bool = self._client.service_is_ready() or (
             wait_s > 0 and self._client.wait_for_service(timeout_sec=wait_s)
@@ -160,7 +161,7 @@ class RequestSender:
 
 _SPLITS = "events/read_split"
 _SPLIT_EVENT = "rosbag2_interfaces/msg/ReadSplitEvent"
-# As rosbag2's.
+# As in rosbag2.
 _SPLIT_QOS = QoSProfile(depth=3)
 
 _Send = Callable[[BagMessage], bool]
@@ -170,9 +171,9 @@ class PlayerOutputs:
     """Publishers and service clients through which a player sends the messages of bags.
 
     Args:
-        node: The node that has them.
-        topics: The topics of the bag.
-        options: Which are played, and how.
+        node: Node of the publishers and clients.
+        topics: Topics of the bags.
+        options: Options with selection, QoS and handling of requests.
     """
 
     def __init__(self, node: Node, topics: Collection[BagTopic], options: PlayOptions) -> None:
@@ -232,7 +233,7 @@ class PlayerOutputs:
             sender = RequestSender(self._node, topic, self._options.request_source)
             self._undo.callback(sender.close)
             self._sends[topic.name] = sender.send
-        # Feedback and status of an action are its server's to publish.
+        # Feedback and status of an action are published by the action server.
 
     def _publisher(self, topic: BagTopic) -> _Send:
         message_class = raw_message_class(topic.type_name, topic_type_hash(topic))

@@ -20,12 +20,12 @@ from teleopctl.wire import wait_for_peer_tokens
 if TYPE_CHECKING:
     from teleopctl.node import Node
 
-# A slow disk delays the beginning no longer.
+# Longest delay of the start by reading ahead from a slow disk.
 _LONGEST_FILL_S = 0.5
 _WARN_EVERY_S = 1.0
 
 BagPath: TypeAlias = str | Path | tuple[str | Path, str | None]
-"""Where a bag is, and its storage where the path does not tell."""
+"""Path of a bag, or a pair of path and storage format (None to detect the format)."""
 
 
 class _Request:
@@ -41,18 +41,18 @@ class Playback:
     """Playback of bags merged by time, with the methods of rosbag2's player; thread-safe.
 
     Args:
-        node: The node that publishes; it is the caller's. Remappings are the node's.
-        bags: A bag's path, or several.
-        options: How they are played.
-        on_published: Called on the playing thread with each message that was sent.
+        node: Node that publishes, owned by the caller. Remappings of the node apply.
+        bags: Path of a bag, or several paths.
+        options: Options of the playback.
+        on_published: Called on the playing thread with each published message.
 
     Attributes:
-        start_ns: Where playing begins, in nanoseconds since the epoch.
-        end_ns: Log time of the last message.
+        start_ns: Start of the playback, in nanoseconds since the epoch.
+        end_ns: Log time of the last message, in nanoseconds since the epoch.
 
     Raises:
         NotFoundError: A bag does not exist.
-        InvalidFileError: One cannot be read.
+        InvalidFileError: A bag cannot be read.
     """
 
     def __init__(
@@ -71,7 +71,7 @@ class Playback:
         topics = [
             topic
             for topic in self._source.topics.values()
-            # One clock is enough.
+            # A recorded /clock would conflict with the published one.
             if not (options.clock_hz and topic.name == CLOCK)
         ]
         try:
@@ -125,9 +125,9 @@ class Playback:
         """Start playing from an offset for a duration or until a time; return False if playing.
 
         Args:
-            start_ns: From here on, in nanoseconds behind the bag's start.
-            duration_ns: How much; None for all.
-            until_ns: Up to this time, in nanoseconds since the epoch; None for all.
+            start_ns: Start of the playback, in nanoseconds after the bag's start.
+            duration_ns: Duration of the playback in the bag's time, in nanoseconds; None for all.
+            until_ns: End of the playback, in nanoseconds since the epoch; None for all.
         """
         if not self._is_playing:
             self.start_ns = self._source.start_ns + start_ns
@@ -182,10 +182,10 @@ class Playback:
         """Publish up to `most` messages at once while paused (0: all); return their number.
 
         Args:
-            most: How many; 0 for all that are left.
+            most: Largest number of messages; 0 for all remaining ones.
 
         Returns:
-            How many were sent.
+            The number of published messages.
         """
         if not self.is_paused:
             self._log.warning("Burst can only be used when in the paused state.")
@@ -200,10 +200,10 @@ class Playback:
         """Jump to a time and publish latched topics' last messages; return False if not playing.
 
         Args:
-            time_ns: In nanoseconds since the epoch; one before the start is the start.
+            time_ns: Time to jump to, in nanoseconds since the epoch, but not before `start_ns`.
 
         Returns:
-            False where nothing is played.
+            False if no playback is running.
         """
         if not self._is_playing:
             self._log.warning("Called seek, but player is not playing.")
@@ -219,10 +219,10 @@ class Playback:
         """Wait for the end of the playback; return False if the timeout is over before.
 
         Args:
-            timeout_s: Upper bound in seconds of wall time; None for none.
+            timeout_s: Longest wait in seconds of wall time; None for no limit.
 
         Returns:
-            False when the time ran out.
+            False after the timeout.
 
         Raises:
             TeleopctlError: The bag could not be read to its end.
@@ -279,16 +279,16 @@ class Playback:
 
     def _run(self) -> None:
         try:
-            # Those who subscribe already are to have the first message too.
+            # Existing subscribers must receive the first message.
             wait_for_peer_tokens(self._node.context.session)
             while not self._delay():
-                # The first messages are to be there before the first is due.
+                # Read ahead before the playback time runs, so that the first messages are not late.
                 self._cursor.jump_to(self.start_ns, _LONGEST_FILL_S)
                 self._clock.start()
                 if not self._play_through() or not self._options.loop:
                     break
-        except BaseException as error:  # noqa: BLE001 (whoever waits raises it)
-            # Where the context has ended, nothing can be sent any more.
+        except BaseException as error:  # noqa: BLE001 (`wait` raises it)
+            # An error after the shutdown of the context is expected.
             if self._node.context.ok():
                 self._failure = error
         finally:
@@ -302,14 +302,14 @@ class Playback:
                 request.done.set()
 
     def _delay(self) -> bool:
-        """Wait before a beginning; True when it is to end instead."""
+        """Wait for the delay before a start; return True if the playback is stopped."""
         self._is_delayed = True
         is_to_end = self._stopping.wait(self._options.delay_s)
         self._is_delayed = False
         return is_to_end
 
     def _play_through(self) -> bool:
-        """Play to the end; False where nothing was played."""
+        """Play to the end; return False if no message was played."""
         has_played = False
         while not self._stopping.is_set():
             if self._requests:
@@ -321,7 +321,7 @@ class Playback:
                 continue
             message, has_ended = self._cursor.peek()
             if message is None:
-                # Paused at the end it stays, so that one may seek.
+                # A playback that is paused at the end continues, so that `seek` is possible.
                 if has_ended and not self.is_paused:
                     break
                 if not has_ended and has_played:
@@ -359,7 +359,7 @@ class Playback:
     # --------------------------------------------------------------------------------------------
 
     def _run_on_thread(self, work: Callable[[], int]) -> int:
-        """Have the playing thread do something; 0 where it does not play."""
+        """Call a function on the playing thread and return the result; 0 if not playing."""
         request = _Request(work)
         with self._changed:
             if not self._is_playing:
@@ -374,8 +374,8 @@ class Playback:
         self._line.wake()
 
     def _until(self, duration_ns: int | None, until_ns: int | None) -> int:
-        """The time of the last message that may be played; -1 for no end."""
-        # A bag that is played for no time has no message, not even its first.
+        """Return the time of the last message to play, in ns since the epoch; -1 for no end."""
+        # With a duration of 0, no message is played, not even the first.
         ends = [self.start_ns + (duration_ns or -1)] if duration_ns is not None else []
         ends += [until_ns] if until_ns is not None else []
         return max(ends, default=-1)

@@ -24,8 +24,8 @@ class SteadyClock(Protocol):
         """Wait on a condition until it is notified or the time limit is over.
 
         Args:
-            changed: The condition.
-            longest_ns: Upper bound in nanoseconds; None for none.
+            changed: Condition to wait on, which the caller holds.
+            longest_ns: Longest wait in nanoseconds; None for no limit.
         """
 
 
@@ -42,13 +42,13 @@ class _ProcessTime:
 class PlaybackTime:
     """Clock of a player, in the bag's time: runs at a rate, can be paused, and can jump.
 
-    One thread waits on it; any thread may change it, and a change takes effect in the wait.
+    One thread waits in `wait_until`; any thread may change the clock, which ends the wait.
 
     Args:
-        start_ns: Where it begins, in nanoseconds since the epoch.
-        rate: Seconds of playback time per second.
-        is_paused: Whether it stands still at first.
-        steady: The clock that it runs by.
+        start_ns: First playback time, in nanoseconds since the epoch.
+        rate: Seconds of playback time per second of the steady clock.
+        is_paused: Whether the clock starts paused.
+        steady: Steady clock that drives the playback time; None for that of the system.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class PlaybackTime:
         self._changed = threading.Condition()
         self._rate = rate
         self._is_paused = is_paused
-        # At this instant it was this time; from there on it runs at the rate, or stands still.
+        # Steady time of the last change, and the playback time then.
         self._anchor_ns = self._steady.now_ns()
         self._time_ns = start_ns
         self._is_woken = False
@@ -119,11 +119,11 @@ class PlaybackTime:
         """Wait until the playback time reaches a time; return False if changed or woken before.
 
         Args:
-            time_ns: In nanoseconds since the epoch; None waits until something changes.
+            time_ns: Playback time in nanoseconds since the epoch; None waits for a change.
 
         Returns:
-            True when the time has come, False when anything was changed meanwhile or `wake` was
-            called: whoever waits then looks at everything anew.
+            True when the time is reached; False if the clock was changed or `wake` was called, so
+            that the caller must check its state again.
         """
         with self._changed:
             while not self._is_woken:
@@ -142,7 +142,7 @@ class PlaybackTime:
         return self._time_ns + int((self._steady.now_ns() - self._anchor_ns) * self._rate)
 
     def _steady_ns(self, time_ns: int) -> int:
-        """When a time comes, by the steady clock."""
+        """Return the steady time at which a playback time is reached, in nanoseconds."""
         return self._anchor_ns + int((time_ns - self._time_ns) / self._rate)
 
     def _set(self, time_ns: int) -> None:
@@ -160,9 +160,9 @@ class PlaybackClock:
     """Publisher of the playback time on /clock, at a rate or before messages of given topics.
 
     Args:
-        node: The node that publishes.
-        line: What time it is.
-        options: When it is published.
+        node: Node of the publisher.
+        line: Playback time to publish.
+        options: Options with rate and topics of the publication.
     """
 
     def __init__(self, node: Node, line: PlaybackTime, options: PlayOptions) -> None:

@@ -18,22 +18,22 @@ if TYPE_CHECKING:
 
 
 START_TIME, END_TIME = "playback.start_time_ns", "playback.end_time_ns"
-"""Parameters that tell the first and the last time of what is played, in ns since the epoch."""
+"""Names of the parameters with start and end time of the playback, in ns since the epoch."""
 
 
 class PlayerServices:
     """rosbag2's services that control a player, such as ``~/pause`` and ``~/seek``.
 
     Args:
-        node: The player's node.
-        player: What they control.
+        node: Node of the player.
+        player: Player that the services control.
     """
 
     def __init__(self, node: Node, player: Playback) -> None:
         self._node = node
         self._player = player
-        # A burst takes as long as it takes, and may be stopped meanwhile.
         self._services: list[Service[Any, Any]] = []
+        # Reentrant: a burst may take long, and can be stopped by another service.
         self._group = ReentrantCallbackGroup()
         for name, type_name, answer in (
             ("pause", "Pause", self._pause),
@@ -53,7 +53,7 @@ class PlayerServices:
                 node.create_service(service, f"~/{name}", answer, callback_group=self._group)
             )
 
-        # Ours: rosbag2's player does not tell how long what it plays is.
+        # Ours: rosbag2's player does not publish the times of the bag.
         for name, time_ns in ((START_TIME, player.start_ns), (END_TIME, player.end_ns)):
             node.declare_parameter(name, time_ns)
 
@@ -65,7 +65,7 @@ class PlayerServices:
         for service in self._services:
             self._node.destroy_service(service)
 
-    # Any: requests and responses, each of a type of its own.
+    # Any: requests and responses of types that are created at run time.
 
     def _pause(self, _: Any, response: Any) -> Any:
         self._player.pause()
@@ -92,7 +92,7 @@ class PlayerServices:
         return response
 
     def _play(self, request: Any, response: Any) -> Any:
-        # A request that is left as it is asks for all of the bag.
+        # A request with default values plays the whole bag.
         response.success = self._player.play_from(
             max(0, _nanoseconds(request.start_offset)),
             _positive(_nanoseconds(request.playback_duration)),
@@ -128,8 +128,8 @@ def _positive(nanoseconds: int) -> int | None:
 class Player(Playback):
     """Player of one bag, or of several merged by time, controlled by methods or rosbag2's services.
 
-    The node gets rosbag2's services to control it, which need an executor that spins the node;
-    playing does not. A program may call the methods of the same names, from any thread.
+    The node gets rosbag2's services for players, which need an executor that spins the node;
+    playing does not. Programs may call the methods of the same names from any thread.
 
     Example:
         ```python
@@ -139,14 +139,14 @@ class Player(Playback):
         ```
 
     Args:
-        node: The node that publishes; it is the caller's. Remappings are the node's.
-        bags: A bag's path, or several, each with its storage where the path does not tell.
-        options: How they are played.
-        on_published: Called on the playing thread with each message that was sent.
+        node: Node that publishes, owned by the caller. Remappings of the node apply.
+        bags: Path of a bag, or several paths, each with its storage format if needed.
+        options: Options of the playback; the defaults of ``ros2 bag play`` if None.
+        on_published: Called on the playing thread with each published message.
 
     Raises:
         NotFoundError: A bag does not exist.
-        InvalidFileError: One cannot be read.
+        InvalidFileError: A bag cannot be read.
     """
 
     def __init__(

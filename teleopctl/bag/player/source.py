@@ -17,7 +17,7 @@ from teleopctl.errors import UsageError
 
 STATIC_TRANSFORMS = "tf2_msgs/msg/TFMessage"
 STATIC_TRANSFORMS_KEPT = 100
-"""Each broadcaster has a message of its own on the latched topic: the last is not enough."""
+"""Number of latched transform messages to play: each broadcaster has its own last message."""
 
 
 class FileSplit(NamedTuple):
@@ -32,18 +32,19 @@ class PlayedBags:
     """Opened bags of a player, read as one: messages, latched messages, file boundaries.
 
     Args:
-        bags: The bags' paths, each with its storage where the path does not tell.
+        bags: Paths of the bags, each with its storage format (None to detect the format).
 
     Attributes:
-        start_ns: Log time of the first message, in nanoseconds since the epoch; 0 without any.
-        end_ns: Log time of the last message.
-        topics: Topics by name, with what publishers in all bags offered.
-        remarks: What is not as it should be with the bags, one sentence each.
-        splits: Where their files change, by time.
+        start_ns: Log time of the first message, in ns since the epoch; 0 without messages.
+        end_ns: Log time of the last message, in ns since the epoch; 0 without messages.
+        topics: Topics by name, with the QoS profiles offered in all bags.
+        remarks: Problems found in the bags, one sentence each.
+        splits: Boundaries between files of the bags, by time.
 
     Raises:
         NotFoundError: A bag does not exist.
-        InvalidFileError: One cannot be read.
+        InvalidFileError: A bag cannot be read.
+        UsageError: No bag is given.
     """
 
     def __init__(self, bags: Sequence[tuple[Path, str | None]]) -> None:
@@ -69,9 +70,9 @@ class PlayedBags:
         """Yield messages of topics from a time on, by log time; report broken parts by callback.
 
         Args:
-            topics: Only these.
-            start_ns: Only from this log time on, in nanoseconds since the epoch.
-            on_left_out: Called with a sentence for each part that is broken.
+            topics: Names of the topics to read.
+            start_ns: Earliest log time to read, in nanoseconds since the epoch.
+            on_left_out: Called with a sentence for each broken part.
         """
         return self._merged.messages(topics, start_ns, on_left_out=on_left_out)
 
@@ -79,8 +80,8 @@ class PlayedBags:
         """Return the last messages of latched topics before a time, oldest first.
 
         Args:
-            topics: Only these.
-            time_ns: The log time, in nanoseconds since the epoch.
+            topics: Names of the topics to read.
+            time_ns: Log time, in nanoseconds since the epoch.
         """
         found: list[BagMessage] = []
         for topic in (self.topics[name] for name in topics):
@@ -88,7 +89,7 @@ class PlayedBags:
             if most:
                 each = (m for bag in self._bags for m in bag.latest(topic.name, time_ns, most))
                 ordered = sorted(each, key=lambda message: message.log_time_ns)
-                # Each file of a bag may repeat what stands in those before it.
+                # Each file of a bag may repeat messages of the previous files.
                 last = {message.data: message for message in ordered}
                 found += list(last.values())[-most:]
         return sorted(found, key=lambda message: message.log_time_ns)

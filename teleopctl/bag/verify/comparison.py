@@ -16,14 +16,14 @@ from teleopctl.errors import InvalidFileError, InvalidMessageError
 from teleopctl.interfaces import Message, deserialize, get_message, to_seconds
 
 Value: TypeAlias = float | int | bool | str | None
-"""What a field may have; None where there is no such field."""
+"""Value of a message field; None if the field does not exist."""
 
 MOST_LISTED = 20
-"""Differences of a topic that are kept one by one; the others are counted."""
+"""Number of differences of a topic that are stored; further ones are only counted."""
 
-# What a message calls its parts: fields are told by these names where they are.
+# Fields that name the elements of a message; element paths use these names instead of indices.
 _NAMES = ("name", "joint_names", "child_frame_id", "ns")
-# A recording may end this much earlier on one topic than on another: it unsubscribes one by one.
+# Largest difference between the ends of topics: a recorder unsubscribes from one after the other.
 _LONGEST_END_NS = 1_000_000_000
 
 
@@ -40,12 +40,12 @@ class Difference(NamedTuple):
     """Difference between a recorded message and the replayed one of the same simulated time.
 
     Attributes:
-        topic: The topic.
+        topic: Name of the topic.
         time_ns: Simulated time of the message, in nanoseconds.
-        field: Such as ``position[joint_4]``; empty where it is about the whole message.
-        recorded: As the bag has it; None where it has none.
-        replayed: As it is now; None where there is none.
-        kind: What differs.
+        field: Path of the field, such as ``position[joint_4]``; empty for the whole message.
+        recorded: Value in the bag; None if the field is missing there.
+        replayed: Value in the replay; None if the field is missing there.
+        kind: Kind of the difference.
     """
 
     topic: str
@@ -81,11 +81,11 @@ class RecordedMessage(NamedTuple):
     """Recorded message with its simulated time.
 
     Attributes:
-        time_ns: Its stamp, in nanoseconds of simulated time.
+        time_ns: Stamp of the message, in nanoseconds of simulated time.
         data: CDR bytes.
-        sequence: The recorder's number, see `BagMessage`.
-        log_time_ns: When it was recorded, in nanoseconds since the epoch.
-        publish_time_ns: When it was sent.
+        sequence: Number that the recorder gave to the message, see `BagMessage`.
+        log_time_ns: Time of receipt, in nanoseconds since the epoch.
+        publish_time_ns: Time of publication, in nanoseconds since the epoch.
     """
 
     time_ns: int
@@ -100,20 +100,21 @@ class ComparedStream:
     """Comparison of one publisher's recorded and replayed messages by simulated time.
 
     Attributes:
-        topic: The topic.
-        type_name: Of its messages.
-        recorded: As the bag has them, in the order in which they were recorded.
-        publisher: Whose messages they are, where the topic has several publishers.
-        tolerance: What two numbers may be apart.
-        may_skip: Whether the publisher may leave messages out, because of what nothing in the bag
-            says, such as a controller that was inactive.
-        numbers: The recorder's numbers of all messages of the topic, whoever sent them; empty where
-            it did not count.
-        compared: How many messages were compared.
-        skipped_ns: The times at which the publisher left out a message, by the recorder's numbers.
-        differences: The first of them.
-        difference_count: How many there are.
-        largest: The largest difference of each field that differed.
+        topic: Name of the topic.
+        type_name: Type of the messages.
+        recorded: Recorded messages, in the order of recording.
+        publisher: Name of the publisher if the topic has several; else empty.
+        tolerance: Largest difference of two numbers that counts as equal.
+        may_skip: Whether the publisher may skip messages for reasons that the bag does not show,
+            such as an inactive controller.
+        numbers: Sequence numbers of the topic's messages of all publishers; empty if the recorder
+            did not number them.
+        compared: Number of compared messages.
+        skipped_ns: Simulated times of messages that the publisher skipped, as the sequence numbers
+            show, in nanoseconds.
+        differences: First differences, at most `MOST_LISTED`.
+        difference_count: Number of all differences.
+        largest: Largest difference of each field that differs.
     """
 
     topic: str
@@ -165,8 +166,8 @@ class ComparedStream:
     def take(self, time_ns: int, data: bytes) -> RecordedMessage | None:
         """Compare a replayed message with the recorded one of its time; return that one or None.
 
-        Messages before the first recorded one are passed over, since whoever recorded or published
-        came later; so are those after the last one, until `close`.
+        Messages before the first recorded one are ignored, since the recorder or the publisher
+        started later. The first message after the last recorded one is handled by `close`.
         """
         recorded = self._left.pop(time_ns, None)
         if recorded is not None:
@@ -196,7 +197,7 @@ class ComparedStream:
                 f"{self.topic}, {to_seconds(time_ns):.3f} s: {error.message}"
             ) from error
         for found in differences(self.topic, time_ns, before, deserialize(replayed, self._type)):
-            # Without a tolerance the bits count, and the two zeros differ.
+            # Without a tolerance all bits are compared, and 0.0 differs from -0.0.
             if not (self.tolerance and found.size <= self.tolerance):
                 self.add(found)
 
@@ -215,7 +216,7 @@ class ComparedStream:
         """Finish the comparison: add differences for recorded messages that were not replayed.
 
         Args:
-            reference: What goes on for as long as this one does.
+            reference: Stream that ends at the same time as this one, or None.
         """
         for time_ns in self._left:
             self.add(Difference(self.topic, time_ns, kind=DifferenceKind.EXTRA))
@@ -244,13 +245,13 @@ class ReplayComparison:
     """Result of comparing a whole recorded run with its replay.
 
     Args:
-        tolerance: What two numbers may be apart; 0 asks for the same bits.
+        tolerance: Largest difference of two numbers that counts as equal; 0 requires equal bits.
 
     Attributes:
-        tolerance: The same.
-        streams: What was compared.
-        played_back: Topics from which the run was driven, and how many messages were.
-        not_compared: Other topics of the bag, or of the run, and why they were not.
+        tolerance: Largest difference of two numbers that counts as equal.
+        streams: Compared streams.
+        played_back: Number of messages sent to the replay, by topic.
+        not_compared: Reason for each topic of the bag or replay that was not compared, by name.
     """
 
     def __init__(self, tolerance: float = 0.0) -> None:
@@ -298,7 +299,7 @@ def differences(
             yield Difference(topic, time_ns, path, was, is_now)
 
 
-# Any: a field of a message, of whatever type.
+# Any: a message or a field of any type.
 def flatten_fields(value: Any, path: str = "") -> Iterator[tuple[str, Value]]:
     """Yield path and value of each primitive field of a message, including nested ones."""
     if isinstance(value, Message):
@@ -331,9 +332,9 @@ def _elements(
 
 
 def _part_names(message: Message) -> Sequence[str]:
-    """What a message calls the elements of its sequences, as JointState does."""
+    """Return a message's names of its sequence elements, as JointState has them."""
     for field_ in _NAMES:
-        # Any: whatever the field has.
+        # Any: the value of a field of any type.
         names: Any = getattr(message, field_, None)
         if _is_sequence(names) and all(isinstance(name, str) for name in names):
             return list(names)
@@ -353,7 +354,7 @@ def _is_number(value: Value) -> bool:
 
 
 def _same(one: Value, other: Value) -> bool:
-    """Whether two values have the same bits, as also the two zeros have not."""
+    """Return whether two values have the same bits; 0.0 and -0.0 have not."""
     if isinstance(one, float) and isinstance(other, float):
         return struct.pack("<d", one) == struct.pack("<d", other)
     return type(one) is type(other) and one == other
@@ -376,7 +377,7 @@ class ComparedTraces:
     def curves(self, difference: Difference) -> list[Curve]:
         """Return two curves, recorded and replayed, of the field that a difference names.
 
-        Where it is no number, a curve has gaps.
+        A curve has gaps where the field is no number.
         """
         name = f"{difference.topic} {difference.field}"
         message_class = get_message(self._types[difference.topic])

@@ -26,7 +26,7 @@ DESCRIPTION_TOPIC = "/robot_description"
 EVENTS_TOPIC = "/parameter_events"
 
 RECORD_NAME = "teleopctl"
-"""The record of metadata that has the versions of programs and libraries."""
+"""Name of the metadata record with the versions of programs and libraries."""
 
 _CLOCK = "rosgraph_msgs/msg/Clock"
 _JOINT_STATE = "sensor_msgs/msg/JointState"
@@ -34,10 +34,10 @@ _PARAMETER_EVENT = "rcl_interfaces/msg/ParameterEvent"
 _STRING = "std_msgs/msg/String"
 _TF = "tf2_msgs/msg/TFMessage"
 
-# Behind a gap of this much simulated time nothing belongs to the run: it may be a damaged stamp,
-# and simulating up to it could take years.
+# A run ends at a gap of this much simulated time: the next stamp may be damaged, and simulating up
+# to that time could take years.
 _LONGEST_GAP_NS = 60 * NANOSECONDS_PER_SECOND
-# As many messages in a row of earlier times are no accident of one of them.
+# Number of consecutive messages with earlier times that shows a restart, not a single bad stamp.
 _RESTARTED = 3
 
 
@@ -45,11 +45,10 @@ class RecordedTopic(NamedTuple):
     """Recorded topic with its messages and their simulated times.
 
     Attributes:
-        type_name: Such as ``sensor_msgs/msg/JointState``.
-        messages: In the order in which they were recorded; without times where `is_stamped` says
-            so.
-        is_stamped: Whether its messages have a time.
-        numbers: The recorder's numbers of its messages; empty where it did not count.
+        type_name: Name of the message type, such as ``sensor_msgs/msg/JointState``.
+        messages: Messages in the order of recording; their times are 0 if `is_stamped` is False.
+        is_stamped: Whether the messages have a stamp.
+        numbers: Sequence numbers of the messages; empty if the recorder did not number them.
     """
 
     type_name: str
@@ -67,9 +66,9 @@ class RecordedCommands:
     """Recorded joint commands, by the simulated time of the joint states that they answer.
 
     Attributes:
-        by_time: The command that the simulator took for the state of a time in nanoseconds.
-        late_ns: The times of commands that came when the simulator had gone on without them.
-        unstamped: How many answer no state, so that nobody knows when they took effect.
+        by_time: Command that the simulator used, by the time of the joint state in nanoseconds.
+        late_ns: Times of commands that arrived after the simulator had continued without them.
+        unstamped: Number of commands without the time of a joint state, whose effect is unknown.
     """
 
     by_time: Mapping[int, JointState]
@@ -82,11 +81,11 @@ class RecordedSession:
     """Recorded simulated run: robot description, topics, parameters and versions.
 
     Attributes:
-        robot_description: URDF of the robot that was simulated.
-        types: Of all topics of the bag, by name.
-        counts: How many messages each has.
-        parameters: Of each node, by full name and dotted name, as far as the bag has them.
-        versions: Of the programs and libraries, by name, as far as the bag has them.
+        robot_description: URDF of the simulated robot.
+        types: Types of all topics in the bag, by name.
+        counts: Number of messages of each topic, by name.
+        parameters: Recorded parameters, by full node name and dotted parameter name.
+        versions: Recorded versions of programs and libraries, by name.
     """
 
     robot_description: str
@@ -103,10 +102,10 @@ def read_session(bag: Bag) -> RecordedSession:
         InvalidFileError: The bag has no robot description.
     """
     counts = {topic.name: count for topic, count in bag.metadata.topics}
-    # A robot in a namespace is described there.
+    # A robot in a namespace has its description topic in the namespace.
     described = [name for name in counts if name.endswith(DESCRIPTION_TOPIC)]
     string = get_message(_STRING)
-    # The simulator keeps the first one.
+    # The simulator uses the first description.
     texts = (deserialize(each.data, string).data for each in bag.messages(described))
     description = next(filter(None, texts), "") if described else ""
     if not description:
@@ -127,7 +126,7 @@ def read_topics(bag: Bag, names: Collection[str]) -> dict[str, RecordedTopic]:
     """Return topics of a bag by name, with undecoded messages and their header stamps.
 
     Raises:
-        InvalidFileError: A message is too short to have one.
+        InvalidFileError: A message is too short to have a stamp.
     """
     messages: dict[str, list[RecordedMessage]] = defaultdict(list)
     topics = {topic.name: topic for topic, _ in bag.metadata.topics if topic.name in names}
@@ -166,10 +165,10 @@ def read_commands(
     """Return recorded commands by the time of the joint state that each one answers.
 
     Args:
-        topic: Where the controllers sent them.
-        period_ns: Time between two ticks, in nanoseconds.
-        states: Those that they answer, where they were recorded. A command that was sent after the
-            next state was: the simulator had given up waiting for it.
+        topic: Recorded topic of the commands from the controllers.
+        period_ns: Time between two simulation ticks, in nanoseconds.
+        states: Recorded joint states; empty if they were not recorded. A command published after
+            the next state is late: the simulator had stopped waiting for the command.
 
     Raises:
         InvalidFileError: A command cannot be decoded.
@@ -186,7 +185,7 @@ def read_commands(
         elif sent_ns.get(time_ns + period_ns, message.publish_time_ns) < message.publish_time_ns:
             late.append(time_ns)
         elif time_ns not in found:
-            # The simulator takes the first answer.
+            # The simulator uses the first command for a state.
             try:
                 found[time_ns] = deserialize(message.data, joint_state)
             except InvalidMessageError as error:
@@ -200,7 +199,7 @@ def end_of_run_ns(topics: Collection[RecordedTopic]) -> int:
     """Return the simulated time in ns when the recorded run ends; raise if its start is missing.
 
     Raises:
-        InvalidFileError: It was not recorded from its start on, or was started again.
+        InvalidFileError: The run was not recorded from its start, or was restarted.
     """
     times_ns = sorted({m.time_ns for topic in topics if topic.is_stamped for m in topic.messages})
     if len(times_ns) < 2:
@@ -242,8 +241,8 @@ def _refuse_restart(topic: RecordedTopic) -> None:
 def read_parameters(bag: Bag) -> dict[str, dict[str, object]]:
     """Return the recorded parameters of nodes, by node name and parameter name.
 
-    A node publishes each parameter when it declares it. Where the recorder came too late for that,
-    it has asked the node.
+    Nodes publish each parameter on ``/parameter_events`` when they declare it. Parameters declared
+    before the recording are in attachments, since the recorder requested them from the nodes.
 
     Raises:
         InvalidFileError: A file of parameters in the bag cannot be read.
@@ -273,11 +272,11 @@ def read_parameters(bag: Bag) -> dict[str, dict[str, object]]:
 
 
 def _stamp_place(type_name: str) -> int | None:
-    """Where the stamp is in the CDR of a type, in bytes; None where it has none."""
+    """Return the offset of the stamp in the CDR of a type, in bytes; None without a stamp."""
     if type_name == _CLOCK:
         return 4
     if type_name == _TF:
-        # Behind the number of transforms.
+        # After the number of transforms.
         return 8
     fields = get_message(type_name).get_fields_and_field_types()
     return 4 if next(iter(fields.values()), "") == "std_msgs/Header" else None
