@@ -1,7 +1,7 @@
 """Recovery of messages from broken chunks: with a wrong checksum, or cut off by the end of file.
 
-After a loss of power the file may be as long as it was to be, with zeros in the place of what had
-not reached the disk: it ends where these begin.
+After a power failure, a file may have its full length, with zeros in place of data that was not
+written to the disk: such a file is read up to the zeros.
 """
 
 from __future__ import annotations
@@ -36,8 +36,8 @@ class RecoveredChunk(NamedTuple):
 
     Attributes:
         descriptions: Schemas and channels.
-        messages: Messages; their data may have changed.
-        message_count: How many there were.
+        messages: Messages, whose data may have changed.
+        message_count: Number of messages that the chunk had.
     """
 
     descriptions: list[Schema | Channel]
@@ -48,20 +48,20 @@ class RecoveredChunk(NamedTuple):
 def recover_chunk(stream: BinaryIO, index: ChunkIndex) -> RecoveredChunk:
     """Return the intact-looking records of an MCAP chunk whose checksum is wrong.
 
-    Its message indexes stand behind it, and say of each message where it begins, its channel and
-    its time: what agrees with them is a message, also behind a record whose length is nonsense.
+    The message indexes after the chunk give offset, channel and time of each message. A record that
+    agrees with them is a message, also after a record with a wrong length.
 
     Args:
-        stream: The file; it is left somewhere.
-        index: Where the chunk is.
+        stream: Open MCAP file; its position changes.
+        index: Chunk index record of the chunk.
 
     Raises:
-        Exception: One of `BROKEN`: it cannot be decompressed.
+        Exception: An error of `BROKEN`, if the chunk cannot be decompressed.
     """
     data = read_chunk_content(stream, index, checked=False)
     descriptions: list[Schema | Channel] = []
     walked: dict[int, tuple[int, int]] = {}
-    # Up to where the chain of records is broken.
+    # Up to the first broken record.
     with contextlib.suppress(*BROKEN):
         for opcode, start, end in iter_records(data):
             if opcode == Opcode.MESSAGE:
@@ -82,7 +82,7 @@ def recover_chunk(stream: BinaryIO, index: ChunkIndex) -> RecoveredChunk:
 
 
 def _said(stream: BinaryIO, index: ChunkIndex) -> dict[int, tuple[int, int]]:
-    """Channels and times of the messages by their places, as far as the indexes can be read."""
+    """Return channel and time of the messages by offset, from the readable message indexes."""
     said: dict[int, tuple[int, int]] = {}
     for offset in index.message_index_offsets.values():
         with contextlib.suppress(*BROKEN):
@@ -92,7 +92,7 @@ def _said(stream: BinaryIO, index: ChunkIndex) -> dict[int, tuple[int, int]]:
 
 
 def _message_at(data: bytes, offset: int, following: int) -> Message | None:
-    """The message there, if it ends before the one that follows."""
+    """Return the message at an offset; None if it is none or overlaps the following message."""
     start = offset + HEAD.size
     if start + MESSAGE_HEAD.size > following:
         return None
@@ -103,20 +103,20 @@ def _message_at(data: bytes, offset: int, following: int) -> Message | None:
 
 
 _BLOCK_BYTES = 2**20
-# So many in turn are no end of compressed data. Disks lose what they lose in blocks of 512 bytes.
+# Number of zeros at the end that are no compressed data. Disks lose data in blocks of 512 bytes.
 _ZEROS = 512
 
 
 class TruncatedChunk(NamedTuple):
     """Complete records at the beginning of an MCAP chunk that the end of the file cuts off.
 
-    Its checksum cannot be compared.
+    The checksum of the chunk cannot be compared.
 
     Attributes:
-        compression: Its own.
+        compression: Compression of the chunk.
         descriptions: Schemas and channels.
-        messages: Messages of channels that are known; never none.
-        bytes_missing: How much of its uncompressed content is not in one of these records.
+        messages: Messages of known channels; at least one.
+        bytes_missing: Uncompressed bytes of the chunk that are not in these records.
     """
 
     compression: Compression
@@ -131,9 +131,9 @@ def read_truncated_chunk(
     """Return the complete records of a chunk cut off by the file's end; None without messages.
 
     Args:
-        stream: The file; it is left somewhere.
-        offset: Where the chunk begins: the end of the last whole record.
-        channels: Numbers of the channels that are known from the records before it.
+        stream: Open MCAP file; its position changes.
+        offset: Offset of the chunk, which is the end of the last complete record.
+        channels: IDs of the channels that are known from the records before the chunk.
     """
     with contextlib.suppress(*BROKEN):
         return _read(stream, offset, channels)
@@ -145,7 +145,7 @@ def rebuild_chunk(truncated: TruncatedChunk, offset: int) -> bytes:
 
     Args:
         truncated: Records of the truncated chunk.
-        offset: Where in the file it is going to be.
+        offset: Offset in the file at which the chunk will be written.
     """
     builder = ChunkBuilder(ChunkSettings(truncated.compression))
     for record in truncated.descriptions:
@@ -183,7 +183,7 @@ def _read(stream: BinaryIO, offset: int, channels: Collection[int]) -> Truncated
     messages: list[Message] = []
     known = set(channels)
     kept = 0
-    # Up to the record in which it ends.
+    # Up to the truncated record.
     with contextlib.suppress(*BROKEN):
         for opcode, start, end in iter_records(data):
             if opcode == Opcode.SCHEMA:
@@ -202,7 +202,7 @@ def _read(stream: BinaryIO, offset: int, channels: Collection[int]) -> Truncated
 
 
 def _beginning(compression: Compression, data: bytes, size: int) -> bytes:
-    """Decompress as much as there is, and not more than it should become."""
+    """Return the decompressed beginning of truncated data, at most `size` bytes."""
     if compression is Compression.NONE:
         return data
     read: Callable[[int], bytes]

@@ -1,7 +1,7 @@
 """Reading the chunks of an MCAP file, with every length checked before it is used.
 
-The library's own reading believes what a record says of itself: a message shorter than its head
-takes all that follows, and a chunk may claim any size. So the heads are read here.
+The mcap library does not check the lengths in records: a message shorter than its header takes all
+following bytes, and a chunk may state any size. So this module reads the headers itself.
 """
 
 from __future__ import annotations
@@ -32,25 +32,25 @@ from teleopctl.base.budget import (
 from teleopctl.errors import InvalidFileError
 
 MAGIC = b"\x89MCAP0\r\n"
-"""What a file begins and ends with. The library has it in its writer, which half of the time to
-read a small file would go into loading."""
+"""First and last bytes of a file. Defined here because importing the library's writer, which has
+them, would take half of the time to read a small file."""
 HEAD = struct.Struct("<BQ")
-"""Of any record: what it is, and the bytes that follow."""
+"""Header of any record: opcode, and length of the content in bytes."""
 CHUNK_HEAD = struct.Struct("<QQQI")
-"""Of a chunk: first and last log time, uncompressed size and checksum."""
+"""Begin of a chunk's content: first and last log time, uncompressed size and checksum."""
 MESSAGE_HEAD = struct.Struct("<HIQQ")
-"""Of a message: channel, sequence number, log time, publish time."""
+"""Begin of a message's content: channel, sequence number, log time, publish time."""
 
-# The library's writer begins a chunk of its own for a message that is larger than a chunk.
+# Chunks may be large: the library's writer makes a chunk for each message larger than a chunk.
 LARGEST_CHUNK = 2**32
-"""More than that no chunk may claim to have, compressed or not."""
+"""Largest size in bytes that a chunk may state, compressed or not."""
 
-# What decompressors and the library raise for bytes that are not what they should be.
+# Errors that decompressors and the library raise for invalid bytes.
 BROKEN = (
     *(McapError, ZstdError, struct.error),
     *(ValueError, OSError, RuntimeError, EOFError, MemoryError, OverflowError, LookupError),
 )
-"""What reading a broken chunk or record may raise."""
+"""Errors that reading a broken chunk or record may raise."""
 
 _Record = TypeVar("_Record", Schema, Channel, MessageIndex)
 
@@ -59,7 +59,7 @@ class UnpackedChunks:
     """Counter of the decompressed size of a file's chunks, which limits the total.
 
     Args:
-        stream: The file.
+        stream: Open MCAP file.
     """
 
     def __init__(self, stream: BinaryIO) -> None:
@@ -70,10 +70,10 @@ class UnpackedChunks:
         """Add the decompressed size of a chunk; raise if the total becomes too large.
 
         Raises:
-            InvalidFileError: The chunks become too large together.
+            InvalidFileError: The chunks together become too large.
         """
         if not may_be_unpacked(index.uncompressed_size, index.compressed_size):
-            return  # it is refused for itself
+            return  # reading the chunk itself raises an error
         try:
             self._unpacked.add(index.uncompressed_size)
         except BudgetError as error:
@@ -88,11 +88,11 @@ def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | M
     """Return the schema, channel and message records of an MCAP chunk.
 
     Args:
-        stream: The file; it is left somewhere.
-        index: Where the chunk is.
+        stream: Open MCAP file; its position changes.
+        index: Chunk index record of the chunk.
 
     Raises:
-        Exception: One of `BROKEN`: the chunk is not what its index says.
+        Exception: An error of `BROKEN`, if the chunk is damaged or contradicts its index.
     """
     data = read_chunk_content(stream, index)
     found: list[Schema | Channel | Message] = []
@@ -112,14 +112,14 @@ def read_latest(
     """Return up to `most` last messages of given channels in a chunk before a log time.
 
     Args:
-        stream: The file; it is left somewhere.
-        index: Where the chunk is; it has message indexes.
-        channels: The channels' numbers.
-        end_ns: The log time, in nanoseconds since the epoch.
-        most: How many.
+        stream: Open MCAP file; its position changes.
+        index: Chunk index record of a chunk with message indexes.
+        channels: IDs of the channels.
+        end_ns: Log time before which messages are searched, in nanoseconds since the epoch.
+        most: Largest number of messages.
 
     Raises:
-        Exception: One of `BROKEN`: the chunk is not what its index says.
+        Exception: An error of `BROKEN`, if the chunk is damaged or contradicts its index.
     """
     entries: list[tuple[int, int]] = []
     for offset in (index.message_index_offsets.get(id_) for id_ in channels):
@@ -143,7 +143,7 @@ def read_message_index(stream: BinaryIO, offset: int) -> MessageIndex:
     """Read and return the message index record at an offset of the file.
 
     Raises:
-        Exception: One of `BROKEN`: there is none.
+        Exception: An error of `BROKEN`, if there is no valid message index.
     """
     stream.seek(offset)
     opcode, length = HEAD.unpack(stream.read(HEAD.size))
@@ -158,11 +158,11 @@ def rebuild_message_indexes(stream: BinaryIO, index: ChunkIndex) -> list[Message
     """Return the message index records of a chunk, computed from the messages in the chunk.
 
     Args:
-        stream: The file; it is left somewhere.
-        index: Where the chunk is.
+        stream: Open MCAP file; its position changes.
+        index: Chunk index record of the chunk.
 
     Raises:
-        Exception: One of `BROKEN`: the chunk is not what its index says.
+        Exception: An error of `BROKEN`, if the chunk is damaged or contradicts its index.
     """
     data = read_chunk_content(stream, index)
     entries: dict[int, list[tuple[int, int]]] = {}
@@ -177,7 +177,7 @@ def read_record(kind: type[_Record], data: bytes) -> _Record:
     """Parse and return the content of a schema, channel or message index record.
 
     Raises:
-        Exception: One of `BROKEN`.
+        Exception: An error of `BROKEN`, if the content is invalid.
     """
     stream = ReadDataStream(io.BytesIO(data))
     record: _Record = kind.read(stream)
@@ -196,8 +196,8 @@ def iter_records(data: bytes) -> Iterator[tuple[int, int, int]]:
     """Yield opcode, content start and content end of each record in decompressed chunk data.
 
     Raises:
-        ValueError: The chain of records is broken, as `struct.error` says too, or there are more
-            than the budget has.
+        ValueError: The length of a record is wrong, or the chunk has too many records.
+        struct.error: The data ends within the header of a record.
     """
     if len(data) > MOST_RECORDS * SMALLEST_RECORD_BYTES:
         _count_records(data)
@@ -214,7 +214,7 @@ def iter_records(data: bytes) -> Iterator[tuple[int, int, int]]:
 
 
 def _count_records(data: bytes) -> None:
-    """See that a chunk has not too many records, before anything is made of them."""
+    """Raise if a chunk has too many records, before objects are created from them."""
     records = Tally("records", MOST_RECORDS)
     offset = 0
     while offset + HEAD.size <= len(data):
@@ -226,12 +226,12 @@ def read_chunk_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = T
     """Return the decompressed content of an MCAP chunk; raise if it is broken.
 
     Args:
-        stream: The file; it is left somewhere.
-        index: Where the chunk is.
+        stream: Open MCAP file; its position changes.
+        index: Chunk index record of the chunk.
         checked: Whether to compare the checksum.
 
     Raises:
-        Exception: One of `BROKEN`: the chunk is not what its index says.
+        Exception: An error of `BROKEN`, if the chunk is damaged or contradicts its index.
     """
     offset = index.chunk_start_offset
     stream.seek(offset)
@@ -246,7 +246,7 @@ def read_chunk_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = T
         raise ValueError(f"it claims {size} bytes")
     if compression:
         check_unpacked(size, compressed)
-        # `UnpackedChunks` has counted what the indexes say.
+        # `UnpackedChunks` has counted the size in the chunk index.
         if size != index.uncompressed_size and size > UNPACKED_RATIO * compressed:
             raise ValueError(f"it claims {size} bytes, and its index {index.uncompressed_size}")
     data = _decompressed(compression, stream.read(compressed), size)
@@ -261,7 +261,7 @@ def read_compression(stream: BinaryIO, length: int) -> tuple[str, int]:
     """Read and return the compression name and the compressed size in a chunk's header.
 
     Raises:
-        Exception: One of `BROKEN`: it contradicts the length of the record.
+        Exception: An error of `BROKEN`, if the sizes contradict the length of the record.
     """
     (name_length,) = struct.unpack("<I", stream.read(4))
     if name_length > length:
@@ -279,7 +279,7 @@ def _decompressed(compression: str, data: bytes, size: int) -> bytes:
     if compression == "zstd":
         import zstandard
 
-        # It takes the memory that a frame asks for: no more than the chunk has.
+        # zstd allocates the size that the frame states, which must be that of the chunk.
         if zstandard.frame_content_size(data) not in (-1, size):
             raise ValueError("its compressed data has another size than stated")
         return zstandard.decompress(data, size)

@@ -1,8 +1,8 @@
 """Building of MCAP chunks, message by message.
 
-Why not the library's writer: it makes an object and seven writes of each message, which is three
-quarters of what it costs to record small ones. `tests/interop/test_mcap_bytes.py` holds the files
-equal to the library's, byte for byte.
+The library's writer is not used because it needs an object and seven writes for each message, which
+is three quarters of the time to record small messages. `tests/interop/test_mcap_bytes.py` checks
+that the files are equal to those of the library, byte for byte.
 """
 
 from __future__ import annotations
@@ -23,14 +23,15 @@ from teleopctl.bag.mcap_file.chunk import CHUNK_HEAD, HEAD, MESSAGE_HEAD
 from teleopctl.base.budget import UNPACKED_FILE_BYTES, may_be_unpacked, unpacked_limit
 
 CHUNK_BYTES = 2**20
-"""How many bytes of messages are compressed and indexed together."""
+"""Default size of a chunk, uncompressed, in bytes."""
 
 _MESSAGE = struct.Struct("<BQHIQQ")
 _INDEX = struct.Struct("<BQHI")
 _LENGTH = struct.Struct("<I")
 _SIZE = struct.Struct("<Q")
 
-# A chunk that is not made smaller by this part is quicker to read as it is; so does rosbag2.
+# Smallest relative gain of a compression; otherwise the chunk is stored uncompressed, as in
+# rosbag2, since it is faster to read.
 _LEAST_GAIN = 0.02
 
 
@@ -52,7 +53,7 @@ class CompressionLevel(enum.Enum):
     SLOWEST = "Slowest"
 
 
-# Those of rosbag2, but for the default, which is that of each library.
+# Levels of rosbag2, except for the default, which is that of each library.
 _ZSTD_LEVELS = dict(zip(CompressionLevel, (-5, -3, 3, 5, 19), strict=True))
 _LZ4_LEVELS = dict(zip(CompressionLevel, (-1, 0, 0, 10, 12), strict=True))
 
@@ -61,11 +62,11 @@ class ChunkSettings(NamedTuple):
     """Size, compression and checksum settings for the chunks of an MCAP file.
 
     Attributes:
-        compression: Of what they hold.
-        chunk_bytes: Uncompressed size at which a chunk ends.
-        compression_level: How much time the compression may take.
-        forces_compression: Whether chunks are compressed that are not made smaller by it.
-        chunk_checksums: Whether damage to chunks can be found later.
+        compression: Compression of the chunks.
+        chunk_bytes: Uncompressed size in bytes at which a chunk ends.
+        compression_level: Level of the compression, from fastest to slowest.
+        forces_compression: Whether to store a chunk compressed even if that is not smaller.
+        chunk_checksums: Whether chunks have checksums, which show damage.
     """
 
     compression: Compression = Compression.ZSTD
@@ -79,10 +80,10 @@ class ChunkBuilder:
     """Builder of MCAP chunks with their message indexes from single records.
 
     Args:
-        settings: How.
+        settings: Size, compression and checksum settings.
 
     Attributes:
-        size: Bytes that it has gathered, uncompressed.
+        size: Uncompressed size of the current chunk in bytes.
     """
 
     def __init__(self, settings: ChunkSettings) -> None:
@@ -90,9 +91,9 @@ class ChunkBuilder:
         self._compress = _compressor(settings.compression, settings.compression_level)
         self.size = 0
         self._parts: list[bytes] = []
-        # Of all chunks that were made.
+        # Uncompressed and stored size of all finished chunks.
         self._content_bytes = self._stored_bytes = 0
-        # Of each channel the times and the places of its messages, in turn.
+        # For each channel, log time and offset of its messages, alternating.
         self._indexes: dict[int, array[int]] = {}
 
     @property
@@ -125,10 +126,10 @@ class ChunkBuilder:
         """Return the current chunk's bytes and chunk index record, and begin a new chunk.
 
         Args:
-            offset: Where in the file it is going to be.
+            offset: Offset in the file at which the chunk will be written.
 
         Returns:
-            What is to be written, and what the summary has of it.
+            The bytes to write (chunk and message indexes), and the chunk index for the summary.
         """
         content = b"".join(self._parts)
         indexes = self._indexes
@@ -137,7 +138,8 @@ class ChunkBuilder:
         if self._settings.compression is not Compression.NONE:
             compressed = self._compress(content)
             is_worth_it = len(compressed) <= len(content) * (1 - _LEAST_GAIN)
-            # What readers would refuse as a bomb, a gigabyte of zeros, stays as it is.
+            # Content that readers would reject as a decompression bomb, such as a gigabyte of
+            # zeros, is stored uncompressed.
             is_read = may_be_unpacked(len(content), len(compressed)) and (
                 self._content_bytes + len(content)
                 <= unpacked_limit(self._stored_bytes + len(compressed), UNPACKED_FILE_BYTES)

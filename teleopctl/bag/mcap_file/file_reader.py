@@ -52,13 +52,14 @@ def unchunked_messages(
 ) -> Iterator[Message]:
     """Yield messages of an MCAP file without chunks by log time, up to the first broken record.
 
-    There is no index: the heads are read twice. What is kept at once is a number or two a message.
+    Such a file has no index, so the message headers are read twice. Memory holds only time and
+    offset of each message.
 
     Args:
-        stream: The file; it is left somewhere.
-        channels: Only these.
-        start_ns: Only from this log time on, in nanoseconds since the epoch.
-        end_ns: Only up to this log time, and not at it.
+        stream: Open MCAP file; its position changes.
+        channels: IDs of the channels to read.
+        start_ns: Earliest log time to read, in nanoseconds since the epoch.
+        end_ns: Log time before which reading ends, in nanoseconds since the epoch.
     """
     times, offsets = array("Q"), array("Q")
     is_sorted = True
@@ -101,8 +102,8 @@ class ChunkRecovery(NamedTuple):
     """Options to recover messages from broken chunks: a filter, and a callback for each chunk.
 
     Attributes:
-        accepts: Whether a message is taken: what it says may have changed.
-        on_recovered: Called with a sentence for each such chunk.
+        accepts: Function that returns whether to use a message, whose content may have changed.
+        on_recovered: Called with a sentence for each broken chunk with recovered messages.
     """
 
     accepts: Callable[[BagMessage], bool]
@@ -113,26 +114,26 @@ class McapFileReader(BagFileReader):
     """Reader of one MCAP file of a bag, which may be unfinished.
 
     Args:
-        path: The file.
+        path: Path of the file.
         recovery: Filter and callback for messages of broken chunks; None drops these messages.
 
     Attributes:
-        topics: Its topics by name, each with its number of messages.
-        is_finished: Whether it has its end; one that has not is read as far as it is whole.
-        remarks: What of it cannot be understood, and is left out.
+        topics: Topics by name, each with its number of messages.
+        is_finished: Whether the file is complete; an incomplete file is read as far as possible.
+        remarks: Unreadable parts of the file that are skipped, one sentence each.
 
     Raises:
-        InvalidFileError: It is not an MCAP file, or cannot be read.
+        InvalidFileError: The file is no MCAP file, or cannot be read.
     """
 
     STORAGE = MCAP
     distribution = ""
-    """The ROS 2 distribution stands in a record, if at all."""
+    """Empty: the ROS 2 distribution is in a metadata record, if the file has it."""
 
     def __init__(self, path: Path, recovery: ChunkRecovery | None = None) -> None:
         self.path = path
         self._recovery = recovery
-        # Messages of a chunk in which the file ends.
+        # Messages of a chunk that the end of the file truncates.
         self._cut_off: list[Message] = []
         self._is_bounded = False
         self.remarks: list[str] = []
@@ -166,19 +167,18 @@ class McapFileReader(BagFileReader):
     ) -> Iterator[BagMessage]:
         """Yield messages by log time; report broken chunks to ``on_left_out``, or raise.
 
-        A chunk is read when its first message is wanted; where chunks overlap in time, all that do
-        are held at once.
+        A chunk is read when its first message is needed. Chunks that overlap in time are in memory
+        at the same time.
 
         Args:
-            topics: Only these; all if None.
-            start_ns: Only from this log time on, in nanoseconds since the epoch.
-            end_ns: Only up to this log time, and not at it.
-            on_left_out: Called with a sentence for each chunk that is broken; its messages are
-                missing then.
+            topics: Names of the topics to read; all if None.
+            start_ns: Earliest log time to read, in nanoseconds since the epoch.
+            end_ns: Log time before which reading ends, in nanoseconds since the epoch.
+            on_left_out: Called with a sentence for each broken chunk, whose messages are skipped.
 
         Raises:
-            InvalidFileError: A chunk is broken, and nobody is to be told; the message says where.
-                Or chunks that overlap hold too much.
+            InvalidFileError: A chunk is broken, and `on_left_out` is None; names the place. Or
+                chunks that overlap in time are too large.
         """
         channels = self._channels(topics)
         if not self._summary.chunk_indexes and not self._cut_off:
@@ -187,7 +187,7 @@ class McapFileReader(BagFileReader):
         cut_off = _chosen(self._cut_off, channels, start_ns, end_ns)
         waiting = sorted(cut_off, key=_log_time_ns)
         for chunk in self._chunks(channels, start_ns, end_ns):
-            # What is older than all that follows.
+            # Messages older than all following ones.
             due = bisect.bisect_left(waiting, chunk.message_start_time, key=_log_time_ns)
             yield from waiting[:due]
             waiting = waiting[due:]
@@ -199,12 +199,12 @@ class McapFileReader(BagFileReader):
     def latest(self, topic: str, end_ns: int, most: int = 1) -> list[BagMessage]:
         """Return up to `most` last messages of a topic before a log time, oldest first.
 
-        Chunks that cannot be read are passed over.
+        Unreadable chunks are skipped.
 
         Args:
-            topic: Its full name.
-            end_ns: The log time, in nanoseconds since the epoch.
-            most: How many.
+            topic: Full name of the topic.
+            end_ns: Log time before which messages are searched, in nanoseconds since the epoch.
+            most: Largest number of messages.
         """
         channels = self._channels((topic,))
         if not self._summary.chunk_indexes:
@@ -257,7 +257,7 @@ class McapFileReader(BagFileReader):
 
     def _read_summary(self) -> tuple[Summary, bool]:
         summary = read_summary(self._stream)
-        # A finished file may lack a part of its summary, which its writer left out.
+        # Writers may omit parts of the summary: then the file is scanned.
         if (
             summary is not None
             and summary.statistics is not None
@@ -272,7 +272,7 @@ class McapFileReader(BagFileReader):
         return found.summary, is_finished
 
     def _take_cut_chunk(self, recovery: ChunkRecovery, found: Scan) -> None:
-        """Keep the messages of a chunk in which the file ends."""
+        """Keep the messages of a chunk that the end of the file truncates."""
         cut = read_truncated_chunk(self._stream, found.end, found.summary.channels)
         if cut is None:
             return
@@ -302,7 +302,7 @@ class McapFileReader(BagFileReader):
                 channel.message_encoding,
                 COUNTED.items() <= channel.metadata.items(),
             )
-            # Several channels of one topic, as of two recorders, are one topic here.
+            # Several channels of a topic, such as of two recorders, are merged.
             known, count = topics.get(topic.name, (topic, 0))
             if topic.name in topics:
                 offers = tuple(dict.fromkeys((*known.qos, *topic.qos)))
@@ -318,7 +318,7 @@ class McapFileReader(BagFileReader):
             return ()
 
     def _channels(self, topics: Collection[str] | None) -> dict[int, str]:
-        """The names of topics by the numbers of their channels."""
+        """Return the names of topics by channel ID."""
         return {
             id_: channel.topic
             for id_, channel in self._summary.channels.items()
@@ -326,7 +326,7 @@ class McapFileReader(BagFileReader):
         }
 
     def _chunks(self, channels: Mapping[int, str], start_ns: int, end_ns: int) -> list[ChunkIndex]:
-        """The chunks that may have messages that are wanted, by their first log time."""
+        """Return the chunks that may have matching messages, ordered by their first log time."""
         found = [
             chunk
             for chunk in self._bounded_chunks()
@@ -340,10 +340,10 @@ class McapFileReader(BagFileReader):
         return sorted(found, key=lambda chunk: (chunk.message_start_time, chunk.chunk_start_offset))
 
     def _bounded_chunks(self) -> list[ChunkIndex]:
-        """Return all chunks, of a file whose chunks together are within the budget.
+        """Return all chunks; raise if their decompressed size together is too large.
 
         Raises:
-            InvalidFileError: They are not.
+            InvalidFileError: The chunks together become too large.
         """
         if not self._is_bounded:
             unpacked = UnpackedChunks(self._stream)
@@ -356,11 +356,11 @@ class McapFileReader(BagFileReader):
         """Raise if a chunk would hold too much in memory, together with those that it overlaps.
 
         Args:
-            chunk: The chunk; one that is compressed as data of sensors are is never refused.
-            held: The messages that are held already.
+            chunk: Chunk to read; a chunk with a usual compression ratio is always accepted.
+            held: Messages that are already in memory.
 
         Raises:
-            InvalidFileError: It would.
+            InvalidFileError: The chunk and the messages are too large.
         """
         size = chunk.uncompressed_size
         if size <= UNPACKED_RATIO * chunk.compressed_size:
@@ -415,12 +415,12 @@ class McapFileReader(BagFileReader):
     def _unchunked_messages(
         self, channels: Mapping[int, str], start_ns: int, end_ns: int
     ) -> Iterator[BagMessage]:
-        """The messages of a file without chunks, up to where it is broken."""
+        """Yield the messages of a file without chunks, up to the first broken record."""
         found = unchunked_messages(self._stream, channels, start_ns, end_ns)
         return _chosen(found, channels, start_ns, end_ns)
 
     def _content_at(self, offset: int, opcode: Opcode) -> bytes:
-        """The content of a record of a kind; empty where there is none."""
+        """Return the content of the record at an offset; empty if its opcode differs."""
         size = self._stream.seek(0, io.SEEK_END)
         if not 0 <= offset <= size - HEAD.size:
             return b""

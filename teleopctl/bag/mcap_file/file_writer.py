@@ -36,7 +36,7 @@ if TYPE_CHECKING:
 
 try:
     import fcntl
-except ImportError:  # Windows, which holds what is open for writing by itself
+except ImportError:  # Windows, which locks files that are open for writing
     _HAS_LOCKS = False
 else:
     _HAS_LOCKS = True
@@ -45,11 +45,11 @@ else:
 def lock_file(stream: io.IOBase) -> bool:
     """Lock an open file until it is closed; return False if another program holds the lock.
 
-    The operating system lets go of it when the program dies, however it does.
+    The operating system releases the lock when the program ends in any way.
     """
     if not _HAS_LOCKS:
         return True
-    # Some network file systems have no locks: then nothing is held.
+    # Some network file systems have no locks: then the file is not locked.
     with contextlib.suppress(OSError):
         try:
             fcntl.flock(stream.fileno(), fcntl.LOCK_EX | fcntl.LOCK_NB)
@@ -59,9 +59,9 @@ def lock_file(stream: io.IOBase) -> bool:
 
 
 LIBRARY = f"teleopctl {__version__}"
-"""What the header of the files says that they were written by."""
+"""Name and version of the writing library in the header of the files."""
 
-# There are many small records around large ones.
+# Combines many small records into one system call.
 _BUFFER_BYTES = 2**20
 _SEQUENCE_MASK = 2**32 - 1
 
@@ -69,22 +69,22 @@ _SEQUENCE_MASK = 2**32 - 1
 class McapFileWriter(BagFileWriter):
     """Writer of one MCAP file of a bag, with profile ``ros2`` and a channel for each topic.
 
-    Messages are gathered into chunks. What `flush` has written survives the death of this process,
-    whatever comes after.
+    Messages are collected in chunks. Messages written before a `flush` are not lost if the process
+    is killed.
 
     Args:
-        path: Where it is to be; nothing may be there.
-        chunks: How its chunks are made; by default with zstd, each of 1 MiB.
+        path: Path of the file, which must not exist.
+        chunks: Settings of the chunks; zstd and 1 MiB if None.
 
     Raises:
-        SystemFailureError: It cannot be made. The methods raise it where it cannot be written:
-            then the file ends behind the last whole record, see `abandon`.
+        SystemFailureError: The file cannot be created. The methods raise the error if writing
+            fails: then the file is readable up to the last complete record, see `abandon`.
     """
 
     def __init__(self, path: Path, chunks: ChunkSettings | None = None) -> None:
         chunks = chunks or ChunkSettings()
         super().__init__(path)
-        # What the file ends with.
+        # Collected for the end of the file.
         self._summary = Summary()
         self._channels: dict[str, int] = {}
         self._schemas: dict[tuple[str, str], int] = {}
@@ -98,7 +98,7 @@ class McapFileWriter(BagFileWriter):
         self._chunk = ChunkBuilder(chunks)
         self._size = 0
         self._put(MAGIC, encode_record(Header(Profile.ROS2, LIBRARY)))
-        # It is an MCAP file from its first moment on.
+        # So that readers find a valid MCAP file at once.
         self._try(self._stream.flush)
 
     @property
@@ -177,9 +177,9 @@ class McapFileWriter(BagFileWriter):
     def sync(self) -> None:
         """Wait until the data written so far is on the disk (fsync); for another thread.
 
-        For another thread than the one that writes: it may take seconds.
+        To be called from another thread than the one that writes, since fsync may take seconds.
         """
-        # Closed meanwhile, or on a disk that fails the next write too.
+        # The file may be closed; an error of the disk is also raised by the next write.
         with contextlib.suppress(OSError, ValueError):
             os.fsync(self._raw.fileno())
 
@@ -192,7 +192,7 @@ class McapFileWriter(BagFileWriter):
 
     def abandon(self) -> None:
         """Close the file after a write error, without a summary."""
-        # The buffer would try again to write what found no room.
+        # Closing the buffered stream would try to write the rest again.
         self._raw.close()
 
     def _end_chunk(self) -> None:

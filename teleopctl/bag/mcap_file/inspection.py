@@ -19,7 +19,7 @@ from teleopctl.errors import InvalidFileError
 
 _CHECKSUM = struct.Struct("<I")
 _BLOCK_BYTES = 2**20
-# By so much may messages of several publishers of a topic overtake each other in the recorder.
+# Messages of several publishers of a topic may be recorded out of order by up to this time.
 _JITTER_NS = 10_000_000
 
 
@@ -27,9 +27,9 @@ class Fault(NamedTuple):
     """Fault of an MCAP or SQLite file: a sentence, and whether messages may be lost by it.
 
     Attributes:
-        what: In one sentence.
-        is_finishable: Whether giving the file its end is all that it needs.
-        loses: Whether messages may be lost by it.
+        what: Description of the fault, in one sentence.
+        is_finishable: Whether completing the end of the file is the only repair needed, if any.
+        loses: Whether messages may be lost by the fault.
     """
 
     what: str
@@ -46,7 +46,7 @@ def mcap_file_faults(path: Path) -> Iterator[Fault]:
             yield from _faults_of_end(stream, found)
             clock = _TimeOrder()
             for chunk in found.summary.chunk_indexes:
-                # Of the last one of an unfinished file, its end is all that is missing.
+                # The last chunk of an unfinished file may lack message indexes only.
                 is_cut = found.missing_indexes and chunk is found.summary.chunk_indexes[-1]
                 fault = _fault_of_chunk(stream, chunk, clock, has_index=not is_cut)
                 if fault is not None:
@@ -86,7 +86,7 @@ def _faults_of_end(stream: BinaryIO, found: Scan) -> Iterator[Fault]:
 
 
 def _faults_of_summary(summary: Summary, found: Scan) -> Iterator[str]:
-    """What the summary says otherwise than the records before it; what it leaves out is allowed."""
+    """Yield the contradictions of the summary to the records; omitted parts are allowed."""
     walked = found.summary
     said, counted = summary.statistics, walked.statistics
     if said is not None and counted is not None:
@@ -110,7 +110,7 @@ def _faults_of_summary(summary: Summary, found: Scan) -> Iterator[str]:
 
 
 def _fault_of_data(stream: BinaryIO, end: int) -> str:
-    """Compare the checksum of all data, which few writers make."""
+    """Return the fault of the data section's checksum, which few writers add; empty if none."""
     stream.seek(end)
     opcode, _ = HEAD.unpack(stream.read(HEAD.size))
     (said,) = _CHECKSUM.unpack(stream.read(_CHECKSUM.size))

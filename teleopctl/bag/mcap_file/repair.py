@@ -22,10 +22,10 @@ class Repair(NamedTuple):
     """Result of `finish_file`: messages in the file, bytes cut off, and messages recovered.
 
     Attributes:
-        message_count: How many messages it has.
-        bytes_cut: Bytes at its end that belonged to no whole record, and are gone.
-        saved_count: How many of the messages were in a chunk that was cut off, whose checksum
-            cannot be compared; the bytes above are uncompressed ones of that chunk then.
+        message_count: Number of messages in the file.
+        bytes_cut: Number of removed bytes at the end, which belonged to no complete record.
+        saved_count: Number of messages recovered from a truncated chunk, whose checksum cannot be
+            compared; `bytes_cut` then counts uncompressed bytes of that chunk.
     """
 
     message_count: int
@@ -36,13 +36,13 @@ class Repair(NamedTuple):
 def finish_file(path: Path) -> Repair:
     """Complete an MCAP file in place with indexes, summary and footer; return what was done.
 
-    Nothing but what stands behind the last whole record is lost, also inside a chunk.
+    Only data after the last complete record is lost, also within a chunk.
 
     Raises:
-        InvalidFileError: It is not an MCAP file, cannot be read, or is broken otherwise than by
-            being cut off: then it is left alone.
-        RefusedError: Another program is writing it.
-        SystemFailureError: It cannot be written.
+        InvalidFileError: The file is no MCAP file, cannot be read, or is damaged, not only
+            truncated; the file is not changed.
+        RefusedError: Another program is writing the file.
+        SystemFailureError: The file cannot be written.
     """
     found = scan(path)
     try:
@@ -52,7 +52,7 @@ def finish_file(path: Path) -> Repair:
         try:
             return _finish(path, found, saves=True)
         except OSError:
-            # A disk that is full may have room for the end without a chunk.
+            # A full disk may have space for the end of the file without a rebuilt chunk.
             return _finish(path, found, saves=False)
     except OSError as error:
         raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
@@ -65,7 +65,7 @@ def _finish(path: Path, found: Scan, *, saves: bool) -> Repair:
                 f"{path} is being written by another program",
                 hint="Stop the recorder first; it ends its files itself.",
             )
-        if is_complete(stream):  # its writer was just about to
+        if is_complete(stream):  # the writer has finished it before the lock
             return Repair(_message_count(scan(path)), 0)
         if found.gaps or not found.tail_is_cut_off:
             where = found.gaps[0][0] if found.gaps else found.end
@@ -91,7 +91,7 @@ def _message_count(found: Scan) -> int:
 
 
 def _write_chunk(stream: BinaryIO, path: Path, offset: int, cut: TruncatedChunk) -> Scan:
-    """Put a whole chunk in place of one that was cut off; return what is found then."""
+    """Replace a truncated chunk by a complete one, and return the scan of the new file."""
     chunk = rebuild_chunk(cut, offset)
     stream.seek(offset)
     stream.write(chunk)

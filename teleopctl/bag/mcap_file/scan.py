@@ -1,8 +1,8 @@
 """Scan of an MCAP file record by record, for files that have no summary (yet).
 
-A file that is being written, or whose writer was killed, has no summary. The walk reads the heads
-of records only; chunks are opened where they hold the first message of a channel, since that is
-where schemas and channels are.
+A file that is being written, or whose writer was killed, has no summary. The scan reads only the
+headers of records. It opens chunks with the first message of a channel, since these contain schemas
+and channels.
 """
 
 from __future__ import annotations
@@ -49,14 +49,14 @@ from teleopctl.errors import InvalidFileError
 
 _ATTACHMENT_TIMES = struct.Struct("<QQ")
 MAGIC_BYTES = len(MAGIC)
-"""What a file begins and ends with, before and behind all records."""
+"""Number of magic bytes at the start and the end of a file."""
 
-# What is private to a program, and passed over by all others.
+# Records with opcodes from here on are private to a program and ignored by others.
 _FIRST_PRIVATE_OPCODE = 0x80
-# What a record that is cut off may claim; more than that is no record but a broken length.
+# Largest length of a truncated record in bytes; a larger length is a damaged one.
 _LARGEST_RECORD = 2**32
-# The head of a chunk, to be found where the chain of records is broken: its record, times, size
-# and checksum, and one of the compressions.
+# Pattern to find the next chunk after a broken record: record header, times, size, checksum, and
+# the name of a compression.
 _CHUNK = re.compile(rb"\x06.{36}(?:\x04\0\0\0zstd|\x03\0\0\0lz4|\0\0\0\0)", re.DOTALL)
 
 
@@ -65,20 +65,20 @@ class Scan:
     """Result of `scan`: summary of an MCAP file's records, and where it is broken or cut off.
 
     Attributes:
-        summary: As a finished file has it, with its statistics.
-        end: Where the last whole record of the data ends, in bytes from the file's start.
-        data_is_whole: Whether the data's end was found.
-        is_finished: Whether the file's end is there too.
-        missing_indexes: Message indexes of the last chunk, where the file ends among them; `end`
-            is then the end of that chunk.
-        bytes_beyond: Bytes that belong to no whole record, where the data's end is missing.
-        tail_is_cut_off: Whether these are what a writer leaves that was killed, or a computer that
-            lost its power: the beginning of a record, or nothing but zeros.
-        gaps: Where the chain of records is broken, with whole chunks behind it: from and to which
-            byte.
-        broken: Records whose length is right and whose content is not: where, and why.
-        times: Messages of each chunk, by its place and their channel; of a file without chunks all
-            under None.
+        summary: Summary as in a finished file, with statistics.
+        end: End of the last complete record of the data section, in bytes from the file's start.
+        data_is_whole: Whether the data end record was found.
+        is_finished: Whether the data end record and the closing magic bytes were found.
+        missing_indexes: Message indexes of the last chunk, if the file does not have all of them;
+            `end` is then the end of that chunk.
+        bytes_beyond: Number of bytes after the last complete record, if the data end record is
+            missing.
+        tail_is_cut_off: Whether these bytes are those after a killed writer or a power failure: the
+            beginning of a record, or zeros only.
+        gaps: First and end byte of each broken part that is followed by a complete chunk.
+        broken: Offset and error of each record with a valid length and invalid content.
+        times: Numbers and times of messages by channel ID, for each chunk by its offset; those of
+            messages outside chunks under None.
     """
 
     summary: Summary = field(default_factory=Summary)
@@ -122,7 +122,7 @@ def scan(path: Path) -> Scan:
     """Read all record headers of an MCAP file; return a summary and the places of defects.
 
     Raises:
-        InvalidFileError: It is not an MCAP file, or cannot be read.
+        InvalidFileError: The file is no MCAP file, or cannot be read.
     """
     try:
         with path.open("rb") as stream:
@@ -175,7 +175,7 @@ class _Walk:
             schema_count=0,
         )
         self._scan.summary.statistics = self._statistics
-        # Chunks that were not opened, since no channel was missing.
+        # Chunks not opened yet, since no channel was missing.
         self._unopened: list[ChunkIndex] = []
         self._unpacked = UnpackedChunks(stream)
         self._times = self._scan.times
@@ -203,7 +203,7 @@ class _Walk:
         return found
 
     def _records(self) -> Iterator[tuple[int, int, int]]:
-        """Opcode, start and length of content of each whole record."""
+        """Yield opcode, offset and content length of each complete record."""
         start = self._scan.end
         while start < self._size:
             head = self._head(start)
@@ -219,7 +219,7 @@ class _Walk:
             start += HEAD.size + head[1]
 
     def _head(self, start: int) -> tuple[int, int] | None:
-        """Opcode and length of the record there; None where there is none, or not all of it."""
+        """Return opcode and length of the record at an offset; None if missing or incomplete."""
         self._stream.seek(start)
         data = self._stream.read(HEAD.size)
         if len(data) < HEAD.size:
@@ -231,7 +231,7 @@ class _Walk:
         return opcode, length
 
     def _next_chunk(self, start: int) -> int | None:
-        """Where the next chunk begins that is as long as it says."""
+        """Return the offset of the next chunk with a consistent length; None if there is none."""
         with mmap.mmap(self._stream.fileno(), 0, access=mmap.ACCESS_READ) as data:
             while (match := _CHUNK.search(data, start)) is not None:
                 start = match.start()
@@ -245,7 +245,7 @@ class _Walk:
         return None
 
     def _is_cut_off(self, start: int) -> bool:
-        """Whether the file ends there in the middle of a record, or with zeros alone."""
+        """Return whether the bytes from an offset are a truncated record, or zeros only."""
         self._stream.seek(start)
         head = self._stream.read(HEAD.size)
         if len(head) < HEAD.size:
@@ -271,7 +271,7 @@ class _Walk:
         elif opcode == Opcode.CHANNEL:
             self._scan.add_description(read_record(Channel, self._stream.read(length)))
         elif opcode == Opcode.MESSAGE:
-            # A file without chunks has them between the other records.
+            # Messages outside chunks.
             channel, _, log_ns, _ = MESSAGE_HEAD.unpack(self._stream.read(MESSAGE_HEAD.size))
             _note(self._times.setdefault(None, {}), channel, [log_ns])
         elif opcode == Opcode.ATTACHMENT:
@@ -306,7 +306,7 @@ class _Walk:
         chunk.message_index_offsets[found.channel_id] = start
         chunk.message_index_length += HEAD.size + length
         while found.channel_id not in self._scan.summary.channels and self._unopened:
-            # Channels that have no message yet stand in an earlier chunk.
+            # A channel may be in an earlier chunk, which had no message of it.
             with contextlib.suppress(*BROKEN):
                 for record in self._descriptions(self._unopened.pop()):
                     self._scan.add_description(record)
@@ -314,7 +314,7 @@ class _Walk:
         _note(self._times[chunk.chunk_start_offset], found.channel_id, times)
 
     def _descriptions(self, chunk: ChunkIndex) -> Sequence[Schema | Channel]:
-        """Schemas and channels of a chunk; of a broken one those that can be read."""
+        """Return schemas and channels of a chunk; the readable ones if the chunk is broken."""
         try:
             records = read_chunk(self._stream, chunk)
         except BROKEN:
@@ -322,7 +322,7 @@ class _Walk:
         return [record for record in records if isinstance(record, Schema | Channel)]
 
     def _open_chunks_without_index(self) -> None:
-        """Look into chunks that have no index, and the last one of an unfinished file."""
+        """Read the chunks without message indexes, and the last one of an unfinished file."""
         chunks = self._scan.summary.chunk_indexes
         last = chunks[-1] if chunks and not self._scan.data_is_whole else None
         for chunk in [c for c in chunks if not c.message_index_offsets or c is last]:
@@ -336,7 +336,7 @@ class _Walk:
                     else:
                         self._scan.add_description(record)
             except BROKEN:
-                # With whole records behind it the disk has damaged it; without, its writer ended.
+                # Followed by complete records, the chunk is damaged; otherwise it is truncated.
                 if chunk is last and self._scan.end == start + chunk.chunk_length:
                     self._drop(chunk)
                 continue
@@ -348,13 +348,13 @@ class _Walk:
                 self._scan.missing_indexes = rebuild_message_indexes(self._stream, chunk)
 
     def _drop(self, chunk: ChunkIndex) -> None:
-        """Leave the last chunk out: not all of it reached the disk."""
+        """Remove the last chunk from the scan, since it was not written completely."""
         self._scan.summary.chunk_indexes.pop()
         del self._times[chunk.chunk_start_offset]
         self._scan.end = chunk.chunk_start_offset
 
     def _take_attachment(self, start: int, length: int) -> None:
-        # Its data may be large, and is not wanted.
+        # The data, which may be large, is not read.
         log_ns, create_ns = _ATTACHMENT_TIMES.unpack(self._stream.read(_ATTACHMENT_TIMES.size))
         head = ReadDataStream(self._stream)
         name, media_type = self._text(length), self._text(length)
@@ -380,7 +380,7 @@ class _Walk:
         )
 
     def _text(self, limit: int) -> str:
-        """Read a text with its length, which is part of a record of so many bytes."""
+        """Read a text with its length; raise if the length exceeds a limit in bytes."""
         length = ReadDataStream(self._stream).read4()
         if length > limit:
             raise ValueError("a text is longer than its record")

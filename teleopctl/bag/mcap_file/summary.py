@@ -1,7 +1,7 @@
 """The end of a finished MCAP file: summary section and footer, read and written.
 
-A summary is believed where its checksum fits. The chunk indexes, of which a large file has ten
-thousands, are unpacked here: the library takes twelve reads for each.
+A summary with a correct checksum is trusted. The chunk indexes, of which a large file has tens of
+thousands, are unpacked here: the library needs twelve reads for each.
 """
 
 from __future__ import annotations
@@ -42,7 +42,7 @@ def read_summary(stream: BinaryIO) -> Summary | None:
     """Read and return the summary section of an MCAP file; None if it is missing or broken.
 
     Args:
-        stream: The file; it is left somewhere.
+        stream: Open MCAP file; its position changes.
     """
     try:
         return _read(stream)
@@ -54,7 +54,7 @@ def is_complete(stream: BinaryIO) -> bool:
     """Return whether an MCAP file has its footer, and a valid summary if the footer names one.
 
     Args:
-        stream: The file; it is left somewhere.
+        stream: Open MCAP file; its position changes.
     """
     try:
         footer = _footer(stream)
@@ -64,7 +64,7 @@ def is_complete(stream: BinaryIO) -> bool:
 
 
 class _Footer(NamedTuple):
-    """Where the summary is, and its checksum with that of the first bytes of the footer."""
+    """Footer of a file: position and checksum of the summary, and the bytes before the checksum."""
 
     start: int
     end: int
@@ -156,13 +156,13 @@ def _chunk_index(data: bytes) -> ChunkIndex:
 def write_end(stream: BinaryIO, start: int, summary: Summary) -> None:
     """Write data end, summary section, footer and closing magic of an MCAP file.
 
-    The order and the checksum are those of the specification: of the summary with the footer up to
-    the checksum itself.
+    Order and checksum follow the specification: the checksum covers the summary and the footer up
+    to the checksum itself.
 
     Args:
-        stream: The file, at the end of its data.
-        start: Where that is.
-        summary: With its statistics.
+        stream: Open file, positioned at the end of the data.
+        start: Offset of that position, in bytes.
+        summary: Summary with statistics.
     """
     assert summary.statistics is not None
     data_end = RecordBuilder()
