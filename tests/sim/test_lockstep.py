@@ -177,7 +177,7 @@ def test_a_controller_that_leaves_is_missed_at_once_and_the_next_one_is_new(make
     bench.ports.on_state = lambda time_ns: None
     bench.loop.set_controller_present(False)
     bench.ports.wait_for("gone", 1)
-    bench.ports.wait_for("state", 40)
+    bench.ports.wait_for("state", len(bench.ports.times("state")) + 20)
 
     bench.answer(0.0)
     bench.loop.set_controller_present(True)

@@ -5,6 +5,7 @@ import sys
 import pytest
 
 from tests import ROOT
+from tests.samples import is_nightly
 from tests.test_docs import TYPED, command_lines, text_of
 
 if sys.platform == "win32":
@@ -33,6 +34,10 @@ NOT_TYPED = {
     ],
     "simulation": ["teleopctl logs camera-4", "teleopctl topic hz /image_raw"],
 }
+
+# Typed nightly alone. Each starts robots by the dozen, and what its commands do has tests of its
+# own.
+LONG = ("bag", "cheat_sheet", "simulation")
 
 # What its reader has already.
 OWN_FILES = {
@@ -72,7 +77,7 @@ def reader(ros_without_router):
 
 
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("name", TYPED)
+@pytest.mark.parametrize("name", [name for name in TYPED if is_nightly() or name not in LONG])
 def test_the_commands_of_a_page_work_in_their_order(reader, name):
     if name == "page":
         reader.ros.env["TELEOPCTL_VIEWER"] = "true"
