@@ -49,7 +49,7 @@ _SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
 
 class _Dumper(_SAFE_DUMPER):  # type: ignore[misc]
-    """Quotes also what ROS 2's reader takes for a number and YAML 1.1 does not, such as 1e5."""
+    """Dumper that also quotes texts such as 1e5, numbers for ROS 2's reader but not in YAML 1.1."""
 
 
 for _first, _resolvers in ros_yaml.RosLoader.yaml_implicit_resolvers.items():

@@ -33,7 +33,7 @@ RUNTIME = "runtime"
 RESULT_FILE = "result.json"
 _REQUEST_FILE = "run.json"
 
-# Number of ROS domain IDs without the default 0.
+# Number of ROS domain IDs used for runs: 1 to 231, without the default 0.
 _DOMAINS = 231
 
 SIMULATOR = "mujoco_sim"
@@ -232,7 +232,7 @@ def _program(process: str) -> str:
 
 
 def _await_ends(names: list[str], programs: set[str], deadline: float) -> None:
-    """Wait until these programs have ended, and ended well."""
+    """Wait until these programs have ended; raise if one is unknown or has failed."""
     from teleopctl.launch import died, running
 
     for name in names:
@@ -248,7 +248,7 @@ def _await_ends(names: list[str], programs: set[str], deadline: float) -> None:
 
 
 def _begin(simulators: list[str], record: ProcessRecord) -> None:
-    """Let the time of these nodes run, unless the launch ends before."""
+    """Unpause these simulators by their service ``set_pause``, unless the launch ends before."""
     from teleopctl.interfaces import get_service
     from teleopctl.node import Node, init
 
@@ -271,7 +271,7 @@ def _begin(simulators: list[str], record: ProcessRecord) -> None:
 
 
 def _wait(record: ProcessRecord, deadline: float) -> None:
-    """Wait until a launch has ended well."""
+    """Wait until a launch has ended; raise if its exit status is not 0."""
     from teleopctl.launch import died
 
     while (status := background.exit_status(record)) is None:

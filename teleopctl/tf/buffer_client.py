@@ -1,4 +1,4 @@
-"""A buffer that asks another process where frames stand, as ``tf2_ros.BufferClient`` does."""
+"""Client of a transform buffer in another process, as ``tf2_ros.BufferClient``."""
 
 from __future__ import annotations
 

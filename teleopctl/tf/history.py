@@ -46,7 +46,7 @@ class StaticHistory:
         self._sample = sample
         return True
 
-    def at(self, stamp: int) -> TransformSample:  # noqa: ARG002 -- the same question as to a MovingHistory
+    def at(self, stamp: int) -> TransformSample:  # noqa: ARG002 -- signature of MovingHistory.at
         """Return the static transform, whatever the time."""
         return self._sample
 

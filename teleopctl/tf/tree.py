@@ -189,7 +189,7 @@ class FrameTree:
         return up[: up.index(shared) + 1] + down[: down.index(shared)][::-1]
 
     def _meet(self, target: str, source: str, stamp: int) -> "tuple[_Above, _Above, str]":
-        """The ancestors of source and of target at a time, and the first that they share."""
+        """Return the ancestors of source and target at a time, and their first common one."""
         above_source, above_target = self._climb(source, stamp), self._climb(target, stamp)
         for frame in above_target.frames:
             if frame in above_source.frames:
@@ -254,7 +254,7 @@ class FrameTree:
             )
 
     def _ancestors(self, frame: str) -> list[str]:
-        """Return a frame, its present parent, that one's parent, up to the root."""
+        """Return a frame and its present ancestors, up to the root."""
         chain = [frame]
         while (history := self._histories.get(chain[-1])) is not None:
             chain.append(history.latest.parent)
@@ -263,7 +263,7 @@ class FrameTree:
         return chain
 
     def _climb(self, frame: str, stamp: int) -> "_Chain":
-        """Return where a frame stood at a time in each of its ancestors, itself first."""
+        """Return the transforms of a frame to itself and to each ancestor at a time."""
         transform = IDENTITY
         found = {frame: transform}
         while (history := self._histories.get(frame)) is not None:
@@ -284,7 +284,7 @@ _Above = dict[str, Transform]
 
 @dataclass(frozen=True, slots=True)
 class _Chain:
-    """A frame in each of its ancestors, as far up as its time allows."""
+    """Transforms of a frame to its ancestors, up to the first that is unknown at the time."""
 
     frames: _Above
     fault: ExtrapolationException | None
@@ -298,7 +298,7 @@ def _not_connected(target: str, source: str) -> ConnectivityException:
 
 
 def _fault(transform: Transform, parent: str, child: str, authority: str) -> str | None:
-    """Say what is wrong with a transform, or return None."""
+    """Return the error message for an invalid transform, or None."""
     if child == parent:
         return (
             f'TF_SELF_TRANSFORM: Ignoring transform from authority "{authority}" with frame_id '

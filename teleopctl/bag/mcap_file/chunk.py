@@ -37,9 +37,9 @@ them, would take half of the time to read a small file."""
 HEAD = struct.Struct("<BQ")
 """Header of any record: opcode, and length of the content in bytes."""
 CHUNK_HEAD = struct.Struct("<QQQI")
-"""Begin of a chunk's content: first and last log time, uncompressed size and checksum."""
+"""Start of a chunk's content: first and last log time, uncompressed size and checksum."""
 MESSAGE_HEAD = struct.Struct("<HIQQ")
-"""Begin of a message's content: channel, sequence number, log time, publish time."""
+"""Start of a message's content: channel, sequence number, log time, publish time."""
 
 # Chunks may be large: the library's writer makes a chunk for each message larger than a chunk.
 LARGEST_CHUNK = 2**32

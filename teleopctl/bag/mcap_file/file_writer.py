@@ -1,4 +1,4 @@
-"""Writes one MCAP file as rosbag2 and its viewers expect it, locked against repair meanwhile."""
+"""Writer of one MCAP file in the form of rosbag2, which locks the file against repair."""
 
 from __future__ import annotations
 

@@ -42,7 +42,8 @@ LAUNCH_RECORD_NAME = "teleopctl.launch"
 _DESCRIPTION = "/robot_description"
 _DESCRIPTION_TYPE = "std_msgs/msg/String"
 
-# Nodes declare parameters while they start: requests are sent this long after a node appeared.
+# Nodes declare parameters while they start: these are requested (again) this long after a node
+# appeared.
 _SETTLED_S = 1.0
 # Nodes of a launch appear one after the other; requests of such an interval are sent together.
 _TOGETHER_S = 0.5

@@ -75,7 +75,7 @@ class Cluster:
         self._client.close()
 
     def _check(self) -> None:
-        """See that all workers have what simulates, in the same version."""
+        """Raise if a worker lacks teleopctl or MuJoCo, or has another version of one of them."""
         ours = versions()
         theirs = self._client.run(versions, on_error="return")
         for worker, found in theirs.items():
