@@ -72,7 +72,7 @@ def topic_type_hash(topic: BagTopic) -> str:
 
 # Any: a class made from its definition.
 def topic_message_class(topic: BagTopic) -> type[Any]:
-    """Return the message class of a bag's topic, made from the definition in the bag.
+    """Return a bag topic's message class, from the bag's definition or the known types.
 
     If the bag has no definition, the type of that name in this process's type catalog is used.
 

@@ -277,7 +277,7 @@ def remove_record(record: ProcessRecord) -> None:
 
 
 def temporary_folder() -> "TemporaryFolder":
-    """Make a private temporary folder for this process, and return the folder.
+    """Make a private temporary folder; return a `TemporaryFolder` that can remove it.
 
     The folder lies next to the records. If this process is killed, the processes that it started
     may still need the files, so that the folder is removed together with the record.

@@ -280,7 +280,7 @@ class ResourceManager:
         return True
 
     def read(self, time_ns: int, period: float) -> list[HardwareComponent]:
-        """Read all hardware components; return those that failed."""
+        """Read all inactive and active hardware; return components to deactivate or failed."""
         return [
             component
             for component in self.components.values()

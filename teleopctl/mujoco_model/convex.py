@@ -111,7 +111,7 @@ def needs_decomposition(path: Path) -> bool:
 
 
 def convex_pieces(path: Path) -> list[Piece]:
-    """Return a mesh's convex pieces, cut once and cached; none if its hull will do."""
+    """Return a mesh's convex pieces, cut once and cached; none if open or if its hull will do."""
     hull = measure_hull(path)
     if hull.is_open or hull.ratio <= _HOLLOW:
         return []

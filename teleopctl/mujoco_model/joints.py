@@ -65,7 +65,7 @@ class JointSpec:
 
     @property
     def driven_by_velocity(self) -> bool:
-        """Whether the joint is velocity-controlled, such as a wheel."""
+        """Whether a drive added for this joint takes velocity commands, as for a wheel."""
         return self.has_drive and "velocity" in self.command_interfaces
 
 

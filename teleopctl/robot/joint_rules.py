@@ -82,7 +82,7 @@ UNLIMITED = JointLimits()
 def clamped_command_text(
     joint: str, interface: str, command: float, clamped: float, limits: JointLimits, by: str
 ) -> str:
-    """Return the log warning that a joint's command was clamped to its limits.
+    """Return a log warning that a command was clamped, ``by`` the named kind of limit.
 
     Args:
         joint: Name of the joint.
@@ -258,7 +258,7 @@ def mimic_in_control(
 def resolve_mimics(
     joints: Mapping[str, object], mimics: Mapping[str, Mimic]
 ) -> dict[str, tuple[Mimic, ...]]:
-    """Return each mimic joint's leaders, the nearest first; the last moves independently.
+    """Return each mimic joint's leaders, nearest first, with combined factor and offset.
 
     Args:
         joints: All joints by name.

@@ -155,7 +155,7 @@ class SimulatedDescription(NamedTuple):
 
 @lru_cache(maxsize=2)
 def simulated(urdf: str) -> SimulatedDescription:
-    """Return a URDF with the simulator as hardware of its ``<ros2_control>`` tags.
+    """Return a URDF with the simulator as ros2_control hardware, added if missing; and remarks.
 
     Args:
         urdf: The expanded description.

@@ -17,7 +17,7 @@ _NO_PAIR = 2**31 - 1
 
 
 class InitialOverlaps:
-    """Pairs of links that overlap at the start, whose contacts are disabled until they part.
+    """Enables the contacts of given link pairs, which overlap at the start, once they part.
 
     Each `check` looks at one pair, in turn, so its cost does not grow with the robot; without
     pairs that wait, there is nothing to look at. Pairs whose shapes never part wait for ever.

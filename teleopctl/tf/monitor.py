@@ -37,7 +37,7 @@ class Delay(NamedTuple):
 
 
 class FrameDelay(NamedTuple):
-    """Frame with its broadcaster and its delay, which is None for a static frame."""
+    """Frame with its broadcaster, average and largest delay; no delay for a static frame."""
 
     name: str
     publisher: str

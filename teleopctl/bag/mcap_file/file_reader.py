@@ -99,7 +99,7 @@ _log_time_ns = attrgetter("log_time_ns")
 
 
 class ChunkRecovery(NamedTuple):
-    """Options to recover messages from broken chunks: a filter, and a callback for each chunk.
+    """Options to recover messages from broken chunks: a filter, and a callback with each remark.
 
     Attributes:
         accepts: Function that returns whether to use a message, whose content may have changed.

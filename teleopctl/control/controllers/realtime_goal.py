@@ -56,7 +56,7 @@ class RealtimeServerGoalHandle:
         self._end_publisher.try_publish(("succeed", result))
 
     def try_abort(self, **result: object) -> None:
-        """End the goal as aborted after the control cycle, with a result of given fields."""
+        """Let the goal end as aborted after this control cycle, with the given result fields."""
         self._end_publisher.try_publish(("abort", result))
 
     def try_cancel(self, **result: object) -> None:

@@ -232,7 +232,7 @@ def _field_type(field: IdlField) -> FieldType:
 
 
 def split_idl(text: str, type_name: str, where: str) -> list[Definition]:
-    """Return the definitions of all types that an IDL file defines.
+    """Return the IDL definitions of one type: a message, or the parts of a service or action.
 
     Args:
         text: Content of the file.

@@ -42,7 +42,7 @@ class EventLoop:
         heapq.heappush(self._timers, (due, next(self._numbers), function))
 
     def handle_next(self) -> None:
-        """Wait for the next queued or timed function, and call the function."""
+        """Wait for the next queued function or timers that are due; call it or them."""
         timeout = _LONGEST_WAIT_S
         if self._timers:
             left = max(0.0, self._timers[0][0] - time.monotonic())

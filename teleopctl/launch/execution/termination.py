@@ -71,7 +71,7 @@ _SAME_REQUEST_S = 1.0
 
 
 class LaunchSignals:
-    """Signal handlers of a launch: the first signal shuts it down, later ones kill processes.
+    """Signal handlers of a launch: SIGINT shuts it down; repeated, SIGTERM, then SIGKILL.
 
     Args:
         loop: Where the functions below are called.

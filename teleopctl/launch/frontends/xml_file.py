@@ -41,7 +41,7 @@ class Attribute(Element):
         yield from self.value
 
     def typed(self) -> Element:
-        """Return the attribute's text parsed as YAML: number, boolean, list or string."""
+        """Return an element with the attribute's value, parsed as YAML (number, list, …)."""
         if isinstance(self.value, list):
             return Element([item.typed() for item in self.value], self.place, self.path)
         value = values.typed(self.value)

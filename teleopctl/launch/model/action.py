@@ -22,7 +22,7 @@ _NO_NAMES: Mapping[str, str] = MappingProxyType({})
 
 
 class Entity:
-    """Entry of an XML or YAML launch file, with values by key; unknown keys raise errors.
+    """Entry of an XML or YAML launch file, by key; keys outside ``known`` raise errors.
 
     A key is an attribute or nested tag in XML, and a key of a mapping in YAML.
 

@@ -42,7 +42,7 @@ class KeepLastQueue(Generic[ItemT]):
         return len(self._items)
 
     def put(self, item: ItemT, size: int) -> bool:
-        """Add an item, dropping the oldest one if the queue is full; return True."""
+        """Add an item, dropping the oldest if full; ignores ``size`` in bytes; return True."""
         del size
         self._items.append(item)
         return True

@@ -194,7 +194,7 @@ class LogClock(Protocol):
     """Interface of clocks that throttled log calls measure time by."""
 
     def now(self) -> Instant:
-        """Return the present time."""
+        """Return the present time, by which throttled log calls measure their periods."""
 
 
 class RcutilsLogger:

@@ -92,7 +92,7 @@ class ParameterType(enum.IntEnum):
 
 
 def parameter_value_problem(value: object) -> str | None:
-    """Return why a YAML value cannot be a parameter value; None if it can."""
+    """Return why a YAML value cannot be a parameter value; None if it can, as null can."""
     try:
         ParameterType.from_parameter_value(value)
     except TypeError as error:

@@ -182,7 +182,7 @@ class SceneModel:
 
 @dataclass(frozen=True, slots=True)
 class SceneLight:
-    """Light of a world file: kind, colour, pose.
+    """Light of a world (SDF or YAML): kind, colour, pose.
 
     Attributes:
         kind: What kind of one.

@@ -107,7 +107,7 @@ class SensorPublisher:
         self._publish(shown, time_ns)
 
     def subscription_counts(self) -> dict[str, int]:
-        """Return the number of subscriptions by topic, for sensors of state such as contacts."""
+        """Return subscription counts of topics whose new subscribers are sent the present state."""
         return {
             one.publisher.topic_name: one.publisher.get_subscription_count()
             for one in self._channels

@@ -33,7 +33,7 @@ class ControllerRow(NamedTuple):
 
 
 class ControllerTable:
-    """Client of all controller managers in the graph; blocks, so not for the drawing thread.
+    """Lists the controllers of all managers; blocks, so not for the screen's thread.
 
     Args:
         node: Asks.

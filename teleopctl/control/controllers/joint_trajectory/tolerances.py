@@ -59,7 +59,7 @@ class JointToleranceLike(Protocol):
 
 
 class GoalLike(Protocol):
-    """Interface of a control_msgs/FollowJointTrajectory goal."""
+    """Interface of the tolerance fields of a control_msgs/FollowJointTrajectory goal."""
 
     path_tolerance: Iterable[JointToleranceLike]
     goal_tolerance: Iterable[JointToleranceLike]
