@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 class SpinGuard:
     """Lock that admits one spinning thread at a time; re-entrant, raises for other threads.
 
-    Another thread that would take it gets a RuntimeError.
+    Another thread that enters it gets a RuntimeError.
     """
 
     __slots__ = ("_depth", "_lock", "_owner")
@@ -75,7 +75,7 @@ class SpinGuard:
                 future.forget_on_end(wake)
 
 
-# A blocked wait cannot be interrupted by Ctrl-C on Windows: come up for air there.
+# Limited on Windows, where Ctrl-C cannot interrupt a blocked wait.
 _LONGEST_WAIT_S = 0.2 if sys.platform == "win32" else None
 # Queue item without work: the spinning thread checks timers, futures and shutdown again.
 _WAKE_UP = object()
@@ -84,13 +84,14 @@ _WAKE_UP = object()
 class Executor:
     """Base of executors, which run the callbacks of their nodes.
 
-    One of your own overrides `spin_once` and calls what `wait_for_ready_callbacks` returns.
+    A custom executor overrides `spin_once` and calls the task that `wait_for_ready_callbacks`
+    returns.
 
     Args:
-        context: Whose shutdown ends the spinning; the default one if None.
+        context: Context whose shutdown ends the spinning; the default context if None.
     """
 
-    # Whether what is ready is left to `wait_for_ready_callbacks`.
+    # Whether ready callbacks are returned by `wait_for_ready_callbacks` instead of being run.
     _returns_ready = True
 
     def __init__(self, *, context: Context | None = None) -> None:
@@ -103,7 +104,7 @@ class Executor:
         self._is_shutdown = False
         self._wake_queued = False
         self._timer_was_last = False
-        self._held: set[QueuingEntity] = set()  # what its callback group did not let run yet
+        self._held: set[QueuingEntity] = set()  # not admitted by their groups yet
         self._ready: Ready | None = None
         self._spin_guard = SpinGuard()
         self._context.on_shutdown(self.wake)
@@ -129,7 +130,7 @@ class Executor:
         """Add a node, removing it from its previous executor.
 
         Returns:
-            False when it was served already.
+            False if the executor has the node already.
 
         Raises:
             ShutdownException: The executor was shut down.
@@ -210,7 +211,7 @@ class Executor:
         Raises:
             ExternalShutdownException: A signal shut the context down.
         """
-        # A `spin_once` of the user's own counts; ours would take the guard for each callback.
+        # Call `spin_once` only if a subclass overrides it: ours would take the guard each time.
         once = self._spin_once if type(self).spin_once is Executor.spin_once else self.spin_once
         with self._spin_guard:
             while self._context.ok() and not self._is_shutdown:
@@ -221,7 +222,7 @@ class Executor:
         """Wait until a callback is ready or the timeout expires, and run it.
 
         Args:
-            timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
+            timeout_sec: Longest wait in seconds of wall time; None or negative waits forever.
 
         Raises:
             ExternalShutdownException: A signal shut the context down.
@@ -239,16 +240,16 @@ class Executor:
         """Wait for a ready callback; return its task, entity and node, or raise TimeoutException.
 
         Args:
-            timeout_sec: Longest wait in seconds of wall time; None or negative waits for ever.
-            nodes: Not used: all that the executor serves are waited for.
-            condition: Nothing is waited for when it is true.
+            timeout_sec: Longest wait in seconds of wall time; None or negative waits forever.
+            nodes: Unused: all nodes of the executor are waited for.
+            condition: If it returns true, the exception is raised instead of waiting.
 
         Returns:
-            A task to call, and the entity and the node whose callback it is.
+            Task to call, and the entity and the node that the callback belongs to.
 
         Raises:
-            TimeoutException: Nothing was ready in time.
-            ConditionReachedException: The condition became true.
+            TimeoutException: No callback became ready before the timeout.
+            ConditionReachedException: The condition is true.
             ShutdownException: The executor was shut down.
         """
         if condition():
@@ -294,12 +295,12 @@ class Executor:
             raise ExternalShutdownException
 
     def _spin_once(self, deadline: float | None = None, future: Future[Any] | None = None) -> None:
-        """Run one callback; return without one at the deadline and when something ends."""
+        """Run one callback; return without one at the deadline, on shutdown or if a future ends."""
         while self._context.ok() and not self._is_shutdown:
             if future is not None and future.ended():
                 return
             timer, wait_s = self._next_timer()
-            # Turn about: a timer that is always due must not keep the messages from being taken.
+            # Alternate: a timer that is always due must not block messages.
             if timer is not None and not self._timer_was_last:
                 self._timer_was_last = True
                 self._dispatch_timer(timer)
@@ -317,7 +318,7 @@ class Executor:
                 return
 
     def _next_timer(self) -> tuple[Timer | None, float | None]:
-        """Return the timer that is due longest, or None, and how long to wait for the next one."""
+        """Return the timer that is due longest, or None, and the seconds until the next timer."""
         due: Timer | None = None
         lowest_ns = 1
         wait_s = _LONGEST_WAIT_S
@@ -359,7 +360,7 @@ class Executor:
         return True
 
     def _take(self, waitable: QueuingEntity) -> Callable[[], object] | None:
-        """Take one arrival; an entity with more is queued again, behind the others."""
+        """Take one arrival; an entity with further arrivals is queued again, after the others."""
         self._queued.discard(waitable)
         if waitable.node not in self._nodes:
             return None
@@ -369,7 +370,7 @@ class Executor:
         return handler
 
     def _uses_group_rule(self, group: CallbackGroup) -> bool:
-        """Return whether `can_execute` of a group decides; our groups have rules of our own."""
+        """Return whether to check `can_execute` of a group; not for our groups and executors."""
         return group.decides or self._returns_ready
 
     def _run_if_group_allows(self, waitable: QueuingEntity) -> bool:
@@ -410,11 +411,11 @@ class Executor:
     def _reschedule_held(self) -> None:
         """Schedule again the entities whose groups did not admit a callback."""
         while self._held:
-            with contextlib.suppress(KeyError):  # threads of a pool come here as well
+            with contextlib.suppress(KeyError):  # threads of a pool call this too
                 self.schedule(self._held.pop())
 
     def _run_waitable(self, waitable: QueuingEntity) -> bool:
-        """Take an arrival and run its callback; False when there was none."""
+        """Take an arrival and run its callback; return False if there was no arrival."""
         raise NotImplementedError
 
     def _run_timer(self, timer: Timer) -> None:
@@ -438,7 +439,7 @@ class Executor:
 
 
 def _deadline(timeout_sec: float | None) -> float | None:
-    """Return the monotonic time at which a wait ends; None or negative waits for ever."""
+    """Return the monotonic time at which a wait ends; None or negative waits forever."""
     return None if timeout_sec is None or timeout_sec < 0 else time.monotonic() + timeout_sec
 
 
@@ -468,8 +469,8 @@ class MultiThreadedExecutor(Executor):
     A message is taken, and a timer counts as called, when a thread begins with the callback.
 
     Args:
-        num_threads: Size of the pool; the number of processors, at least 2, if None.
-        context: See `Executor`.
+        num_threads: Number of threads; the number of processors, at least 2, if None.
+        context: Context whose shutdown ends the spinning; the default context if None.
     """
 
     _returns_ready = False
@@ -481,7 +482,7 @@ class MultiThreadedExecutor(Executor):
         size = num_threads or max(2, os.cpu_count() or 2)
         self._pool = ThreadPoolExecutor(size, thread_name_prefix="callback")
         # Ctrl-C raises in the main thread. Between a worker's start and its entry in the pool's
-        # list it would leave one that is never woken at exit, so another thread starts them all.
+        # list, it would leave a worker that is never woken at exit. So another thread starts them.
         self._workers: list[threading.Thread] = []
         starter = threading.Thread(
             target=_start_workers, args=(self._pool, size, self._workers), daemon=True
@@ -496,11 +497,11 @@ class MultiThreadedExecutor(Executor):
 
         if not waitable.pending():
             self._queued.discard(waitable)
-            # An arrival in between did not queue it again.
+            # An arrival in between did not queue the entity again.
             if waitable.pending():
                 self.schedule(waitable)
             return False
-        # It counts as queued until a thread takes an arrival.
+        # The entity counts as queued until a thread takes an arrival.
         self._queued.add(waitable)
         self._run_in_group(take_and_call, waitable.callback_group)
         return True
@@ -509,7 +510,7 @@ class MultiThreadedExecutor(Executor):
         def call() -> object:
             self._queued.discard(timer)
             callback = timer.take()
-            # The spinning thread has skipped the timer meanwhile.
+            # The spinning thread has skipped the timer while it was queued.
             self.wake()
             return None if callback is None else callback()
 
@@ -542,10 +543,11 @@ class MultiThreadedExecutor(Executor):
         """Stop spinning; return False if a running callback did not end within the timeout.
 
         Args:
-            timeout_sec: How long to wait for that end, in seconds of wall time; None does not wait.
+            timeout_sec: Longest wait for running callbacks to end, in seconds of wall time; None
+                does not wait.
 
         Returns:
-            False where a callback was waited for and still runs.
+            False if a callback still runs after the wait.
         """
         super().shutdown(timeout_sec)
         self._pool.shutdown(wait=False)

@@ -26,7 +26,7 @@ def raw_message_class(type_name: str, version: str) -> type[Any]:  # Any: stands
 
     Args:
         type_name: Full name of the type.
-        version: Hash of the type as its publishers have it.
+        version: Hash of the type, as in its publishers' liveliness tokens.
     """
     return type("RawMessage", (), {"TYPE_NAME": type_name, "TYPE_HASH": version})
 
@@ -57,13 +57,13 @@ def create_generic_subscription(
     """Return a new subscription whose callback receives a topic's messages as CDR bytes.
 
     Args:
-        node: The node that subscribes.
-        topic: The topic's full name.
-        type_name: Its type.
-        callback: Called with the CDR bytes of each message on the transport's thread, so it must
-            be short; see `Subscription`.
+        node: Node of the subscription.
+        topic: Fully qualified name of the topic.
+        type_name: ROS name of the topic's type.
+        callback: Called with the CDR bytes of each message on Zenoh's thread, so it must be short;
+            see `Subscription`.
         qos: QoS profile; `qos_for_publishers` of the topic's present publishers if None.
-        depth: History depth, where no profile is given.
+        depth: History depth if ``qos`` is None.
     """
     publishers = node.graph().publishers(topic, type_name)
     if publishers:
@@ -94,7 +94,7 @@ def add_type_from_graph(
     """
     if known_types().find(type_name) is not None:
         return
-    # Each node with the version that it uses.
+    # Hash of the type that each node uses.
     versions = {e.full_name: e.type_hash for e in graph.endpoints if e.type_name == type_name}
     deadline = time.monotonic() + longest_s
     for name, version in versions.items():
@@ -120,7 +120,7 @@ def request_type_description(
         node: The node that sends the request; it needs no executor.
         node_name: Full name of the node that serves the description.
         type_name: Full name of the type.
-        version: Hash of the type as that node has it.
+        version: Hash of the type that the node uses.
         longest_s: Longest wait in seconds of wall time.
     """
     service_class = get_service(_DESCRIBES_TYPES)

@@ -105,7 +105,7 @@ class GraphView(abc.ABC):
     def get_topic_names_and_types(self, no_demangle: bool = False) -> NamesAndTypes:  # noqa: ARG002
         """Return the names of all topics, hidden ones included, with their types.
 
-        ``no_demangle`` is rclpy's; names on Zenoh are not mangled.
+        ``no_demangle`` is unused, for rclpy programs: names on Zenoh are not mangled.
         """
         return self.graph().topic_names_and_types(include_hidden=True)
 
@@ -206,8 +206,8 @@ def _resolved(resolve: Callable[[str], str], name: str) -> str:
     """Return the absolute name of a topic or service; raises ValueError as rclpy does here.
 
     Raises:
-        TypeError: The name is no text.
-        ValueError: It breaks a rule.
+        TypeError: The name is not a string.
+        ValueError: The name is malformed.
     """
     if not isinstance(name, str):
         raise TypeError(f"a name must be a str, not {type(name).__name__}")

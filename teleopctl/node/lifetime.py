@@ -32,7 +32,7 @@ def init(
     """Initialize a context from command-line arguments, and return it; see `Context.init`.
 
     Raises:
-        RuntimeError: It runs already.
+        RuntimeError: The context is running already.
         TeleopctlError: A ROS argument is malformed.
     """
     chosen = context or Context.default()
@@ -55,7 +55,7 @@ def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None 
     """Shut down a context, the default one if None.
 
     Raises:
-        RuntimeError: It does not run.
+        RuntimeError: The context is not initialized.
     """
     (context or Context.default()).shutdown()
 
@@ -76,7 +76,7 @@ def get_global_executor() -> Executor:
     with _executor_lock:
         if _executor is None:
             _executor = SingleThreadedExecutor()
-            # The next life of the context has an executor of its own.
+            # After a new init() of the context, another executor is created.
             _executor.context.on_shutdown(_drop_global_executor)
         return _executor
 
@@ -89,7 +89,7 @@ def _drop_global_executor() -> None:
 
 @contextlib.contextmanager
 def _served(node: Node, executor: Executor | None) -> Iterator[Executor]:
-    """Have an executor serve a node meanwhile; one that serves it already keeps it."""
+    """Add a node to an executor during the block, unless the executor has the node already."""
     chosen = executor or get_global_executor()
     before = node.executor
     added = chosen.add_node(node)
@@ -102,7 +102,7 @@ def _served(node: Node, executor: Executor | None) -> Iterator[Executor]:
                 before.add_node(node)
 
 
-def create_node(node_name: str, **options: Any) -> Node:  # Any: Node checks its own
+def create_node(node_name: str, **options: Any) -> Node:  # Any: Node checks its arguments
     """Create and return a node; the options are those of `Node`."""
     from teleopctl.node.node import Node
 
@@ -113,7 +113,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
     """Run a node's callbacks until its context is shut down.
 
     Raises:
-        ExternalShutdownException: A signal shut it down.
+        ExternalShutdownException: A signal shut the context down.
     """
     with _served(node, executor) as chosen:
         chosen.spin()

@@ -103,8 +103,8 @@ class Node(NodeParameters):
                 logger_service=enable_logger_service,
             )
         except BaseException:
-            # A node that could not be made must not stay in the graph. A subclass has not created
-            # what its own `destroy_node` destroys.
+            # A node whose constructor failed must not stay in the graph. Not self.destroy_node():
+            # a subclass has not created the objects that its own method destroys.
             Node.destroy_node(self)
             raise
 

@@ -28,20 +28,21 @@ class NodeCore(GraphView):
     """Base of nodes: name, namespace, context, executor, logger and clock.
 
     Args:
-        node_name: Its name, unless ``__node`` is remapped.
-        context: Where it lives; the default context if None.
-        cli_args: A command line of its own, with ``--ros-args`` groups.
-        namespace: Its namespace, unless ``__ns`` is remapped.
+        node_name: Name of the node, unless ``__node`` is remapped.
+        context: Context of the node; the default context if None.
+        cli_args: Command-line arguments of the node, with ``--ros-args`` groups.
+        namespace: Namespace of the node, unless ``__ns`` is remapped.
         use_global_arguments: Whether the command-line arguments of ``init()`` apply.
 
     Attributes:
-        failure: What a thread of the node's own ended with, see `fail`.
-        enclave: The security enclave that it announces.
-        entity_id: Its number within the session.
+        failure: Exception that ended a thread of the node, see `fail`; None without one.
+        enclave: Security enclave in the node's liveliness token.
+        entity_id: Entity ID of the node within its session.
 
     Raises:
-        NotInitializedException: The context does not run.
-        InvalidNodeNameException: Or InvalidNamespaceException: a name breaks a rule.
+        NotInitializedException: The context is not initialized.
+        InvalidNodeNameException: The name is malformed.
+        InvalidNamespaceException: The namespace is malformed.
     """
 
     def __init__(
@@ -56,7 +57,7 @@ class NodeCore(GraphView):
         if not self._context.ok():
             raise self._context.not_running_error()
         self._arguments = tuple(self._arguments_of(cli_args, use_global_arguments))
-        # A rule of the node's own counts before one of the process, as in rcl.
+        # Rules of the node's arguments have priority over those of the process, as in rcl.
         names = (arguments.node_name(node_name) for arguments in self._arguments)
         spaces = (arguments.namespace(node_name) for arguments in self._arguments)
         name = next((found for found in names if found is not None), node_name)
@@ -91,7 +92,7 @@ class NodeCore(GraphView):
             yield self._context.arguments
 
     def _announce(self) -> None:
-        """Show the node to the graph."""
+        """Declare the node's liveliness token."""
         token = NodeToken(
             domain=self._context.domain_id,
             zid=str(self._context.session.zid()),
@@ -104,7 +105,7 @@ class NodeCore(GraphView):
         self._token = self._context.announce(self._token_text)
 
     def _withdraw(self) -> None:
-        """Take the node out of the graph. Idempotent."""
+        """Remove the node from the graph. Idempotent."""
         self._context.remove_node_logger(self._logger.name)
         token, self._token = self._token, None
         if token is not None and self._context.session_is_open:

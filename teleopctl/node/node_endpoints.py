@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     from teleopctl.node.endpoints.topic_statistics import TopicStatisticsOptions
 
 
-# Most commands make endpoints of one kind, and load no other.
+# Endpoint classes are imported where needed: most commands create endpoints of one kind only.
 
 _EndpointT = TypeVar("_EndpointT", bound=Endpoint)
 
@@ -77,15 +77,15 @@ class NodeEndpoints(NodeTimers):
 
         Args:
             msg_type: Message class.
-            topic: Relative, absolute or private name.
-            qos_profile: Quality of service.
-            callback_group: That of the callbacks of events.
-            event_callbacks: Called when subscriptions come and go, a deadline passes, and so on.
-            qos_overriding_options: Lets parameters override the quality of service.
-            publisher_class: A subclass of `Publisher` to make.
+            topic: Relative, absolute or private name of the topic.
+            qos_profile: QoS profile, or history depth.
+            callback_group: Callback group of the event callbacks.
+            event_callbacks: Callbacks for matched subscriptions, missed deadlines and other events.
+            qos_overriding_options: QoS policies that parameters may override.
+            publisher_class: Class of the publisher; `Publisher` if None.
 
         Raises:
-            InvalidTopicNameException: The name breaks a rule.
+            InvalidTopicNameException: The name is malformed.
         """
         name = self.resolve_topic_name(topic)
         qos = as_qos_profile(qos_profile)
@@ -108,12 +108,12 @@ class NodeEndpoints(NodeTimers):
         side: Literal["publisher", "subscription"],
         topic: str,
     ) -> QoSProfile:
-        """Return a profile with what the node's parameters say of it."""
+        """Return a QoS profile with the overrides of the node's parameters."""
 
     def _add_event_callbacks(
         self,
         endpoint: Publisher[MessageT] | Subscription[MessageT],
-        callbacks: Any,  # those of the endpoint
+        callbacks: Any,  # of the endpoint's kind
         group: CallbackGroup | None,
     ) -> None:
         try:
@@ -176,11 +176,11 @@ class NodeEndpoints(NodeTimers):
     ) -> Subscription[MessageT]:
         """Create and return a subscription, whose callback receives the topic's messages.
 
-        ``content_filter_options`` is rclpy's: as under rmw_zenoh every message comes.
-        ``topic_statistics`` is rclcpp's: see `TopicStatisticsOptions`.
+        ``content_filter_options`` is unused, for rclpy programs: as under rmw_zenoh all messages
+        are received. ``topic_statistics`` is as in rclcpp: see `TopicStatisticsOptions`.
 
         Raises:
-            InvalidTopicNameException: The name breaks a rule.
+            InvalidTopicNameException: The name is malformed.
             ValueError: The period of the statistics is not positive.
         """
         from teleopctl.node.endpoints.subscription import Subscription
@@ -243,7 +243,7 @@ class NodeEndpoints(NodeTimers):
         """Return a new service server that calls ``callback(request, response)`` for each request.
 
         Raises:
-            InvalidServiceNameException: The name breaks a rule.
+            InvalidServiceNameException: The name is malformed.
         """
         from teleopctl.node.endpoints.service import Service
 
@@ -270,7 +270,7 @@ class NodeEndpoints(NodeTimers):
         """Create a client of a service, and return it.
 
         Raises:
-            InvalidServiceNameException: The name breaks a rule.
+            InvalidServiceNameException: The name is malformed.
         """
         from teleopctl.node.endpoints.client import Client
 
@@ -289,7 +289,7 @@ class NodeEndpoints(NodeTimers):
         if isinstance(endpoint, QueuingEntity):
             endpoint.callback_group.add_entity(endpoint)
         if isinstance(endpoint, QueuingEntity) and endpoint.pending():
-            # An executor that was given the node meanwhile did not know of the endpoint.
+            # An executor that got the node in between did not check this endpoint.
             endpoint.notify_executor()
         return endpoint
 
@@ -302,7 +302,7 @@ class NodeEndpoints(NodeTimers):
             events = [e for point in self._endpoints for e in point.events if e.is_served]
             return [*receiving, *self._guards, *events, *self._waitables]
 
-    # Each of them has a type of its own; `Message` is the base of all.
+    # Each endpoint has its own message type; `Message` is the base of all.
 
     @property
     def publishers(self) -> list[Publisher[Message]]:
@@ -387,7 +387,7 @@ class NodeEndpoints(NodeTimers):
         self.destroy_node()
 
     def _destroy_all(self) -> None:
-        """Destroy timers and endpoints, the youngest first."""
+        """Destroy timers and endpoints, the newest endpoint first."""
         with self._endpoints_lock:
             timers, self._timers = self._timers, ()
             endpoints, self._endpoints = self._endpoints, []
@@ -404,16 +404,16 @@ class NodeEndpoints(NodeTimers):
 class BareNode(NodeEndpoints):
     """Node without parameters, ``/rosout`` and ``/clock``, for short commands (ours).
 
-    Starts in half the time of a `Node`, for what a command does once. It answers no question about
-    parameters, publishes no log and does not follow ``/clock``.
+    Starts in half the time of a `Node`. It has no parameter services, publishes no log messages and
+    does not follow ``/clock``.
 
     Args:
-        node_name: Its name; command-line arguments do not change it.
-        context: Where it lives.
+        node_name: Name of the node; command-line arguments do not change it.
+        context: Context of the node.
 
     Raises:
-        NotInitializedException: The context does not run.
-        InvalidNodeNameException: The name breaks a rule.
+        NotInitializedException: The context is not initialized.
+        InvalidNodeNameException: The name is malformed.
     """
 
     def __init__(self, node_name: str, context: Context) -> None:
@@ -423,7 +423,7 @@ class BareNode(NodeEndpoints):
     def _overridden_qos(
         self,
         profile: QoSProfile,
-        options: QoSOverridingOptions,  # noqa: ARG002 -- of parameters, which it has not
+        options: QoSOverridingOptions,  # noqa: ARG002 -- the node has no parameters
         side: Literal["publisher", "subscription"],  # noqa: ARG002
         topic: str,  # noqa: ARG002
     ) -> QoSProfile:

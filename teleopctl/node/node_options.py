@@ -17,19 +17,20 @@ if TYPE_CHECKING:
 class NodeOptions:
     """Options for the next node that a thread constructs, added to the constructor's arguments.
 
-    A component's class often has a constructor without arguments, which names its node itself.
+    The constructor of a component's class often has no arguments, and sets the node's name itself.
 
     Args:
-        arguments: A command line, with ``--ros-args`` groups; it counts before the node's own.
-        parameters: Values that replace the node's own overrides.
-        context: Where it lives, unless its own code says so.
-        log_level: The level of the node's logger, or 0 for that of the process.
+        arguments: Command line with ``--ros-args`` groups, placed before the node's own.
+        parameters: Parameter overrides, which replace those in the node's own code.
+        context: Context of the node, unless its code passes another one.
+        log_level: Level of the node's logger, or 0 for that of the process.
         use_global_arguments: Whether the command-line arguments of ``init()`` apply.
-        flags: Of ``enable_rosout``, ``start_parameter_services`` and ``enable_logger_service``
-            those that are not to be as the node's own code has them.
+        flags: Values that replace ``enable_rosout``, ``start_parameter_services`` and
+            ``enable_logger_service`` of the node's own code.
 
     Attributes:
-        node: The node that was made with them; it may be there after an exception, too.
+        node: Node that was constructed with the options, also if its constructor raised; None
+            before.
     """
 
     def __init__(

@@ -41,7 +41,7 @@ class NodeParameters(NodeEndpoints):
     ) -> None:
         """Read the overrides and open the services."""
         overrides: dict[str, Parameter] = {}
-        # The node's own command line wins over the process's, and the program over both, as there.
+        # As in rclpy: the node's command line overrides the process's, the program overrides both.
         for arguments in reversed(self._arguments):
             values = arguments.parameter_overrides(self._name, self._namespace)
             overrides.update((name, Parameter(name, value=value)) for name, value in values.items())
@@ -111,16 +111,16 @@ class NodeParameters(NodeEndpoints):
         """Declare a parameter; an override from the command line or a file replaces the value.
 
         Args:
-            name: Its name, parts separated by dots.
-            value: Its default, or a ``Parameter.Type`` where only the type is known.
-            descriptor: What is said of it.
-            ignore_override: Keep the default whatever the overrides say.
+            name: Name of the parameter, parts separated by dots.
+            value: Default value, or a ``Parameter.Type`` for a parameter without a default.
+            descriptor: Descriptor of the parameter, such as its range and description.
+            ignore_override: Whether to keep the default even if there is an override.
 
         Raises:
-            ParameterAlreadyDeclaredException: It is declared.
-            InvalidParameterException: The name is not allowed.
+            ParameterAlreadyDeclaredException: The parameter is declared already.
+            InvalidParameterException: The name is empty.
             InvalidParameterTypeException: The value or the override has another type.
-            InvalidParameterValueException: The value is out of range or a callback refuses it.
+            InvalidParameterValueException: The value is out of range, or a callback rejects it.
         """
         return self._parameters.declare(name, value, descriptor, ignore_override)
 
@@ -139,7 +139,7 @@ class NodeParameters(NodeEndpoints):
         names = [name for name, _, _ in entries]
         if declared := [name for name in names if self.has_parameter(name)]:
             raise ParameterAlreadyDeclaredException(declared)
-        # One that is named twice is declared as it is named last.
+        # Of entries with the same name, the last one is declared.
         made = {
             name: self.declare_parameter(name, value, descriptor, ignore_override)
             for name, value, descriptor in {entry[0]: entry for entry in entries}.values()
@@ -160,8 +160,8 @@ class NodeParameters(NodeEndpoints):
         """Return a declared parameter by name; raise if it is undeclared or has no value.
 
         Raises:
-            ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
-            ParameterUninitializedException: It is statically typed and has no value.
+            ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
+            ParameterUninitializedException: The parameter is statically typed and has no value.
         """
         return self._parameters.get(name)
 
@@ -196,11 +196,11 @@ class NodeParameters(NodeEndpoints):
         """Return the parameter names below prefixes, as a ``ListParametersResult``.
 
         Args:
-            prefixes: All parameters if empty.
-            depth: How many parts of a name count from the prefix; 0 is without limit.
+            prefixes: Prefixes of the names; empty for all parameters.
+            depth: Largest number of name parts below a prefix; 0 is unlimited.
 
         Raises:
-            TypeError: ``prefixes`` is no sequence of names, or ``depth`` no integer.
+            TypeError: ``prefixes`` is not a sequence of names, or ``depth`` not an integer.
             ValueError: ``depth`` is negative.
         """
         if isinstance(prefixes, str) or not isinstance(prefixes, Sequence):
@@ -217,7 +217,7 @@ class NodeParameters(NodeEndpoints):
         """Return the descriptor of a parameter.
 
         Raises:
-            ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
+            ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
         """
         return self._parameters.descriptor(name)
 
@@ -236,14 +236,14 @@ class NodeParameters(NodeEndpoints):
         Args:
             name: Name of a declared parameter.
             descriptor: The new ``rcl_interfaces/msg/ParameterDescriptor``.
-            alternative_value: A ``ParameterValue`` to set where the present one does not fit.
+            alternative_value: ``ParameterValue`` to set if the present value does not fit.
 
         Returns:
-            The value that it has now, as ``rcl_interfaces/msg/ParameterValue``.
+            The resulting value, as ``rcl_interfaces/msg/ParameterValue``.
 
         Raises:
-            ParameterNotDeclaredException: There is none of that name.
-            ParameterImmutableException: It is read-only.
+            ParameterNotDeclaredException: The parameter is undeclared.
+            ParameterImmutableException: The parameter is read-only.
             InvalidParameterValueException: Neither value fits the descriptor.
         """
         alternative = (
@@ -259,9 +259,9 @@ class NodeParameters(NodeEndpoints):
         """Set parameters one by one; return a ``SetParametersResult`` for each.
 
         Raises:
-            ParameterNotDeclaredException: One was not declared, and that is not allowed; those
-                before it have been set.
-            TypeError: One is no `Parameter`.
+            ParameterNotDeclaredException: A parameter is undeclared, which is not allowed; the
+                parameters before it have been set.
+            TypeError: An item is not a `Parameter`.
         """
         return [self.set_parameters_atomically([parameter]) for parameter in parameter_list]
 
@@ -269,8 +269,8 @@ class NodeParameters(NodeEndpoints):
         """Set all parameters or none; return one ``SetParametersResult``.
 
         Raises:
-            ParameterNotDeclaredException: One was not declared, and that is not allowed.
-            TypeError: One is no `Parameter`.
+            ParameterNotDeclaredException: A parameter is undeclared, which is not allowed.
+            TypeError: An item is not a `Parameter`.
         """
         for parameter in parameter_list:
             if not isinstance(parameter, Parameter):
@@ -295,7 +295,7 @@ class NodeParameters(NodeEndpoints):
         """Unregister a callback of `add_pre_set_parameters_callback`; raise if it was not added.
 
         Raises:
-            ValueError: It was not added.
+            ValueError: The callback was not added.
         """
         self._parameters.pre_set_callbacks.remove(callback)
 
@@ -303,7 +303,7 @@ class NodeParameters(NodeEndpoints):
         """Unregister a callback of `add_on_set_parameters_callback`; raise if it was not added.
 
         Raises:
-            ValueError: It was not added.
+            ValueError: The callback was not added.
         """
         self._parameters.on_set_callbacks.remove(callback)
 
@@ -311,6 +311,6 @@ class NodeParameters(NodeEndpoints):
         """Unregister a callback of `add_post_set_parameters_callback`; raise if it was not added.
 
         Raises:
-            ValueError: It was not added.
+            ValueError: The callback was not added.
         """
         self._parameters.post_set_callbacks.remove(callback)

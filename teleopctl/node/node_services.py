@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 USE_SIM_TIME = "use_sim_time"
 
 # rosgraph_msgs/msg/Clock as CDR, after the encapsulation: int32 sec, uint32 nanosec. Every node of
-# a process reads each of these messages, so it is done without making a message of them.
+# a process reads each of these messages, so they are decoded without creating message objects.
 _CLOCK_BY_ORDER = {
     b"\x00\x01": struct.Struct("<iI").unpack_from,
     b"\x00\x00": struct.Struct(">iI").unpack_from,
@@ -70,7 +70,7 @@ class TimeSource:
         clock = self._node.get_clock()
         clock.set_simulated(active)
         if active and self._subscription is None:
-            # On the transport's thread: time must move while a callback waits for it.
+            # On Zenoh's thread: the clock must be set while a callback waits for a time.
             self._subscription = self._node.create_subscription(
                 get_message("rosgraph_msgs/msg/Clock"),
                 "/clock",
@@ -114,8 +114,8 @@ class RosoutPublisher:
         time_ns: int,
     ) -> None:
         sec, nanosec = split(time_ns)
-        # The console has the message already: text that no CDR string holds, and what is logged
-        # after shutdown, ends there.
+        # The console has the message already. Text that does not fit a CDR string, and messages
+        # logged after shutdown, are not published.
         with contextlib.suppress(TeleopctlError, InvalidHandle, RCLError):
             self._publisher.publish(
                 self._log(
@@ -214,7 +214,7 @@ def _answer(request: Any, response: Any) -> Any:
 
 
 def _to_message(description: dict[str, Any]) -> Any:
-    """Return the message form of the JSON structure that a type hash is taken of."""
+    """Return the message form of the JSON structure from which a type hash is computed."""
     return get_message("type_description_interfaces/msg/TypeDescription")(
         type_description=_individual_type_description(description["type_description"]),
         referenced_type_descriptions=[

@@ -43,7 +43,7 @@ class NodeTimers(NodeCore):
 
     @property
     def default_callback_group(self) -> CallbackGroup:
-        """Callback group of the node's entities that were given none."""
+        """Callback group of the node's entities that were created without one."""
         return self._default_callback_group
 
     def create_timer(
@@ -58,10 +58,10 @@ class NodeTimers(NodeCore):
 
         Args:
             timer_period_sec: Period in seconds.
-            callback: Called each period.
-            callback_group: For multi-threaded executors.
-            clock: The node's clock if None, so simulated time counts where it is used.
-            autostart: Start at once; else `Timer.reset` does.
+            callback: Called once per period.
+            callback_group: Callback group of the callback; the node's default group if None.
+            clock: Clock of the timer; the node's clock, which may follow simulated time, if None.
+            autostart: Whether to start the timer; otherwise `Timer.reset` starts it.
         """
         from teleopctl.node.endpoints.timer import Timer
 
@@ -90,7 +90,7 @@ class NodeTimers(NodeCore):
             raise ValueError("frequency must be positive")
         from teleopctl.node.endpoints.timer import Rate
 
-        # A group of its own: the tick must come while a callback sleeps by it.
+        # A separate group: the timer must be called while a callback sleeps by the rate.
         group = MutuallyExclusiveCallbackGroup()
         timer = self.create_timer(1.0 / frequency, None, group, clock)
         return Rate(timer, self._context)

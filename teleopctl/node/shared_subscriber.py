@@ -1,8 +1,8 @@
 """Zenoh subscribers that the subscriptions of a process share, one for each key.
 
-Zenoh calls a Python function on a thread of its own, which has to wait for Python's lock. Called
-once for each of several subscriptions, the thread would wait for the first callback before it
-could call the second: four subscriptions took twice as long for a burst of messages.
+Zenoh calls a Python function on a thread of its own, which has to wait for the GIL. With a Zenoh
+subscriber for each subscription, the thread would wait for the GIL once per subscription: four
+subscriptions took twice as long for a burst of messages.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ class SharedSubscribers:
     """Pool of Zenoh subscribers of a session, one for each key, with any number of receivers.
 
     Args:
-        session: The Zenoh session.
+        session: Zenoh session of the subscribers.
     """
 
     def __init__(self, session: zenoh.Session) -> None:
@@ -53,7 +53,7 @@ class SharedSubscribers:
             if topic.receivers:
                 return
             del self._topics[key]
-        # Not under the lock: it waits for a call that has begun.
+        # Not under the lock: undeclaring waits for a call in progress.
         topic.channel.undeclare()
 
 
@@ -61,9 +61,9 @@ class SubscriberShare:
     """One receiver's share of a Zenoh subscriber of `SharedSubscribers`.
 
     Args:
-        shared_subscribers: The pool.
+        shared_subscribers: Pool of the subscriber.
         key: Key expression of the samples.
-        receive: The registered function.
+        receive: Function registered for the samples.
     """
 
     def __init__(self, shared_subscribers: SharedSubscribers, key: str, receive: Receive) -> None:
@@ -80,7 +80,7 @@ class _Topic:
     """Zenoh subscriber of a key, and the functions called with its samples."""
 
     def __init__(self, session: zenoh.Session, key: str, receive: Receive) -> None:
-        # Replaced, never changed, so that a sample is handed on without a lock.
+        # Replaced, never changed, so that a sample is passed on without a lock.
         self.receivers: tuple[Receive, ...] = (receive,)
         callback = direct_callback(self._hand_on)
         self.channel: zenoh.Subscriber[None] = session.declare_subscriber(key, callback)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
     from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node import Node
 
-# Rates are those of this time; one that is looked at less often gets those between two looks.
+# Rates are measured over this time, or over the time between two samples if that is longer.
 _WINDOW_S = 5.0
 
 
@@ -23,8 +23,8 @@ class Traffic(NamedTuple):
 
     Attributes:
         rate_hz: Messages per second.
-        bytes_per_s: Their bytes per second.
-        age_s: Seconds since the last one; None if there was none.
+        bytes_per_s: Bytes of messages per second.
+        age_s: Seconds since the last message; None if none was received.
     """
 
     rate_hz: float
@@ -35,7 +35,7 @@ class Traffic(NamedTuple):
 class TopicMeter:
     """Meter of the rate, bandwidth and age of topics, for ``top`` and the viewer's page.
 
-    Messages that a latched publisher sent earlier are not requested, and do not count.
+    Earlier messages of latched publishers are not requested, and do not count.
 
     Args:
         node: Node that subscribes.
@@ -48,8 +48,8 @@ class TopicMeter:
     def follow(self, topics: Iterable[str]) -> None:
         """Set the topics to measure: subscribe to new topics, unsubscribe from topics left out.
 
-        A topic is subscribed to once it has publishers, in each type and version that they have;
-        so call this again when the graph has changed.
+        A topic is subscribed to once it has publishers, for each of their types and type hashes; so
+        call this again when the graph has changed.
         """
         graph = self._node.graph()
         wanted = {
@@ -65,7 +65,7 @@ class TopicMeter:
     def sample(self) -> dict[str, Traffic]:
         """Return the traffic of each measured topic over the last 5 s; call it once a second.
 
-        To be called about once a second: the rates are those since the call that was 5 s ago.
+        The rates are those since the call that was 5 s ago.
         """
         now_s = time.monotonic()
         found: dict[str, Traffic] = {}
@@ -77,7 +77,7 @@ class TopicMeter:
 
 
 class _Count:
-    """Counter of one type of one topic, fed by the transport's thread."""
+    """Counter for one type of one topic, updated on Zenoh's thread."""
 
     def __init__(self, node: Node, topic: str, type_name: str, type_hash: str) -> None:
         self.messages = 0

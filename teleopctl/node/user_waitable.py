@@ -35,7 +35,7 @@ class Waitable:
     def __exit__(self, *_: object) -> None:
         """Leave; nothing to release here."""
 
-    # Any, here and below: each waitable has its own, and `execute` gets what it has taken.
+    # Any, here and below: each waitable determines its data, which `execute` receives.
 
     def add_future(self, future: Future[Any]) -> None:
         """Store a future, as rclpy's waitables do."""
@@ -117,7 +117,7 @@ class ServedWaitable(NodeWaitable):
         self._set_alarms()
         if not is_ready:
             return None
-        # More than was taken may have come before.
+        # More data than was taken may have arrived before.
         self._is_due = self._is_due or self._wait_set.has_arrivals()
         return functools.partial(self.waitable.execute, data)
 

@@ -44,11 +44,11 @@ Entity: TypeAlias = QueuingEntity | PeriodicTimer
 class WaitSet:
     """Wait set as in rclpy: blocks until one of its entities is ready.
 
-    While the set waits, arrivals are not reported to executors, and the program takes them. A timer
-    of a node is called by the node's executor all the same.
+    While the set waits, arrivals are not reported to executors, and the program takes them. Timers
+    of a node are still called by the node's executor.
 
     Args:
-        context: The context whose shutdown ends a wait.
+        context: Context whose shutdown ends a wait.
     """
 
     def __init__(self, context: Context) -> None:
@@ -113,7 +113,7 @@ class WaitSet:
     def check_ready(self) -> bool:
         """Record which entities are ready now, for `is_ready`; return whether any is.
 
-        Triggers of guard conditions are reset by this.
+        This resets the triggers of guard conditions.
         """
         found = [one for entities in self._entities.values() for one in entities if one.pending()]
         self._ready = set(found)
@@ -140,7 +140,7 @@ class WaitSet:
             self.listen(None)
 
     def _longest_wait_s(self, left_ns: int | None) -> float | None:
-        """Return after how many seconds to check again without an arrival; None for never."""
+        """Return the seconds after which to check again without an arrival; None for never."""
         due = [
             until_ns
             for timer in self.timers()
@@ -154,8 +154,8 @@ class WaitSet:
         """Return whether an entity was ready at the end of the last `wait`.
 
         Args:
-            entity_type: One of `KINDS`.
-            index: The index that adding the entity returned.
+            entity_type: Kind of the entity, one of `KINDS`.
+            index: Index returned when the entity was added.
         """
         return self._entities[entity_type][index] in self._ready
 
@@ -186,13 +186,13 @@ class EventHandle(Handle):
     """Handle of an event of a publisher or subscription, to be added to a wait set.
 
     Args:
-        endpoint: The publisher or subscription.
+        endpoint: Publisher or subscription.
         event: Name of the event among the endpoint's event callbacks.
     """
 
     entity: EventHandler | _IncompatibleQosEvent
 
-    # Any: of whatever type.
+    # Any: of any message type.
     def __init__(self, endpoint: Publisher[Any] | Subscription[Any], event: str) -> None:
         super().__init__(self._handler(endpoint, event), endpoint.name)
 
@@ -202,7 +202,7 @@ class EventHandle(Handle):
     ) -> EventHandler | _IncompatibleQosEvent:
         if event == "incompatible_qos":
             return _IncompatibleQosEvent()
-        # Any: whichever of them the event has.
+        # Any: callbacks of different signatures.
         callback: dict[str, Any] = {event: never_called}
         group = ReentrantCallbackGroup()
         if isinstance(endpoint, Publisher):
@@ -259,7 +259,7 @@ class GuardHandle(Handle):
     entity: PolledGuardCondition
 
     def __init__(self, context_handle: Handle) -> None:
-        del context_handle  # rclpy's; a guard condition belongs to no session
+        del context_handle  # rclpy's; a guard condition needs no session
         super().__init__(PolledGuardCondition())
 
     def trigger_guard_condition(self) -> None:
@@ -290,7 +290,7 @@ class _PolledClient(_Polled, Client[RequestT, ResponseT]):
 
 
 class ClientHandle(Handle):
-    """Handle of a service client, by which a program takes responses itself."""
+    """Handle of a service client, with which a program takes responses itself."""
 
     # Any, here and below: requests and responses of the service's type.
     entity: _PolledClient[Any, Any]
@@ -310,7 +310,7 @@ class ClientHandle(Handle):
 
     def take_response(
         self,
-        response_type: type[object],  # noqa: ARG002 -- rclpy's; the client knows
+        response_type: type[object],  # noqa: ARG002 -- rclpy's; the client has the type
     ) -> tuple[ServiceInfo | None, Any]:
         """Remove and return the oldest response with its header; None twice if there is none."""
         try:
@@ -328,11 +328,11 @@ def create_polled_client(
     """Create a service client whose responses wait until the program takes them.
 
     Raises:
-        InvalidServiceNameException: The name breaks a rule.
+        InvalidServiceNameException: The name is malformed.
     """
     name = node.resolve_service_name(name)
     client = _PolledClient(node, srv_type, name, ReentrantCallbackGroup(), qos)
-    # As many responses wait as the history depth says; the oldest is dropped.
+    # Limited by the history depth; the oldest response is dropped.
     client.responses = collections.deque(maxlen=qos.queue_depth)
     return ClientHandle(client, name)
 
@@ -346,7 +346,7 @@ def create_polled_service(
     """Create a service server whose requests wait until the program takes them.
 
     Raises:
-        InvalidServiceNameException: The name breaks a rule.
+        InvalidServiceNameException: The name is malformed.
     """
     name = node.resolve_service_name(name)
     group = ReentrantCallbackGroup()
@@ -368,7 +368,7 @@ def create_polled_subscription(
     """Create a subscription whose messages wait until the program takes them.
 
     Raises:
-        InvalidTopicNameException: The name breaks a rule.
+        InvalidTopicNameException: The name is malformed.
     """
     name = node.resolve_topic_name(topic)
     group = ReentrantCallbackGroup()

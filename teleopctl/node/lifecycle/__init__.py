@@ -1,5 +1,5 @@
 """Lifecycle nodes, which other programs can configure, activate and shut down.
 
 The classes are those of ``rclpy.lifecycle``, the states and transitions those of
-``lifecycle_msgs``; design.ros2.org/articles/node_lifecycle.html says what they are for.
+``lifecycle_msgs``; see design.ros2.org/articles/node_lifecycle.html.
 """

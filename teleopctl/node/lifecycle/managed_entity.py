@@ -12,7 +12,7 @@ from teleopctl.node.lifecycle.states import LifecycleState, TransitionCallbackRe
 from teleopctl.node.node_core import NodeCore
 from teleopctl.node.values.qos import QoSProfile
 
-# ruff: noqa: ARG002 -- overrides look at the state before
+# ruff: noqa: ARG002 -- overrides use the previous state
 
 
 _P = ParamSpec("_P")
@@ -23,7 +23,7 @@ _EntityT = TypeVar("_EntityT", bound="SimpleManagedEntity")
 class ManagedEntity:
     """Base of entities that receive the transition callbacks of a lifecycle node.
 
-    All succeed unless they are overridden.
+    All callbacks succeed unless they are overridden.
     """
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
@@ -89,7 +89,7 @@ class SimpleManagedEntity(ManagedEntity):
         Callable[Concatenate[_EntityT, _P], _ResultT | None],
     ]: ...
 
-    # Any: what the two forms above say.
+    # Any: see the overloads above.
     @staticmethod
     def when_enabled(
         wrapped: Any = None, *, when_not_enabled: Callable[[], object] | None = None
@@ -97,8 +97,8 @@ class SimpleManagedEntity(ManagedEntity):
         """Decorate a method so that it only runs while the entity is activated.
 
         Args:
-            wrapped: The method; without it, what decorates one is returned.
-            when_not_enabled: Called in its place.
+            wrapped: Method to decorate; if None, a decorator is returned.
+            when_not_enabled: Called instead of the method while the entity is not activated.
         """
         if wrapped is None:
             return functools.partial(
@@ -119,7 +119,7 @@ class SimpleManagedEntity(ManagedEntity):
 class LifecyclePublisher(SimpleManagedEntity, Publisher[MessageT]):
     """Publisher that drops messages unless activated; made by ``create_lifecycle_publisher``.
 
-    It is in the graph from the beginning.
+    The publisher is in the graph from its creation on.
     """
 
     def __init__(

@@ -34,17 +34,18 @@ _CALLBACKS = {
 class LifecycleNodeMixin(ManagedEntity):
     """Mix-in that adds the life cycle to a `Node` class.
 
-    The callbacks ``on_…`` pass a transition on to the managed entities, in the order in which they
-    were added, up to the first one that does not succeed: an override calls ``super()``. A callback
-    that raises, or returns anything but a `TransitionCallbackReturn`, counts as one with an error,
-    and is logged.
+    The callbacks ``on_…`` call those of the managed entities, in the order in which the entities
+    were added, up to the first one that does not succeed. So an override must call ``super()``. A
+    callback that raises, or returns anything but a `TransitionCallbackReturn`, is logged and counts
+    as ERROR.
 
     Args:
-        enable_communication_interface: Offer the services and the topic of the life cycle.
-        callback_group: Of the services; the node's default group if None.
+        enable_communication_interface: Whether to offer the services and the topic of the life
+            cycle.
+        callback_group: Callback group of the services; the node's default group if None.
 
     Raises:
-        TypeError: ``enable_communication_interface`` is no bool, or the class is no `Node`.
+        TypeError: ``enable_communication_interface`` is not a bool, or the class is not a `Node`.
     """
 
     def __init__(
@@ -55,7 +56,7 @@ class LifecycleNodeMixin(ManagedEntity):
     ) -> None:
         if not isinstance(enable_communication_interface, bool):
             raise TypeError("enable_communication_interface must be a bool")
-        # Kept in order: what was made first is activated first.
+        # In order: entities created first are activated first.
         self._managed_entities: dict[ManagedEntity, None] = {}
         self._state_machine = LifecycleStateMachine(
             self._node,
@@ -76,7 +77,7 @@ class LifecycleNodeMixin(ManagedEntity):
         """Run the transition from unconfigured to inactive; return `on_configure`'s result.
 
         Raises:
-            TransitionNotPossibleError: The node is in another state. So the next four.
+            TransitionNotPossibleError: The node is in another state; so do the next four methods.
         """
         return self._change_state("configure")
 
@@ -108,9 +109,9 @@ class LifecycleNodeMixin(ManagedEntity):
     def _run_callback(self, before: LifecycleState) -> TransitionCallbackReturn:
         name = _CALLBACKS[TransitionState(self._state_machine.state.state_id)]
         try:
-            # Any: overrides return what they like.
+            # Any: overrides may return anything.
             outcome: Any = getattr(self, name)(before)
-        except Exception:  # noqa: BLE001 -- to be an error of the callback
+        except Exception:  # noqa: BLE001 -- counts as an error of the callback
             import traceback
 
             self._node.get_logger().error(f"{name}() failed:\n{traceback.format_exc()}")
@@ -167,7 +168,7 @@ class LifecycleNodeMixin(ManagedEntity):
         """Add an entity that receives the node's transition callbacks.
 
         Raises:
-            TypeError: It is no `ManagedEntity`.
+            TypeError: ``entity`` is not a `ManagedEntity`.
         """
         if not isinstance(entity, ManagedEntity):
             raise TypeError("Expected a rclpy.lifecycle.ManagedEntity instance.")
@@ -195,7 +196,7 @@ class LifecycleNodeMixin(ManagedEntity):
             publisher_class=LifecyclePublisher,
         )
         assert isinstance(publisher, LifecyclePublisher)
-        # Programs, ROS 2's demo too, destroy them as others, and make new ones time and again.
+        # Programs such as ROS 2's demo use destroy_publisher and create publishers repeatedly.
         self._managed_entities = {
             entity: None
             for entity in (*self._managed_entities, publisher)
@@ -213,12 +214,13 @@ class LifecycleNode(LifecycleNodeMixin, Node):
     """Node with a managed life cycle, which other programs can configure and activate.
 
     Args:
-        node_name: See `Node`.
-        enable_communication_interface: See `LifecycleNodeMixin`.
-        options: The others of `Node`.
+        node_name: Name of the node, unless ``__node`` is remapped.
+        enable_communication_interface: Whether to offer the services and the topic of the life
+            cycle.
+        options: Further arguments of `Node`.
 
     Raises:
-        TypeError: ``enable_communication_interface`` is no bool.
+        TypeError: ``enable_communication_interface`` is not a bool.
 
     Example:
         ```python
@@ -229,7 +231,7 @@ class LifecycleNode(LifecycleNodeMixin, Node):
         ```
     """
 
-    # Any: Node checks its own.
+    # Any: Node checks its arguments.
     def __init__(
         self, node_name: str, *, enable_communication_interface: bool = True, **options: Any
     ) -> None:
@@ -239,6 +241,6 @@ class LifecycleNode(LifecycleNodeMixin, Node):
                 self, enable_communication_interface=enable_communication_interface
             )
         except BaseException:
-            # A node that could not be made must not stay in the graph.
+            # A node whose constructor failed must not stay in the graph.
             Node.destroy_node(self)
             raise

@@ -26,16 +26,16 @@ if TYPE_CHECKING:
 class LifecycleStateMachine(StateMachine):
     """Life cycle state machine of a node, with its services and its transition-event topic.
 
-    The attributes ``service_…`` and ``current_state`` are those that rclpy's has.
+    The attributes ``service_…`` and ``current_state`` are those of rclpy's state machine.
 
     Args:
         node: The lifecycle node.
         is_served: Whether to offer the services and the topic.
         group: Callback group of the services.
-        change: Runs a transition, given by id or label.
+        change: Function that runs a transition, given by ID or label.
 
     Attributes:
-        service_change_state: And the others: the services, None unless served.
+        service_change_state: Service server; it and the following are None unless ``is_served``.
     """
 
     # Any, here and below: requests and responses of lifecycle_msgs, whose classes are generated on
@@ -64,7 +64,7 @@ class LifecycleStateMachine(StateMachine):
         self._event_class = get_message("lifecycle_msgs/msg/TransitionEvent")
         self._state_class = get_message("lifecycle_msgs/msg/State")
         self._transition_class = get_message("lifecycle_msgs/msg/TransitionDescription")
-        # The order in which rcl_lifecycle makes them.
+        # In the order of rcl_lifecycle.
         self._events = node.create_publisher(
             self._event_class, "~/transition_event", QoSProfile(depth=10)
         )
@@ -90,7 +90,7 @@ class LifecycleStateMachine(StateMachine):
         return self._node.create_service(service, f"~/{name}", callback, callback_group=self._group)
 
     def _publish_step(self, before: LifecycleState, after: LifecycleState) -> None:
-        # The two states are all that ROS 2 says: time stamp and transition are left empty.
+        # As in ROS 2, only the two states are set: time stamp and transition stay empty.
         if self._events is not None:
             event = self._event_class()
             event.start_state = self._message(before)
@@ -102,7 +102,7 @@ class LifecycleStateMachine(StateMachine):
         try:
             outcome = self._change(transition)
         except TransitionNotPossibleError as error:
-            # rclpy lets this end the node; here the client receives success=False.
+            # In rclpy this ends the node; here the client receives success=False.
             self._node.get_logger().error(str(error))
             response.success = False
         else:

@@ -183,7 +183,7 @@ class StateMachine:
         """
         with self._lock:
             before = self._state
-            # What leads out of a callback is for its outcome alone to choose.
+            # The transition out of a transition state follows from the callback's return value.
             is_busy = before.state_id in frozenset(TransitionState)
             possible = () if is_busy else _from(before)
             for transition in possible:

@@ -42,7 +42,7 @@ PARAMETER_SERVICES = (
     "SetParameters",
     "SetParametersAtomically",
 )
-"""The services of every node, in the order in which rclpy offers them: types of rcl_interfaces."""
+"""Types of rcl_interfaces of the six parameter services of a node, in rclpy's order."""
 
 _UNLIMITED_DEPTH = 0
 
@@ -54,10 +54,10 @@ class AsyncParameterClient:
     future once it has ended.
 
     Args:
-        node: The node that sends the requests.
-        remote_node_name: Name of the node whose parameters they are.
-        qos_profile: Quality of service of the clients.
-        callback_group: For multi-threaded executors.
+        node: Node that sends the requests.
+        remote_node_name: Name of the node that has the parameters.
+        qos_profile: QoS profile of the service clients.
+        callback_group: Callback group of the clients; the node's default group if None.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class AsyncParameterClient:
         self._by_type: dict[str, Client[Any, Any]] = {}
 
     def _client(self, type_: str) -> Client[Any, Any]:
-        # Made when first used: each is in the graph, and most users need one of the six.
+        # Created when first used: each is visible in the graph, and most users need one of the six.
         if type_ not in self._by_type:
             self._by_type[type_] = self._node.create_client(
                 get_service(f"rcl_interfaces/srv/{type_}"),
@@ -218,16 +218,16 @@ def call_parameter_services(
         ```
 
     Args:
-        node: The node that sends the requests; it needs no executor.
-        remote_node_names: Names of the nodes whose parameters they are.
-        request: Sends a request by the client of one of them.
-        timeout_sec: Longest wait for all of them together, in seconds of wall time.
+        node: Node that sends the requests; it needs no executor.
+        remote_node_names: Names of the nodes that have the parameters.
+        request: Function that sends a request with a node's client, and returns the future.
+        timeout_sec: Longest wait for all nodes together, in seconds of wall time.
 
     Returns:
-        For each node its response, or an `UnavailableError` where it did not answer.
+        The response of each node, or an `UnavailableError` if the node did not respond.
 
     Raises:
-        ExternalShutdownException: The context was shut down meanwhile.
+        ExternalShutdownException: The context was shut down during the wait.
     """
     futures = {name: request(AsyncParameterClient(node, name)) for name in remote_node_names}
     return responses_of_nodes(futures, timeout_sec)

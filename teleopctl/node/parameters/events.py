@@ -38,9 +38,9 @@ class ParameterEventHandler:
     """Subscriber of parameter events that calls registered callbacks, the newest first.
 
     Args:
-        node: The node that listens.
-        qos_profile: Quality of service of its subscription.
-        callback_group: For multi-threaded executors.
+        node: Node of the subscription.
+        qos_profile: QoS profile of the subscription.
+        callback_group: Callback group of the callbacks; the node's default group if None.
         options: Further options of ``Node.create_subscription``.
     """
 
@@ -49,7 +49,7 @@ class ParameterEventHandler:
         node: NodeEndpoints,
         qos_profile: QoSProfile | int = qos_profile_parameter_events,
         callback_group: CallbackGroup | None = None,
-        **options: Any,  # Any: those of `create_subscription`, which checks them
+        **options: Any,  # Any: `create_subscription` checks them
     ) -> None:
         self.node = node
         self.qos_profile = qos_profile
@@ -103,12 +103,13 @@ class ParameterEventHandler:
         """Register a callback for changes of one parameter of a node; return its handle.
 
         Args:
-            parameter_name: Its name.
-            node_name: Whose it is; relative to the node's namespace, empty for the node itself.
-            callback: Gets the parameter.
+            parameter_name: Name of the parameter.
+            node_name: Name of the node that has the parameter, absolute or relative to this node's
+                namespace; empty for this node.
+            callback: Called with the parameter's message after each change.
 
         Returns:
-            What takes the callback back.
+            Handle for `remove_parameter_callback`.
         """
         handle = ParameterCallbackHandle(parameter_name, self._full_name(node_name), callback)
         with self._lock:

@@ -1,7 +1,7 @@
 """Parameter services and parameter events of a node.
 
-Source: rclpy's parameter services; the order of declaration is the one that fixes the entity ids
-of a real node. An unknown name makes get, get types and describe answer with an empty list.
+Source: rclpy's parameter services, also for the order of declaration, which determines the entity
+IDs of a node. For an unknown name, get, get types and describe respond with an empty list.
 """
 
 from __future__ import annotations
@@ -55,7 +55,7 @@ class ParameterService:
     def _descriptor(self, name: str) -> Any:
         descriptor = self._store.descriptor(name)
         parameter = self._store.find(name)
-        # One that was declared by its type alone keeps it while it has no value.
+        # A parameter declared by type keeps the descriptor's type while it has no value.
         if parameter is not None and parameter.type_ != ParameterType.NOT_SET:
             descriptor.type = int(parameter.type_)
         return descriptor
@@ -118,7 +118,7 @@ class ParameterService:
 
 
 def _read(message: Any) -> tuple[Parameter | None, Any]:
-    """Return the parameter that a message describes, or the refusal of one that is malformed."""
+    """Return the parameter of a message and None; None and a failed result if it is malformed."""
     try:
         return Parameter.from_parameter_msg(message), None
     except (ValueError, TypeError, TeleopctlError) as error:

@@ -31,7 +31,7 @@ def range_problem(name: str, value: object, descriptor: ParameterDescriptor) -> 
         return None
     allowed = ranges[0]
     if value < allowed.from_value or value > allowed.to_value:
-        # The ends themselves may be unreachable for a computer's fractions.
+        # With rounding errors, a value may exceed the ends themselves.
         ends = (allowed.from_value, allowed.to_value)
         if not any(math.isclose(value, end, rel_tol=1e-9) for end in ends):
             return (
@@ -60,7 +60,7 @@ def is_listed(name: str, prefixes: Sequence[str], depth: int) -> bool:
     return False
 
 
-# Receives the parameters about to be set, and accepts or refuses them.
+# Called with the parameters to set; returns whether they are accepted.
 OnSetCallback: TypeAlias = "Callable[[list[Parameter]], SetParametersResult]"
 PreSetCallback = Callable[[list[Parameter]], list[Parameter]]
 PostSetCallback = Callable[[list[Parameter]], None]
@@ -76,7 +76,7 @@ def result(successful: bool, reason: str = "") -> SetParametersResult:
 
 def _invalid_answer(callback: Callable[..., object], answer: object, expected: str) -> str:
     """Log that a callback returned a value of the wrong type, and return the reason."""
-    import logging  # takes longer to load than some commands run
+    import logging  # takes longer to import than some commands run
 
     name = getattr(callback, "__qualname__", type(callback).__qualname__)
     reason = "Callback returned an invalid type"
@@ -90,10 +90,10 @@ class ParameterStore:
     """Declared parameters of a node, with the rules and callbacks that check changes.
 
     Args:
-        overrides: Values from the command line and from files, by name; they replace the default
-            of a declaration.
-        allow_undeclared: Let undeclared parameters be set and read.
-        on_change: Called after every change.
+        overrides: Parameters from the command line and from files, by name; they replace the
+            defaults of declarations.
+        allow_undeclared: Whether undeclared parameters can be set and read.
+        on_change: Called with the new, changed and deleted parameters after every change.
     """
 
     def __init__(
@@ -121,8 +121,8 @@ class ParameterStore:
         """Return the sorted parameter names below prefixes, and the sorted prefixes of these.
 
         Args:
-            prefixes: All parameters if empty.
-            depth: How many parts of a name count from the prefix; 0 is without limit.
+            prefixes: Prefixes of the names; empty for all parameters.
+            depth: Largest number of name parts below a prefix; 0 is unlimited.
         """
         names = sorted(name for name in self._parameters if is_listed(name, prefixes, depth))
         return names, sorted({name.rpartition(".")[0] for name in names if "." in name})
@@ -131,7 +131,7 @@ class ParameterStore:
         """Raise unless all parameters are declared or undeclared ones are allowed.
 
         Raises:
-            ParameterNotDeclaredException: Some were not declared, and that is not allowed.
+            ParameterNotDeclaredException: Some parameters are undeclared, which is not allowed.
         """
         unknown = [p.name for p in parameters if p.name not in self._parameters]
         if unknown and not self.allow_undeclared:
@@ -157,7 +157,7 @@ class ParameterStore:
             described = get_message("rcl_interfaces/msg/ParameterDescriptor")
             from copy import copy
 
-            # Several parameters may be declared with one.
+            # The program may use one descriptor for several parameters.
             own = described() if descriptor is None else copy(descriptor)
             if not isinstance(own, described):
                 raise TypeError(f"a descriptor is expected, not {type(descriptor).__name__}")
@@ -223,8 +223,8 @@ class ParameterStore:
         """Undeclare a parameter by name; raise if it is undeclared or read-only.
 
         Raises:
-            ParameterNotDeclaredException: There is none of that name.
-            ParameterImmutableException: It is read-only.
+            ParameterNotDeclaredException: The parameter is undeclared.
+            ParameterImmutableException: The parameter is read-only.
         """
         with self._lock:
             if name not in self._parameters:
@@ -239,8 +239,8 @@ class ParameterStore:
         """Return a declared parameter by name; raise if it is undeclared or has no value.
 
         Raises:
-            ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
-            ParameterUninitializedException: It is statically typed and has no value yet.
+            ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
+            ParameterUninitializedException: The parameter is statically typed and has no value yet.
         """
         parameter = self._parameters.get(name)
         if parameter is None:
@@ -275,7 +275,7 @@ class ParameterStore:
         """Return the descriptor of a parameter, a ``ParameterDescriptor`` message.
 
         Raises:
-            ParameterNotDeclaredException: There is none, and undeclared ones are not allowed.
+            ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
         """
         if name not in self._parameters:
             if not self.allow_undeclared:
@@ -319,8 +319,8 @@ class ParameterStore:
         """Set all of the parameters, or none if one is rejected.
 
         Args:
-            parameters: The parameters to set.
-            check: Called with the list as pre-set callbacks have changed it; raises to reject.
+            parameters: Parameters to set.
+            check: Called with the list that the pre-set callbacks returned; raises to reject it.
 
         Returns:
             A ``rcl_interfaces/msg/SetParametersResult``.
@@ -380,7 +380,7 @@ class ParameterStore:
         """Return the reason of the first callback that rejects; None if all accept."""
         for callback in tuple(self.on_set_callbacks):
             answer = callback(parameters)
-            # A callback without a return statement, as in rclpy.
+            # Such as a callback without a return statement; as in rclpy, a rejection.
             if not isinstance(answer, get_message("rcl_interfaces/msg/SetParametersResult")):
                 return _invalid_answer(callback, answer, "SetParametersResult")
             if not answer.successful:

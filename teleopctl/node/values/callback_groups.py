@@ -10,11 +10,11 @@ from collections.abc import Callable
 from teleopctl.base.typed import Any, ClassVar, Protocol
 
 Work = Callable[[], None]
-# Hands work to a pool; False when the pool takes none any more.
+# Submits work to a pool; returns False if the pool is closed.
 Submit = Callable[[Work], bool]
 
 
-# Any: entities are timers and whatever receives, whose classes stand above this one.
+# Any: entities are timers, subscriptions and the like, whose modules import this one.
 
 
 class CallbackGroup:
@@ -65,11 +65,11 @@ class CallbackGroup:
 class ReentrantCallbackGroup(CallbackGroup):
     """Callback group whose callbacks may run in parallel."""
 
-    def can_execute(self, entity: Any) -> bool:  # noqa: ARG002 -- whichever it is
+    def can_execute(self, entity: Any) -> bool:  # noqa: ARG002 -- the same for all entities
         """Return True: callbacks of the group may start at any time."""
         return True
 
-    def beginning_execution(self, entity: Any) -> bool:  # noqa: ARG002 -- whichever it is
+    def beginning_execution(self, entity: Any) -> bool:  # noqa: ARG002 -- the same for all entities
         """Return True: callbacks of the group may start at any time."""
         return True
 
@@ -124,7 +124,7 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
                     self._busy = False
                     return
                 work, submit = self._waiting.popleft()
-            # A pool that has been closed takes nothing: what is meant for another still runs.
+            # A closed pool accepts nothing; work for another pool still runs.
             if submit(self._then_next(work)):
                 return
 
@@ -157,7 +157,7 @@ class Scheduler(Protocol):
     def is_shutdown(self) -> bool:
         """Whether the executor was shut down."""
 
-    # Any: a node's class stands above this one.
+    # Any: the module of the node class imports this one.
 
     def add_node(self, node: Any) -> bool:
         """Add a node to the executor; return False if it was added before."""

@@ -15,8 +15,8 @@ class TypeHash:
     """Version and value of the hash of a type's definition.
 
     Args:
-        version: Of the way in which it is computed; 1 for RIHS01.
-        value: The 32 bytes.
+        version: Version of the hash algorithm; 1 for RIHS01.
+        value: The 32 bytes of the hash.
     """
 
     __slots__ = ("value", "version")
@@ -73,13 +73,13 @@ class TopicEndpointInfo:
     """Description of a publisher, subscription, server or client of the graph.
 
     Args:
-        node_name: Name of the node that owns it.
+        node_name: Name of the node of the endpoint.
         node_namespace: Namespace of that node.
-        topic_type: Such as ``std_msgs/msg/String``.
-        topic_type_hash: The hash of that type.
-        endpoint_type: Which side it is.
-        endpoint_gid: The 16 bytes that identify it.
-        qos_profile: Its quality of service.
+        topic_type: ROS name of the type, such as ``std_msgs/msg/String``.
+        topic_type_hash: Hash of that type.
+        endpoint_type: Kind of the endpoint.
+        endpoint_gid: GID of the endpoint, 16 bytes.
+        qos_profile: QoS profile of the endpoint.
     """
 
     __slots__ = (
@@ -129,7 +129,7 @@ class TopicEndpointInfo:
             return NotImplemented
         return all(getattr(self, name) == getattr(other, name) for name in self.__slots__)
 
-    __hash__ = None  # type: ignore[assignment]  # its values change
+    __hash__ = None  # type: ignore[assignment]  # mutable
 
     def __str__(self) -> str:
         qos = self.qos_profile

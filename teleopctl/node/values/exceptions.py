@@ -82,8 +82,8 @@ class NameValidationException(TeleopctlError):
     """A node, topic, service or parameter name violates ROS 2's rules.
 
     Args:
-        name: The name as it was given.
-        reason: Which rule it breaks.
+        name: The invalid name.
+        reason: Rule that the name violates.
         index: Position of the first offending character.
     """
 
@@ -125,8 +125,8 @@ class UnknownSubstitutionError(TeleopctlError, ValueError):
     """A topic or service name contains an unknown substitution in braces.
 
     Args:
-        name: The name as it was given.
-        substitution: What stands in it, with its braces.
+        name: The invalid name.
+        substitution: The unknown substitution, with its braces.
     """
 
     def __init__(self, name: str, substitution: str) -> None:
@@ -137,8 +137,8 @@ class ParameterException(TeleopctlError):
     """Base of exceptions about parameters.
 
     Args:
-        message: What went wrong.
-        parameters: The name or names concerned.
+        message: Description of the problem, without the names.
+        parameters: Name or names of the parameters.
     """
 
     def __init__(self, message: str, parameters: str | list[str] | tuple[str, ...]) -> None:

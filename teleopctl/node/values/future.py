@@ -121,7 +121,7 @@ class Future(Generic[ResultT]):
             self._finished.set()
             callbacks, self._callbacks = self._callbacks, []
             listeners, self._listeners = self._listeners, []
-        # What awaits it goes on after its callbacks, as with rclpy.
+        # As in rclpy, awaiting tasks continue after the callbacks.
         try:
             for callback in callbacks:
                 self._call(callback)
@@ -135,7 +135,7 @@ class Future(Generic[ResultT]):
         else:
             self._executor.create_task(callback, self)
 
-    # Any: what an asyncio loop is given is its own affair.
+    # Any: values yielded to an asyncio loop.
     def __await__(self) -> Generator[Any, Any, ResultT | None]:
         while not self.ended():
             loop = _running_loop()
@@ -146,7 +146,7 @@ class Future(Generic[ResultT]):
         return self.result()
 
     def _end_in(self, loop: asyncio.AbstractEventLoop) -> asyncio.Future[None]:
-        """Return what ends in a loop of asyncio when this has ended."""
+        """Return an asyncio future that completes in its loop when this future ends."""
         ended: asyncio.Future[None] = loop.create_future()
 
         def end() -> None:
@@ -162,9 +162,9 @@ class Future(Generic[ResultT]):
 
 
 class _Stepping(threading.local):
-    """The asyncio loop in whose callback a task of ours takes a step in this thread, or None.
+    """Asyncio loop in whose callback this thread runs a step of a `Task`; None outside of one.
 
-    What such a task awaits is ours to wait for, though a loop runs.
+    The executor, not the running loop, waits for the futures that such a task awaits.
     """
 
     loop: asyncio.AbstractEventLoop | None = None
@@ -174,7 +174,7 @@ _stepping = _Stepping()
 
 
 def _running_loop() -> asyncio.AbstractEventLoop | None:
-    """Return the loop of asyncio that runs in this thread; asyncio is not imported to find out."""
+    """Return the asyncio loop that runs in this thread, without importing asyncio; else None."""
     module = sys.modules.get("asyncio")
     return None if module is None else module._get_running_loop()  # noqa: SLF001 (as documented)
 
@@ -194,10 +194,10 @@ class Task(Future[ResultT]):
 
     Args:
         handler: Function, coroutine function or coroutine.
-        args: For the function.
-        kwargs: For the function.
-        executor: Runs the task; without one the caller runs it, and the task may only await
-            futures that have ended.
+        args: Positional arguments of the function.
+        kwargs: Keyword arguments of the function.
+        executor: Executor that runs the task. If None, the caller runs the task, which may only
+            await futures that have ended.
     """
 
     def __init__(

@@ -1,10 +1,10 @@
 """Log records of Python libraries, passed to ROS loggers and ``/rosout``.
 
-Code of teleopctl that is no node logs to ``logging.getLogger(__name__)``. From the first node of a
-context until its end, what reaches the logger ``teleopctl`` (and ``py.warnings``, where the program
-captures warnings) appears as from a child of the node's logger: ``teleopctl.tf.tree`` as
-``NODE.tf.tree``. Of several nodes it is the oldest that exists. Loggers of other libraries and of
-users stay as they are.
+Code of teleopctl outside nodes logs to ``logging.getLogger(__name__)``. From the first node of a
+context until the context's end, records of the logger ``teleopctl`` (and ``py.warnings``, if the
+program captures warnings) are logged by a child of the node's logger: ``teleopctl.tf.tree`` as
+``NODE.tf.tree``. With several nodes, the oldest existing node is used. Loggers of other libraries
+and of users stay as they are.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ class LibraryLogs:
     """Route of Python log records to the loggers of a context's nodes, until `close`.
 
     Attributes:
-        nodes: Names of the nodes' loggers; the first one speaks.
+        nodes: Names of the nodes' loggers; the first one is used.
     """
 
     def __init__(self) -> None:
@@ -52,7 +52,7 @@ class LibraryLogs:
 
 
 class _RosHandler(logging.Handler):
-    """Passes records on to the ROS side, which applies its levels."""
+    """Handler that passes records to the ROS loggers, by their levels."""
 
     def emit(self, record: logging.LogRecord) -> None:
         name = _ros_name(record.name)
@@ -62,7 +62,7 @@ class _RosHandler(logging.Handler):
         try:
             text = _TEXT.format(record)
         except Exception:  # noqa: BLE001 (whatever formatting raises)
-            # Arguments that do not fit their text must not end who logs.
+            # Arguments that do not fit the format must not end the logging code.
             self.handleError(record)
             return
         caller = Caller(record.pathname, record.funcName or "", record.lineno)
@@ -79,7 +79,7 @@ def _ros_name(name: str) -> str:
 
 
 def _severity(level: int) -> LoggingSeverity:
-    """ROS's severity of a level: the highest that is not above it."""
+    """Return the highest ROS severity that is not above a Python level."""
     return LoggingSeverity(min(max(level // 10 * 10, LoggingSeverity.DEBUG), LoggingSeverity.FATAL))
 
 
@@ -88,10 +88,10 @@ def _install() -> None:
         logger = logging.getLogger(name)
         _untouched.append((logger, logger.level, logger.propagate))
         logger.addHandler(_handler)
-        # One way out: a handler of the program's own root logger would show each line again.
+        # Otherwise a handler of the program's root logger would print each line again.
         logger.propagate = False
         if logger.level == logging.NOTSET:
-            # The levels of ROS decide, which may be changed while the node runs.
+            # The levels of the ROS loggers apply, which may change at run time.
             logger.setLevel(logging.DEBUG)
 
 

@@ -2,10 +2,10 @@
 
 Source: rcutils. ``RCUTILS_CONSOLE_OUTPUT_FORMAT`` (default
 ``[{severity}] [{time}] [{name}]: {message}``), ``RCUTILS_COLORIZED_OUTPUT`` (0, 1; unset: only on
-a terminal) and ``RCUTILS_LOGGING_USE_STDOUT`` are honoured. Loggers form a tree by the dots in
-their names; a level that is not set is inherited. Of a message's control characters only line
-breaks and colours go to the console as they are. Library code uses Python's ``logging``, which
-`library_logging` leads here.
+a terminal) and ``RCUTILS_LOGGING_USE_STDOUT`` are supported. Loggers form a tree by the dots in
+their names; a level that is not set is inherited. On the console, control characters in a message
+are escaped, except line breaks and colours. Library code uses Python's ``logging``, whose records
+`library_logging` passes to this module.
 """
 
 from __future__ import annotations
@@ -56,12 +56,12 @@ class Caller(NamedTuple):
     line: int
 
 
-# Receives every message that a logger lets through: severity, logger name, text, caller, time.
+# Called with every logged message: severity, logger name, text, caller, time in nanoseconds.
 Sink = Callable[[LoggingSeverity, str, str, Caller, int], None]
 
 
 class _Console:
-    """Writes lines as rcutils does; made once per process."""
+    """Console output in rcutils' format; created once per process."""
 
     def __init__(self) -> None:
         use_stdout = os.environ.get("RCUTILS_LOGGING_USE_STDOUT") == "1"
@@ -124,7 +124,7 @@ def severity_from_name(name: str) -> LoggingSeverity:
     """Return the log severity of a name such as ``debug``.
 
     Raises:
-        UsageError: There is none of that name.
+        UsageError: The name is unknown.
     """
     try:
         return LoggingSeverity[{"WARNING": "WARN"}.get(name.upper(), name.upper())]
@@ -201,7 +201,7 @@ class RcutilsLogger:
     """ROS logger with rclpy's methods and filters.
 
     The filters are keyword arguments of each call: ``throttle_duration_sec``, ``once`` and
-    ``skip_first``, each counted per calling line.
+    ``skip_first``. Each calling line is filtered separately.
     """
 
     def __init__(self, name: str = "") -> None:
@@ -238,11 +238,11 @@ class RcutilsLogger:
         skip_first: bool,
         once: bool,
     ) -> bool:
-        """Apply the filters in rclpy's order: a message that one drops, the next does not count."""
+        """Apply the filters in rclpy's order; a dropped message does not reach later filters."""
         place = (frame.f_code.co_filename, frame.f_lineno)
         if throttle_duration_sec is not None:
             now = time.monotonic_ns() if clock is None else clock.now().nanoseconds
-            # By a clock of the program's own, the time before its first message counts as well.
+            # With a clock given by the program, the time before the first message counts too.
             last = self._seen.get((*place, "throttle"), None if clock is None else 0)
             if last is not None and now - last < throttle_duration_sec * 1e9:
                 return False
@@ -272,10 +272,10 @@ class RcutilsLogger:
         """Log a message with a severity; return whether it passed the level and the filters.
 
         Returns:
-            True when it came through the level and the filters.
+            True if the message passed the level and the filters.
 
         Raises:
-            TypeError: A filter is not known, or lacks a parameter.
+            TypeError: A filter is unknown, or lacks a parameter.
         """
         if unknown:
             raise TypeError(f"parameter {next(iter(unknown))!r} is not one of the recognized ones")

@@ -1,10 +1,10 @@
 """Rules and expansion of node, topic and service names.
 
 Source: the ROS 2 design article on topic and service names, and the name validation of rcl (names
-that are not expanded yet) and rmw (absolute names, namespaces, nodes), in its order and with its
-words, which say "topic name" of services too. A name is relative (``chatter``), absolute
-(``/chatter``) or private (``~/chatter``) and is expanded against the namespace and the name of its
-node.
+that are not expanded yet) and rmw (absolute names, namespaces, nodes), with their order of checks
+and their messages, which contain "topic name" for services too. A name is relative (``chatter``),
+absolute (``/chatter``) or private (``~/chatter``) and is expanded against the namespace and the
+name of its node.
 """
 
 from __future__ import annotations
@@ -21,12 +21,12 @@ from teleopctl.node.values.exceptions import (
     UnknownSubstitutionError,
 )
 
-# What rmw allows (rmw/validate_*.h), in characters.
+# Limits of rmw (rmw/validate_*.h), in characters.
 _LONGEST_TOPIC: Final = 247
 _LONGEST_NAMESPACE: Final = 245
 _LONGEST_NODE: Final = 255
 
-# The import of re takes longer than all names of a node.
+# Without re, whose import takes longer than the validation of all names of a node.
 _DIGITS: Final = frozenset("0123456789")
 _LETTERS: Final = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
 _NAME_CHARACTERS: Final = _LETTERS | _DIGITS | {"_"}
@@ -36,7 +36,7 @@ def validate_node_name(name: str) -> None:
     """Raise InvalidNodeNameException if a node name breaks a rule.
 
     Raises:
-        InvalidNodeNameException: A rule is broken; the message says which and where.
+        InvalidNodeNameException: A rule is broken; the message has rule and position.
     """
     if not name:
         raise InvalidNodeNameException(name, "node name must not be empty", 0)
@@ -65,8 +65,8 @@ def validate_name(name: str, *, is_service: bool = False) -> None:
     """Raise an exception if a topic or service name, not yet expanded, breaks a rule.
 
     Raises:
-        InvalidTopicNameException: A rule is broken (topics); the message says which and where.
-        InvalidServiceNameException: A rule is broken (services).
+        InvalidTopicNameException: A topic name breaks a rule; the message has rule and position.
+        InvalidServiceNameException: A service name breaks a rule.
     """
     if (broken := _first_problem(name)) is not None:
         raise _exception_of(is_service)(name, *broken)
@@ -80,7 +80,7 @@ def _first_problem(name: str) -> tuple[str, int] | None:
         return "topic name token must not start with a number", 0
     if name.endswith("/"):
         return "topic name must not end with a forward slash", len(name) - 1
-    opened: int | None = None  # where the brace is that is not closed yet
+    opened: int | None = None  # index of the unclosed brace
     for index, character in enumerate(name):
         if opened is not None and character == "}":
             opened = None
@@ -103,7 +103,7 @@ def _first_problem(name: str) -> tuple[str, int] | None:
             return f"topic name must not contain characters other than {allowed}", index
     if opened is not None:
         return "topic name must not have unmatched (unbalanced) curly braces '{}'", opened
-    # rcl misses it where the name ends there, as in "~a".
+    # rcl accepts a name that ends there, such as "~a".
     if name[0] == "~" and name[1:2] not in ("", "/"):
         reason = "topic name must not have a tilde '~' that is not followed by a forward slash '/'"
         return reason, 1
@@ -116,8 +116,8 @@ def validate_absolute_name(name: str, *, is_service: bool = False) -> None:
     """Raise an exception if an absolute topic or service name breaks a rule.
 
     Raises:
-        InvalidTopicNameException: A rule is broken (topics); the message says which and where.
-        InvalidServiceNameException: A rule is broken (services).
+        InvalidTopicNameException: A topic name breaks a rule; the message has rule and position.
+        InvalidServiceNameException: A service name breaks a rule.
     """
     error = _exception_of(is_service)
     _check_absolute(name, error, "topic name", "")
@@ -130,7 +130,7 @@ def validate_namespace(namespace: str) -> None:
     """Raise InvalidNamespaceException if an absolute namespace breaks a rule.
 
     Raises:
-        InvalidNamespaceException: A rule is broken; the message says which and where.
+        InvalidNamespaceException: A rule is broken; the message has rule and position.
     """
     if namespace == "/":
         return
@@ -167,7 +167,7 @@ def absolute_namespace(namespace: str | None) -> str:
     """Return a namespace with its leading slash, checked; None and ``""`` give ``/``.
 
     Raises:
-        InvalidNamespaceException: A rule is broken; the message says which and where.
+        InvalidNamespaceException: A rule is broken; the message has rule and position.
     """
     absolute = namespace if namespace and namespace.startswith("/") else f"/{namespace or ''}"
     validate_namespace(absolute)
@@ -183,16 +183,16 @@ def expand_name(name: str, node_name: str, namespace: str, *, is_service: bool =
     """Return the absolute form of a topic or service name, checked and not yet remapped.
 
     Args:
-        name: Relative, absolute or private name; ``{node}``, ``{ns}`` and ``{namespace}`` stand
-            for those of the node, the namespace with its leading slash.
-        node_name: Name of the node that uses it.
+        name: Relative, absolute or private name. ``{node}`` is replaced by the node's name,
+            ``{ns}`` and ``{namespace}`` by the namespace with its leading slash.
+        node_name: Name of the node that uses the name.
         namespace: Absolute namespace of that node.
-        is_service: Which of the two exceptions to raise.
+        is_service: Whether the name is that of a service, which determines the exception.
 
     Raises:
-        InvalidTopicNameException: A rule is broken (topics).
-        InvalidServiceNameException: A rule is broken (services).
-        UnknownSubstitutionError: Braces hold anything else.
+        InvalidTopicNameException: A topic name breaks a rule.
+        InvalidServiceNameException: A service name breaks a rule.
+        UnknownSubstitutionError: Braces contain another word.
     """
     validate_name(name, is_service=is_service)
     expanded = expand_unchecked(name, node_name, namespace)
@@ -204,7 +204,7 @@ def expand_unchecked(name: str, node_name: str, namespace: str) -> str:
     """Return the absolute form of a topic or service name, without checking its rules.
 
     Raises:
-        UnknownSubstitutionError: Braces hold neither ``node`` nor ``ns`` nor ``namespace``.
+        UnknownSubstitutionError: Braces contain neither ``node`` nor ``ns`` nor ``namespace``.
     """
     substitutions = {"node": node_name, "ns": namespace, "namespace": namespace}
     if name.startswith("~"):

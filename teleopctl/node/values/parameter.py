@@ -37,10 +37,11 @@ class ParameterType(enum.IntEnum):
     def from_parameter_value(cls, value: object) -> ParameterType:
         """Return the parameter type of a Python value.
 
-        An empty sequence is a byte array, as in rclpy; a mix of integers and floats is doubles.
+        An empty sequence is a byte array, as in rclpy; a mix of integers and floats is a double
+        array.
 
         Raises:
-            TypeError: No parameter type holds such a value.
+            TypeError: No parameter type can hold the value.
         """
         if value is None:
             return cls.NOT_SET
@@ -86,7 +87,7 @@ class ParameterType(enum.IntEnum):
             return False
         if actual == self:
             return True
-        # An empty sequence carries no type of its own.
+        # An empty sequence fits every array type.
         empty = isinstance(value, Sequence) and not isinstance(value, str) and not len(value)
         return empty and self >= ParameterType.BYTE_ARRAY
 
@@ -107,12 +108,12 @@ class Parameter:
     """Parameter of a node: name, type and value.
 
     Args:
-        name: Its name, parts separated by dots.
-        type_: Its type; None takes that of the value.
-        value: Its value.
+        name: Name of the parameter, parts separated by dots.
+        type_: Type of the parameter; that of the value if None.
+        value: Value of the parameter.
 
     Raises:
-        ValueError: Type and value do not fit.
+        ValueError: The value is not of the type.
     """
 
     Type = ParameterType
@@ -133,8 +134,8 @@ class Parameter:
             )
         self._name = name
         self._type = chosen
-        # Any: only its declaration knows the type, and a union would have to be narrowed by every
-        # program that has just declared the parameter.
+        # Any: the declaration determines the type, and every program that has just declared the
+        # parameter would have to narrow a union.
         self._value: Any = value
 
     @property
@@ -190,8 +191,8 @@ class Parameter:
 def parameter_value_from_yaml(text: str) -> ParameterValue:
     """Return the ``ParameterValue`` of a YAML text, as ``param set`` does.
 
-    The word is YAML: ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``"1"`` and what
-    fits nothing else a string, ``[1, 2]`` an integer array.
+    ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``[1, 2]`` an integer array; ``"1"``
+    and all other texts are strings.
     """
     import yaml
 

@@ -1,8 +1,8 @@
 """Parameter files: ``NODE: ros__parameters: …``, with wildcards and nested namespaces.
 
 Source: rcl's parameter file format. A section's name is a node's full name, with or without the
-leading slash; ``*`` stands for one part of it and ``**`` for any number of them. Nested values
-become dotted names. A name that occurs twice counts twice.
+leading slash; ``*`` matches one part of a name and ``**`` any number of parts. Nested values
+become dotted names. Repeated names are merged.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ class ParameterFile(NamedTuple):
         """Return the parameters that apply to a node; later sections override earlier ones.
 
         Args:
-            full_name: The node's name.
-            use_wildcard: Whether sections count that are meant for several nodes.
+            full_name: Full name of the node.
+            use_wildcard: Whether sections with wildcards apply.
         """
         result: dict[str, Any] = {}
         for pattern, parameters in self.sections:
@@ -124,7 +124,7 @@ def read_parameter_file(path: Path) -> ParameterFile:
 
 
 def _line_of_fault(text: str) -> str:
-    """The line of the first value that no parameter can have, as ``:line``; empty if unknown."""
+    """Line of the first value that no parameter can have, as ``:line``; empty if unknown."""
     from teleopctl.base import ros_yaml
     from teleopctl.node.values.parameter import parameter_value_problem
 
@@ -143,18 +143,18 @@ def parameter_messages(
     """Return the parameters of a file as ``Parameter`` messages, by name.
 
     Args:
-        path: The file.
-        use_wildcard: Take sections with wildcards as well (``/**``, ``/*/name``, ``/**/name``);
-            others win over them.
-        target_nodes: Take only the sections that are meant for these nodes.
-        namespace: Prefix of all names, without the dot.
+        path: Path of the parameter file.
+        use_wildcard: Whether sections with wildcards (``/**``, ``/*/name``, ``/**/name``) are used
+            too; other sections override them.
+        target_nodes: Names of the nodes whose sections are used; all sections if empty.
+        namespace: Prefix of all parameter names, without the dot.
 
     Returns:
         A ``rcl_interfaces/msg/Parameter`` for each dotted name.
 
     Raises:
         InvalidFileError: The file cannot be read or is no parameter file, or a node has no section.
-        TypeError: A value is none that parameters can have.
+        TypeError: No parameter type can hold a value.
     """
     from teleopctl.node.values.parameter import Parameter
 
@@ -174,7 +174,7 @@ def parameter_messages(
             hint=f"It has some for {', '.join(name for name, _ in sections)}.",
         )
     values: dict[str, Any] = {}
-    # what is meant for all nodes comes first, then what is meant for several: the last one wins
+    # Sections for all nodes first, then those with wildcards: later values override earlier ones.
     for name, parameters in sorted(sections, key=lambda s: (s[0] != _EVERY_NODE, "*" not in s[0])):
         if name in chosen:
             values.update(parameters)
@@ -186,7 +186,7 @@ def parameter_messages(
 
 
 def _is_meant(section: str, node: str) -> bool:
-    """Whether the name of a section, with ``*`` and ``**``, is meant for a node."""
+    """Whether the name of a section, with ``*`` and ``**``, matches a node."""
     namespace, _, name = node.rpartition("/")
     if section in (_EVERY_NODE, node):
         return True
@@ -195,7 +195,7 @@ def _is_meant(section: str, node: str) -> bool:
     return namespace.count("/") == 1 and section == f"/*/{name}"
 
 
-# Any: a value of YAML, of whatever type; the message is a ParameterValue.
+# Any: a YAML value of any type; the message is a ParameterValue.
 def plain_parameter_value(value: Any) -> Any:
     """Return the YAML value of a ``ParameterValue``, bytes as numbers; None if not set."""
     from teleopctl.node.values.parameter_value import parameter_value_to_python
@@ -213,8 +213,8 @@ def parameter_document(
 
     Args:
         node_name: Full name of the node.
-        parameters: Names, sorted, and their ``ParameterValue``.
-        plain: Have numbers for bytes, which JSON lacks.
+        parameters: Pairs of parameter name and ``ParameterValue``, sorted by name.
+        plain: Whether to convert bytes to numbers, for JSON.
     """
     from teleopctl.node.values.parameter_value import parameter_value_to_python
 
@@ -229,7 +229,7 @@ def _put(tree: dict[str, Any], path: list[str], value: object) -> None:
     for depth, part in enumerate(path[:-1]):
         branch = tree.setdefault(part, {})
         if not isinstance(branch, dict):
-            # A parameter is called like the first part of this one: keep its dots then.
+            # Another parameter has the name of this prefix: keep the dots of this one.
             tree[".".join(path[depth:])] = value
             return
         tree = branch

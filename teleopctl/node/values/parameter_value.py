@@ -9,7 +9,7 @@ from teleopctl.base.typed import TYPE_CHECKING, Any, TypeAlias, cast
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterValue
 
-# An integer counts as a float for type checkers, and so do arrays of them.
+# For type checkers an integer is also a float, in arrays too.
 AllowableParameterValue: TypeAlias = (
     bool | int | float | str | Sequence[float] | Sequence[str] | Sequence[bytes] | None
 )
@@ -18,7 +18,7 @@ VALUE_FIELDS = (
     *("", "bool_value", "integer_value", "double_value", "string_value", "byte_array_value"),
     *("bool_array_value", "integer_array_value", "double_array_value", "string_array_value"),
 )
-"""The field that holds a value, by the number of its `ParameterType`."""
+"""Field of ``ParameterValue`` that has the value, by number of the `ParameterType`."""
 
 _NOT_SET, _BYTE_ARRAY, _BOOL_ARRAY = 0, 5, 6
 
@@ -27,7 +27,7 @@ def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValu
     """Return the Python value of a ``ParameterValue`` message; None if not set.
 
     Raises:
-        ValueError: Its type is none of parameters.
+        ValueError: The type number is unknown.
     """
     number = message.type
     if number == _NOT_SET:

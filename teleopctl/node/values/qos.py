@@ -11,14 +11,14 @@ from teleopctl.node.values.time import Duration, Infinite
 from teleopctl.wire import INFINITE_NS, EndpointQos
 
 RMW_DEFAULT_DEPTH = 42
-# Of rmw: a deadline or a lease that follows the other side's; as with rmw_zenoh there is none.
+# rmw's "best available" deadline or lease; as in rmw_zenoh it is infinite.
 BEST_AVAILABLE_NS = INFINITE_NS - 1
 
 
 class _PolicyType(enum.EnumMeta):
-    """Knows the members by their names in rmw too, which older programs use."""
+    """Metaclass by which members also have their names in rmw, which older programs use."""
 
-    if not TYPE_CHECKING:  # checkers know the members only
+    if not TYPE_CHECKING:  # type checkers only accept the members
 
         def __getattr__(cls, name: str) -> object:
             member = name.removeprefix(f"RMW_QOS_{cls._rmw_name()}_")
@@ -32,11 +32,11 @@ class _PolicyType(enum.EnumMeta):
 
 
 class _Policy(enum.IntEnum, metaclass=_PolicyType):
-    """A policy whose members can be named as on the command line (``best_effort``)."""
+    """Base of policies whose members have short names, as on the command line (``best_effort``)."""
 
     @classmethod
     def _rmw_name(cls) -> str:
-        """Return such as ``POLICY_HISTORY``."""
+        """Return the name of the policy in rmw, such as ``POLICY_HISTORY``."""
         return f"POLICY_{cls.__name__.removesuffix('Policy').upper()}"
 
     @property
@@ -54,7 +54,7 @@ class _Policy(enum.IntEnum, metaclass=_PolicyType):
         """Return the policy value of a lower-case name.
 
         Raises:
-            UsageError: There is none.
+            UsageError: The name is unknown.
         """
         try:
             return cls[name.upper()]
@@ -112,22 +112,22 @@ class QoSProfile:
     """QoS profile of a publisher, subscription, service or client.
 
     Args:
-        history: Default KEEP_LAST.
-        depth: Messages kept with KEEP_LAST; required unless a history is given.
-        reliability: Default RELIABLE.
-        durability: Default VOLATILE.
-        lifespan: How long a message is worth anything; infinite by default.
+        history: Number of messages kept; KEEP_LAST by default.
+        depth: Number of messages kept with KEEP_LAST; required unless a history is given.
+        reliability: Reliability; RELIABLE by default.
+        durability: Durability; VOLATILE by default.
+        lifespan: Age from which a message is dropped; infinite by default.
         deadline: Longest time between two messages; infinite by default.
-        liveliness: Default AUTOMATIC.
-        liveliness_lease_duration: Infinite by default.
-        avoid_ros_namespace_conventions: Accepted for rclpy's sake; without meaning on Zenoh.
+        liveliness: Way in which publishers assert their liveliness; AUTOMATIC by default.
+        liveliness_lease_duration: Longest time between two assertions; infinite by default.
+        avoid_ros_namespace_conventions: Accepted for rclpy programs; without effect on Zenoh.
 
     Raises:
         InvalidQoSProfileException: Neither history nor depth was given, or KEEP_LAST without
             depth.
     """
 
-    # ros2cli's daemon hands over what they name; in rclpy's order, which is that of the repr.
+    # The attributes that ros2cli's daemon serializes; in rclpy's order, which is that of the repr.
     __slots__ = (  # noqa: RUF023
         "history",
         "_depth",
@@ -176,7 +176,7 @@ class QoSProfile:
         """History depth with KEEP_LAST; 0 is the middleware's default.
 
         Raises:
-            ValueError: A number that is set is negative.
+            ValueError: The depth is set to a negative number.
         """
         return self._depth
 
@@ -237,7 +237,7 @@ class QoSProfile:
         """Return this profile; rclpy returns the one of its C library."""
         return self
 
-    # Any: whatever type each policy has.
+    # Any: policies have different types.
     def to_dict(self) -> dict[str, Any]:
         """Return the policies of the profile, by the constructor's argument names."""
         return {name.lstrip("_"): getattr(self, name) for name in self.__slots__}
@@ -341,7 +341,7 @@ class QoSPresetProfiles(enum.Enum):
         """Return the preset profile of a lower-case name.
 
         Raises:
-            UsageError: There is none.
+            UsageError: The name is unknown.
         """
         preset = cls.__members__.get(name.upper())
         if preset is None or preset is cls.UNKNOWN:
@@ -362,7 +362,7 @@ class QoSCompatibility(enum.IntEnum):
     ERROR = 2
 
 
-# Per policy: the value that a subscription requests, and the publisher's value that is less.
+# For each policy: a value requested by the subscription, and an insufficient publisher's value.
 _LESS_THAN_ASKED: tuple[tuple[str, _Policy, _Policy], ...] = (
     ("reliability", ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT),
     ("durability", DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE),
@@ -376,7 +376,7 @@ def qos_check_compatible(
 ) -> tuple[QoSCompatibility, str]:
     """Return whether a publisher and a subscription are compatible, and the reason if not.
 
-    Where a policy is left to the system or unknown, and it could matter, that is a warning.
+    The result is a warning if a policy is unknown or the system default, and could be incompatible.
     """
     errors = "; ".join(_errors(publisher_qos, subscription_qos))
     if errors:

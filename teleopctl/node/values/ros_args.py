@@ -1,7 +1,7 @@
 """ROS arguments (``--ros-args``) of a command line: remap rules, parameters, log levels.
 
 Source: the ROS 2 design article on command line arguments. Groups start with ``--ros-args`` and
-end with ``--`` or the end of the line; what stands outside belongs to the program.
+end with ``--`` or the end of the line; arguments outside belong to the program.
 """
 
 from __future__ import annotations
@@ -48,21 +48,21 @@ class ParameterRule(NamedTuple):
 
     node: str | None
     name: str
-    value: Any  # what YAML makes of it
+    value: Any  # a YAML value
 
 
 class RosArguments(NamedTuple):
     """Parsed ROS arguments of a command line."""
 
     remaps: tuple[RemapRule, ...] = ()
-    # Files and single parameters in the order of the command line: later ones win.
+    # Files and single parameters in the order of the command line: later ones override earlier.
     parameters: tuple[ParameterRule | Path, ...] = ()
     log_levels: tuple[tuple[str, str], ...] = ()
     enclave: str = "/"
     rosout_logs: bool = True
     stdout_logs: bool = True
     external_lib_logs: bool = True
-    # The command line without ROS's part.
+    # The command line without ROS arguments.
     program: tuple[str, ...] = ()
 
     def node_name(self, name: str) -> str | None:
@@ -110,7 +110,7 @@ class RosArguments(NamedTuple):
 
 
 def _groups(args: Sequence[str]) -> tuple[list[str], list[str]]:
-    """Separate ROS's words from the program's."""
+    """Separate ROS arguments from those of the program."""
     ros: list[str] = []
     program: list[str] = []
     inside = False

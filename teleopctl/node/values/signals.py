@@ -1,7 +1,7 @@
 """Signal handlers that end the contexts of the process on SIGINT and SIGTERM.
 
-Ctrl-C still raises KeyboardInterrupt in the main thread; ending the context reaches the other
-threads.
+Ctrl-C still raises KeyboardInterrupt in the main thread; the end of the context also ends waits of
+other threads.
 """
 
 from __future__ import annotations
@@ -85,13 +85,13 @@ def get_current_signal_handlers_options() -> SignalHandlerOptions:
 
 def _end_contexts(signum: int, frame: FrameType | None) -> None:
     if in_transport_callback(frame):
-        # An exception raised here would be lost: send the signal again after the call.
+        # Zenoh would swallow an exception raised here: send the signal again after the call.
         resend_signal(signum)
         return
     previous = _previous[signum]
     running = [context for context in tuple(_contexts[signum]) if context.ok()]
     if not running:
-        # No context is left to end: do what the previous handler does.
+        # No context is left to end: call the previous handler.
         signal.signal(signum, previous)
         signal.raise_signal(signum)
         return

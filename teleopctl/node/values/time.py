@@ -119,11 +119,11 @@ class Time:
     Args:
         seconds: Seconds since the clock's epoch, added to ``nanoseconds``; not negative.
         nanoseconds: Nanoseconds since the clock's epoch; not negative.
-        clock_type: The clock that it belongs to.
+        clock_type: Type of the clock.
 
     Raises:
-        TypeError: The clock type is none.
-        ValueError: A part is negative.
+        TypeError: ``clock_type`` is not a `ClockType`.
+        ValueError: ``seconds`` or ``nanoseconds`` is negative.
         OverflowError: The sum does not fit 64 bits.
     """
 
