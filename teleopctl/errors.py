@@ -5,10 +5,10 @@ TeleopctlError                       exit status 1
 ├── UsageError                       2: wrong option, argument, type or variable
 │   ├── AmbiguousNameError           the name matches several things
 │   ├── InvalidTypeNameError         malformed name of a message, service or action
-│   └── UnsupportedError             ROS 2 has it, teleopctl does not yet
+│   └── UnsupportedError             a feature of ROS 2 that teleopctl lacks so far
 ├── NotFoundError                    nothing has that name (package, file, node, type, frame …)
 │   └── UnknownPluginError           no plug-in has that name
-├── UnavailableError                 it exists but does not respond or cannot be used now
+├── UnavailableError                 a resource exists, but does not respond or cannot be used
 │   ├── BrokenPluginError            a plug-in cannot be imported, or is of another kind
 │   ├── MissingExtraError            a library that `pip install teleopctl` leaves out
 │   ├── RouterNotRunning             … wire/session.py
@@ -22,7 +22,7 @@ TeleopctlError                       exit status 1
 ├── InvalidMessageError              bytes, YAML or a value that do not fit the message type
 │   └── InvalidDefinitionError       invalid .msg, .srv or .action definition
 ├── InvalidFileError                 another invalid file: parameters, configuration, text
-├── LaunchError                      a launch file, or a process that it started
+├── LaunchError                      a launch file, or a process of a launch
 ├── SystemFailureError               an error of the operating system: disk, folder, process
 ├── DefectError                      an unexpected exception: a defect of teleopctl
 ├── TransformException               … tf/errors.py, under tf2's names
@@ -30,8 +30,8 @@ TeleopctlError                       exit status 1
 └── ParameterException               … node/values/exceptions.py, under rclpy's names
 ```
 
-The message says what is wrong and where, the hint what to do. The exit status follows from the
-class.
+The message describes the problem and its place, the hint a remedy. The class determines the exit
+status.
 """
 
 from __future__ import annotations
@@ -56,8 +56,8 @@ class TeleopctlError(Exception):
     a traceback appears only with ``--debug``. The other classes are in `teleopctl.errors`.
 
     Args:
-        message: What is wrong and where, in one sentence.
-        hint: What to do about it, or None.
+        message: Problem and its place, in one sentence.
+        hint: Suggested remedy, or None.
 
     Attributes:
         place: Place of the cause, such as ``file:line``, as set by `at`; part of the message.

@@ -28,7 +28,7 @@ FILE_ORIGIN = "file://"
 """The Origin of an Electron app whose pages are files, such as Foxglove's for the desktop."""
 
 _DEFAULT_PORTS = {"http": 80, "https": 443}
-# A label of a name, as in RFC 1123; underscores stand in the names of containers.
+# A label of a name, as in RFC 1123; names of containers also contain underscores.
 _NAME = r"[a-z0-9_](?:[a-z0-9_-]*[a-z0-9_])?"
 _AUTHORITY = re.compile(
     rf"(?P<host>\[[0-9a-f:.]+\]|{_NAME}(?:\.{_NAME})*\.?)(?::(?P<port>\d{{1,5}}))?"

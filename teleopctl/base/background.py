@@ -410,8 +410,8 @@ def _read_line(stream: IO[str], lines: list[str]) -> None:
 def _wait(process: "psutil.Process", timeout_s: float) -> bool:
     """Wait for the end of a process; False when the time is up.
 
-    psutil's own wait would not do for processes that are no children of this one: it waits until
-    their parent has reaped them, which in a container without an init process never happens.
+    Not psutil's own wait, which for a process that is not a child waits until the parent has reaped
+    the process. In a container without an init process that never happens.
     """
     deadline = time.monotonic() + timeout_s
     while _is_running(process):

@@ -21,7 +21,7 @@ xacro: macro calls          136 (PR2)                                           
 xacro: files included       51 (PR2)                                                 1,000
 xacro: characters made      106,182 (PR2)                                            10 million
 xacro: operations           231 (PR2)                                                200,000
-xacro: parts made by them   2,299 (Franka's two arms)                                2 million
+xacro: size of all results  2,299 (Franka's two arms)                                2 million
 URDF, characters            210,669 (TIAGo with two arms)                            10 million
 launch: steps               some 300 (MoveIt's demos with their includes)            20,000
 chunk of a bag, bytes       1 to 4 MB by default, 100 MB by preference               128 MB, or 64
@@ -58,7 +58,7 @@ SMALLEST_RECORD_BYTES: Final = 9
 MOST_PIXELS: Final = 8192 * 8192
 """Largest number of pixels of a decoded picture: an 8k texture, 268 MB with alpha channel."""
 
-# -- texts that make texts -------------------------------------------------------------------------
+# -- expanded texts --------------------------------------------------------------------------------
 
 LONGEST_TEXT: Final = 1_000_000
 """Largest number of characters of a text, or of items of a list, from one expression or
@@ -78,7 +78,7 @@ take 80 MB."""
 LONGEST_EXPRESSIONS_S: Final = 5.0
 """Longest processor time of a file's expressions; processor time is independent of the load."""
 
-# -- elements that make elements -------------------------------------------------------------------
+# -- expanded elements -----------------------------------------------------------------------------
 
 MOST_ELEMENTS: Final = 30_000
 """Largest number of elements made by the macros, blocks and includes of a xacro file."""

@@ -1,8 +1,8 @@
 """Files that only their user may read, and text files that a person has named.
 
 Logs and command lines of a program are private to its user: they contain host names, paths, and
-keys in parameters. Their files get mode 0600 when they are created, so that others can open them at
-no time. The umask of the process stays as it is, since nodes create files too.
+keys in parameters. Their files are created with mode 0600, so that others can never open them. The
+umask of the process stays as it is, since nodes create files too.
 """
 
 from __future__ import annotations

@@ -24,9 +24,9 @@ _HINT = "Set TELEOPCTL_RUNTIME_DIR to a folder of your own."
 def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
     """Return the folder of process records.
 
-    ``TELEOPCTL_RUNTIME_DIR`` overrides it. On Linux the default is in ``XDG_RUNTIME_DIR`` or
-    ``/run/user/UID``, the first that belongs to the user and is closed to others. If there is none,
-    as in containers, it is the user's state folder.
+    ``TELEOPCTL_RUNTIME_DIR`` overrides the default. On Linux the default is below
+    ``XDG_RUNTIME_DIR`` or ``/run/user/UID``, the first that belongs to the user and is closed to
+    others; without such a folder, as in containers, the user's state folder.
     """
     from pathlib import Path
 

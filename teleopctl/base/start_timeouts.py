@@ -109,7 +109,7 @@ def processor_times(pids: Iterable[int]) -> dict[int, float]:
     while left:
         process = left.pop()
         left += children.get(process.pid, ())
-        with contextlib.suppress(psutil.Error):  # it has ended
+        with contextlib.suppress(psutil.Error):  # the process has ended
             times = process.cpu_times()
             found[process.pid] = times.user + times.system
     return found

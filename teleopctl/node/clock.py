@@ -373,7 +373,7 @@ class ROSClock(Clock):
         self.set_simulated_time(time.nanoseconds)
 
     def _set_ros_time_is_active(self, enabled: bool) -> None:
-        self.set_simulated(enabled)  # rclpy's tests and time sources call it by that name
+        self.set_simulated(enabled)  # rclpy's tests and time sources use that name
 
     def _jump(self, change: ClockChange, step_ns: int, move: Callable[[], None]) -> None:
         jump = TimeJump(change, Duration(nanoseconds=step_ns))

@@ -144,7 +144,7 @@ class GraphView(abc.ABC):
         """Return the topics that a node publishes, with their types.
 
         Raises:
-            NodeNameNonExistentError: There is no such node.
+            NodeNameNonExistentError: The node is not in the graph.
         """
         return self._of_node(EntityKind.MP, node_name, node_namespace)
 
@@ -157,7 +157,7 @@ class GraphView(abc.ABC):
         """Return the topics that a node subscribes to, with their types.
 
         Raises:
-            NodeNameNonExistentError: There is no such node.
+            NodeNameNonExistentError: The node is not in the graph.
         """
         return self._of_node(EntityKind.MS, node_name, node_namespace)
 
@@ -167,7 +167,7 @@ class GraphView(abc.ABC):
         """Return the services that a node has servers of, with their types.
 
         Raises:
-            NodeNameNonExistentError: There is no such node.
+            NodeNameNonExistentError: The node is not in the graph.
         """
         return self._of_node(EntityKind.SS, node_name, node_namespace)
 
@@ -177,7 +177,7 @@ class GraphView(abc.ABC):
         """Return the services that a node has clients of, with their types.
 
         Raises:
-            NodeNameNonExistentError: There is no such node.
+            NodeNameNonExistentError: The node is not in the graph.
         """
         return self._of_node(EntityKind.SC, node_name, node_namespace)
 
@@ -185,7 +185,7 @@ class GraphView(abc.ABC):
         """Return the liveliness tokens of a node's endpoints; raise if no such node exists (ours).
 
         Raises:
-            NodeNameNonExistentError: There is no such node.
+            NodeNameNonExistentError: The node is not in the graph.
         """
         wanted = (node_name, node_namespace)
         found = [node for node in self.graph().nodes if (node.name, node.namespace) == wanted]
@@ -238,7 +238,7 @@ def get_action_server_names_and_types_by_node(
     """Return the names and types of the actions that a node serves.
 
     Raises:
-        NodeNameNonExistentError: There is no such node.
+        NodeNameNonExistentError: The node is not in the graph.
     """
     return _of_node(node, EntityKind.MP, remote_node_name, remote_node_namespace)
 
@@ -249,7 +249,7 @@ def get_action_client_names_and_types_by_node(
     """Return the names and types of the actions that a node has clients of.
 
     Raises:
-        NodeNameNonExistentError: There is no such node.
+        NodeNameNonExistentError: The node is not in the graph.
     """
     return _of_node(node, EntityKind.MS, remote_node_name, remote_node_namespace)
 

@@ -60,7 +60,7 @@ class NodeEndpoints(NodeTimers):
         """The node itself; differs from an object that only forwards attributes to it (ours)."""
         return self
 
-    # -- making endpoints ------------------------------------------------------------------------
+    # -- creation --------------------------------------------------------------------------------
 
     def create_publisher(
         self,
@@ -293,7 +293,7 @@ class NodeEndpoints(NodeTimers):
             endpoint.notify_executor()
         return endpoint
 
-    # -- what there is ---------------------------------------------------------------------------
+    # -- entities --------------------------------------------------------------------------------
 
     def executor_entities(self) -> list[QueuingEntity]:
         """Return the node's entities whose queued items an executor takes and handles (ours)."""
@@ -332,7 +332,7 @@ class NodeEndpoints(NodeTimers):
 
         return self._of_class(Client)
 
-    # -- taking things down ----------------------------------------------------------------------
+    # -- destruction -----------------------------------------------------------------------------
 
     def _remove_endpoint(self, endpoint: Endpoint) -> bool:
         with self._endpoints_lock:

@@ -1,7 +1,7 @@
 """Connections of a router's sessions: their local TCP ports, and whether they are suspended.
 
 A session's tokens in the graph do not identify its process. The router's administration space lists
-each session with the address that it connects from, and the operating system has the process of
+each session with the address that it connects from, and the operating system lists the process of
 that address.
 """
 

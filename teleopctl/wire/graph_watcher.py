@@ -74,7 +74,7 @@ class GraphWatcher:
     ) -> list[EndpointToken]:
         """Return the endpoints of a kind and a topic or service name, optionally of one type.
 
-        The time that it takes does not depend on the size of the graph, not even after a change.
+        The required time does not depend on the size of the graph, not even after a change.
         """
         with self._changed:
             found = self._by_name.get((kind, name), {}).values()
@@ -111,7 +111,7 @@ class GraphWatcher:
     def remove_own_token(self, text: str) -> None:
         """Remove a token that the own session has undeclared, without waiting for Zenoh.
 
-        Zenoh reports it later if the router has also reported that token to the session.
+        Zenoh reports the removal later if the router has also reported that token to the session.
         """
         with self._changed:
             self._own_gone.append(text)
@@ -211,8 +211,8 @@ class ListeningThread:
     """Receives liveliness changes on a thread of its own, which ends with the subscriber.
 
     Zenoh reports the end of a peer on the thread that also stops the background tasks of advanced
-    publishers. Their `undeclare` waits for that thread up to 10 s, and holds the GIL meanwhile. So
-    no Python may run on that thread.
+    publishers. Their `undeclare` waits for that thread up to 10 s while it holds the GIL. So no
+    Python may run on that thread.
 
     The thread is a daemon, but a program that closes the session must not end before the thread: up
     to version 3.13 Python, while it exits, unwinds a thread that requests the GIL, and if that

@@ -1,8 +1,8 @@
 """Addresses at which a router listens, and whether other machines can reach them.
 
 The administration space of a router, also of ``rmw_zenohd``, lists them with each wildcard replaced
-by the addresses of the machine's interfaces. If a router disables it, they are read from the
-operating system, as the addresses that listen on the port.
+by the addresses of the machine's interfaces. If a router disables that space, the addresses that
+listen on the port are read from the operating system.
 """
 
 from __future__ import annotations

@@ -376,7 +376,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         return answer is GoalResponse.ACCEPT
 
     def _add(self, key: bytes, request: Any) -> ServerGoalHandle[GoalT, ResultT, FeedbackT] | None:
-        """Store a new goal; return None if another one arrived with the same id meanwhile."""
+        """Store a new goal; return None if the server has a goal with the same id by now."""
         info = get_message("action_msgs/msg/GoalInfo")(goal_id=request.goal_id)
         with self.lock:
             if key in self._goal_handles or self._destroyed:

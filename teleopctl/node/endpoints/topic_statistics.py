@@ -39,7 +39,7 @@ class TopicStatisticsOptions(NamedTuple):
 class Measurements:
     """Running mean, extremes and standard deviation of measurements.
 
-    The mean and the sum of squared differences from it follow each measurement (Welford 1962).
+    Mean and sum of squared differences are updated with each measurement (Welford 1962).
     """
 
     def __init__(self) -> None:

@@ -201,7 +201,7 @@ class RcutilsLogger:
     """ROS logger with rclpy's methods and filters.
 
     The filters are keyword arguments of each call: ``throttle_duration_sec``, ``once`` and
-    ``skip_first``. Each calling line is filtered separately.
+    ``skip_first``. Each line of code that logs is filtered separately.
     """
 
     def __init__(self, name: str = "") -> None:
