@@ -30,8 +30,10 @@ from teleopctl.wire import INFINITE_NS, EndpointQos
 
 _SAFE_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 
-# Older versions of rosbag2 wrote infinite durations in other ways; no finite one is longer.
-_LONGEST_S = INFINITE_NS // NANOSECONDS_PER_SECOND
+# Infinite durations as rosbag2 has written them: now as the largest number of nanoseconds, with
+# Foxy's Fast DDS and Connext as the largest 32-bit number of seconds (and some nanoseconds).
+_INFINITE_S = INFINITE_NS // NANOSECONDS_PER_SECOND
+_FOXY_INFINITE_S = 2**31 - 1
 
 
 def format_offered_profiles(profiles: Sequence[EndpointQos]) -> str:
@@ -107,9 +109,9 @@ def _duration_ns(value: Mapping[str, Any] | str | None) -> int:
     if not isinstance(value, Mapping):
         return INFINITE_NS
     seconds, rest_ns = int(value["sec"]), int(value["nsec"])
-    if seconds >= _LONGEST_S or seconds < 0 or not (seconds or rest_ns):
-        return INFINITE_NS
-    return seconds * NANOSECONDS_PER_SECOND + rest_ns
+    if seconds in range(_INFINITE_S) and seconds != _FOXY_INFINITE_S and (seconds or rest_ns):
+        return seconds * NANOSECONDS_PER_SECOND + rest_ns
+    return INFINITE_NS
 
 
 _POLICIES = {

@@ -65,6 +65,15 @@ def test_profiles_of_version_9_are_a_list_with_names():
     assert parse_offered_profiles(yaml.safe_dump(nine)) == (expected,)
 
 
+@pytest.mark.parametrize(
+    ("seconds", "nanoseconds"),
+    [(9223372036, 854775807), (2**31 - 1, 2**32 - 1), (2**31 - 1, 2**31 - 1), (0, 0), (-1, 0)],
+)
+def test_every_infinite_duration_of_rosbag2_is_infinite(seconds, nanoseconds):
+    value = [{"deadline": {"sec": seconds, "nsec": nanoseconds}}]
+    assert parse_offered_profiles(value) == (EndpointQos(deadline_ns=INFINITE_NS),)
+
+
 @pytest.mark.parametrize("value", ["[", "word", [1], [{"deadline": {"sec": 1}}]])
 def test_what_is_no_profile_is_told(value):
     with pytest.raises(InvalidFileError, match="offered_qos_profiles"):
