@@ -1,6 +1,6 @@
 """Assembly of a simulator from a node's parameters: simulation, topics, sensors and loop.
 
-`MujocoSim` is made so on a node of the graph, and a recorded run once more in memory.
+`MujocoSim` is assembled on a node of the graph, `SimulationReplay` in memory.
 """
 
 from __future__ import annotations
@@ -26,8 +26,8 @@ from teleopctl.sim.sensors.settings import (
 
 _ParameterDescriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")
 
-# With more, time is no longer exact in nanoseconds, or a wait or a mass is one that the
-# machine cannot represent.
+# Beyond these limits, time is no longer exact in nanoseconds, or a wait or a mass cannot be
+# represented.
 RANGES = {
     "update_rate": (1.0, 1e5),
     "timestep": (0.0, 1e3),
@@ -38,7 +38,7 @@ RANGES = {
     "friction_scale": (0.0, 1e6),
     "end_time": (0.0, 1e9),
 }
-"""The least and the most of each parameter that is a number."""
+"""Least and greatest value of each numeric parameter."""
 
 _LEAST_TIMESTEP_S = 1e-5
 
@@ -49,7 +49,7 @@ def declare_parameters(node: Node) -> None:
     Raises:
         InvalidParameterError: A number is out of its range.
     """
-    # Numbers may come as integers or as reals: launch arguments say `0` as well as `1.5`.
+    # Numbers may be integers or floats: launch arguments may be `0` or `1.5`.
     number = _ParameterDescriptor(dynamic_typing=True)
     node.declare_parameter("robot_description", "")
     at_start = _ParameterDescriptor(read_only=True)
@@ -76,7 +76,7 @@ def number_of(node: Node, name: str) -> float:
     """Return the value of one of the simulator's numeric parameters, checked against its range.
 
     Raises:
-        InvalidParameterError: It is something else, or out of its range.
+        InvalidParameterError: The value is not a number, or out of range.
     """
     return checked_number(node.get_parameter(name))
 
@@ -85,7 +85,7 @@ def checked_number(parameter: Parameter) -> float:
     """Return the value of a numeric parameter that is about to be set, checked against its range.
 
     Raises:
-        InvalidParameterError: It is something else, or out of its range.
+        InvalidParameterError: The value is not a number, or out of range.
     """
     value, (least, most) = parameter.value, RANGES[parameter.name]
     if isinstance(value, bool) or not isinstance(value, int | float):
@@ -105,8 +105,8 @@ class Assembly(NamedTuple):
 
     Attributes:
         robot: The robot, its model and the simulation.
-        ports: What publishes the simulation.
-        sensors: What publishes measurements.
+        ports: Publishers of the simulation's state.
+        sensors: Publisher of the sensors.
     """
 
     robot: SimulatedRobot
@@ -117,8 +117,8 @@ class Assembly(NamedTuple):
         """Return the loop that runs the simulation in lockstep, set up by a node's parameters.
 
         Args:
-            node: Has the parameters.
-            ports: Stand for its own.
+            node: Node with the simulator's parameters.
+            ports: Outputs of the loop; by default `ports` of this assembly.
         """
         return LockstepLoop(
             self.robot.simulation,
@@ -137,8 +137,8 @@ def build_robot(node: Node, urdf: str) -> SimulatedRobot:
 
     Raises:
         InvalidDescriptionError: The robot or the world cannot be simulated.
-        InvalidParameterError: A parameter makes no sense.
-        NotFoundError: The world's file is not there.
+        InvalidParameterError: A parameter is invalid.
+        NotFoundError: The world's file does not exist.
     """
     return simulate(
         urdf,
@@ -157,11 +157,11 @@ def assemble(node: Node, robot: SimulatedRobot) -> Assembly:
     """Create the publishers of a simulation on a node, and set the gravity from its parameter.
 
     Args:
-        node: Publishes, and has the parameters.
-        robot: See `build_robot`.
+        node: Node of the publishers, with the simulator's parameters.
+        robot: Robot as `build_robot` returns it.
 
     Raises:
-        InvalidParameterError: A parameter makes no sense.
+        InvalidParameterError: A parameter is invalid.
     """
     simulation = robot.simulation
     states_topic = str(node.get_parameter("joint_states_topic").value)
@@ -169,7 +169,7 @@ def assemble(node: Node, robot: SimulatedRobot) -> Assembly:
     ports.show_base(bool(node.get_parameter("publish_base_tf").value))
     contacts = SceneContacts(number_of(node, "state_rate"))
     sensors = SensorPublisher(node, simulation, [*robot.sensors, contacts])
-    # Only now is it known what the world says.
+    # Declared only now: the default is the gravity of the world.
     number = _ParameterDescriptor(dynamic_typing=True)
     node.declare_parameter("gravity", simulation.gravity, number)
     gravity = float_list_parameter(node, "gravity", "x", "y", "z")

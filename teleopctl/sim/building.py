@@ -24,12 +24,12 @@ class SimulatedRobot(NamedTuple):
     """A simulation with the description, model, sensors and world that it was built from.
 
     Attributes:
-        description: The robot, as its URDF says.
-        model: The robot and the world, as MuJoCo has them.
-        simulation: At its start.
-        sensors: What measures in it, for topics.
-        interfaces: What measures in it, for controllers.
-        world: What stands around the robot, or None.
+        description: Description of the robot.
+        model: MuJoCo model of the robot and the world.
+        simulation: The simulation, at its start.
+        sensors: Sensors that are published on topics.
+        interfaces: State interfaces of sensors, for controllers.
+        world: World around the robot, or None.
     """
 
     description: RobotDescription
@@ -58,21 +58,21 @@ def simulate(
 
     Args:
         urdf: The robot description.
-        world: File or URI of what stands around the robot; empty for nothing.
-        fixed_base: See `build_model`, as for ``spawn_pose``.
-        spawn_pose: See there.
-        mass_scale: How many times as heavy as described everything is, with its inertia.
-        friction_scale: How many times the described friction all shapes have.
+        world: File or URI of the world around the robot; empty for none.
+        fixed_base: See `build_model`.
+        spawn_pose: See `build_model`.
+        mass_scale: Factor of all masses and inertias.
+        friction_scale: Factor of all coefficients of friction.
         control_period_ns: Time between two control ticks, in nanoseconds.
-        timestep_ns: Longest physics step, in nanoseconds; 0 is what the model is made for.
-        seed: Of the noise of sensors.
-        gps_origin: Where the world's origin is on the earth: latitude and longitude in degrees,
-            metres above the ellipsoid; empty for where the world's file says, else (0, 0, 0).
-        warn: Takes one sentence for each thing that is not as somebody wrote it.
+        timestep_ns: Longest physics step, in nanoseconds; 0 for that of the model.
+        seed: Seed of the sensors' noise.
+        gps_origin: Position of the world's origin on the earth: latitude and longitude in degrees,
+            metres above the ellipsoid; empty for that of the world's file, else (0, 0, 0).
+        warn: Called with a sentence for each part that is simulated otherwise than described.
 
     Raises:
         InvalidDescriptionError: The robot or the world cannot be simulated.
-        NotFoundError: The world's file is not there.
+        NotFoundError: The world's file does not exist.
     """
     progress.doing("reading the robot description")
     description = RobotDescription.from_urdf(urdf)

@@ -1,10 +1,11 @@
 """Joint drives of a simulated robot: commands to set-points and gains of MuJoCo's actuators.
 
-How a drive works is described in `teleopctl.mujoco_model.drives`, which builds the actuators; here
-they are switched between positions, velocities and efforts, and led from period to period.
+How a drive works is described in `teleopctl.mujoco_model.drives`, which builds the actuators. This
+module switches them between positions, velocities and efforts, and plans their set-points for each
+control period.
 
-What is done in each period goes drive by drive over lists: below a few dozen drives, to call numpy
-takes several times as long.
+The work of each period loops over lists of drives: for less than a few dozen drives, calls of numpy
+take several times as long.
 """
 
 from __future__ import annotations
@@ -38,25 +39,26 @@ _POSITION, _VELOCITY, _EFFORT = range(3)
 _INTERFACES = "position", "velocity", "effort"
 _NONE = float("nan")
 
-# On a velocity command the spring is weak, its damper the same: the joint takes up a new speed as
-# a first-order system with the fast one of the two poles; the slow one (rad/s) removes what a load
-# leaves. At equal poles, joints that shake one another would overshoot by 4 %.
+# On a velocity command the spring is weak, and the damper is the same: the joint reaches a new
+# speed as a first-order system with the fast one of the two poles; the slow pole (rad/s) removes
+# the error that a load leaves. With equal poles, joints that disturb one another would overshoot by
+# 4 %.
 _SLOW_POLE_RAD_S = 5.0
 
-# What a drive remembers from one period to the next.
+# State of the drives from one period to the next.
 _STATE = (
     *("_mode", "_target", "_wanted_speed", "_setpoint", "_setpoint_speed", "_speed_before"),
     *("_fed_forward", "_planned_target", "_stiffness", "_inertia", "_tuned_at"),
 )
 
-# A drive is tuned again when joints have moved so far (rad or m): a joint's inertia then differs by
-# a few percent at most.
+# Drives are tuned again when a joint has moved by more than this (rad or m): within it, a joint's
+# inertia differs by a few percent at most.
 _TUNED_WITHIN = 0.05
 
-# So that a joint of no effort has a way to go (N m or N).
+# Least effort (N m or N) for accelerations, so that a joint with an effort limit of 0 has one too.
 _LEAST_EFFORT = 1e-6
 
-# What a command differs by that is rounded (rad or m, N m or N).
+# Difference of a command that counts as rounding (rad or m, N m or N).
 _ROUNDING = 1e-9
 
 # Closer than this (rad or m) a set-point has arrived.
@@ -67,16 +69,16 @@ class Drives:
     """Position, velocity and effort drives of a robot's joints.
 
     Args:
-        model: The ``mujoco.MjModel``, whose gains change while running.
+        model: The ``mujoco.MjModel``, whose gains change at run time.
         data: Its ``mujoco.MjData``.
         joints: The robot's movable joints.
         period_s: Time between two commands, in seconds.
-        others: The topmost bodies of what is not the robot, whose weight is their own matter.
+        others: Topmost bodies that are not of the robot, whose weight no drive carries.
 
     Attributes:
         settled: Whether `plan_period` would change nothing: set-points stand still, and nothing
             was commanded since.
-        cut: A sentence for each command that its joint cannot follow, the first time.
+        cut: A sentence for each joint's first command beyond its limits.
     """
 
     def __init__(
@@ -90,7 +92,7 @@ class Drives:
         self._m = m = model
         self._d = data
         self._joints = joints
-        # Views: numpy takes several times as long to read or write one number.
+        # Memory views: numpy takes several times as long to read or write one number.
         self._act, self._ctrl = data.act.data, data.ctrl.data
         self._positions, self._speeds = data.qpos.data, data.qvel.data
         self._period_s = period_s
@@ -108,8 +110,8 @@ class Drives:
             int(m.actuator(motor_name(joint.name)).id) if accepts[_EFFORT] else -1
             for joint, accepts in zip(driven, self._accepts, strict=True)
         ]
-        # What control allows is control's matter. How fast a joint may be is the drive's on its way
-        # to a position, and control's where it commands a speed.
+        # Mechanical limits: controllers enforce those of control. A drive limits the speed on the
+        # way to a position; controllers limit a commanded speed.
         self._limits = [joint.limits.mechanical for joint in driven]
         self._lower = [limits.lower for limits in self._limits]
         self._upper = [limits.upper for limits in self._limits]
@@ -120,16 +122,16 @@ class Drives:
         takes_position = np.array([accepts[_POSITION] for accepts in self._accepts], dtype=bool)
         self._rate = rate = drive_rates(takes_position, period_s, m.opt.timestep)
         fast_pole = 2.0 * rate - _SLOW_POLE_RAD_S
-        # Of the spring on a velocity command, as a part of the other one.
+        # Stiffness of the spring on a velocity command, as a fraction of that on other commands.
         self._speed_stiffness = _SLOW_POLE_RAD_S * fast_pole / rate**2
         self._speed_lag_s = (1.0 / fast_pole).tolist()
-        # What turns without end is a wheel: its pose changes nothing.
+        # A joint without limits is a wheel: its angle does not change the inertia.
         posed = np.isfinite(self._lower) & np.isfinite(self._upper)
         self._posed = [(row, self._places[row][2]) for row in np.flatnonzero(posed).tolist()]
         self._moved = MovedInertia(
             m, joints, list(self._drive_of), self._gain[:, 0] / DRIVE_RAD_S**2
         )
-        # What the joint itself loses to its bearings at 1 rad/s, which a drive is tuned to.
+        # Damping of the joint itself, which the feedforward has to overcome.
         self._drag: Array = np.array(m.dof_damping[self._dof])
         self._effort = [joint.limits.effort for joint in driven]
         roots = [m.body(name).id for name in others]
@@ -139,9 +141,9 @@ class Drives:
         self.cut: list[str] = []
         self._told: set[str] = set()
         self._command_names: list[str] = []
-        # Of each drive that is in such a command: its row, its column, what it takes.
+        # For each drive in such a command: its row, its column, and the interfaces it accepts.
         self._commanded: list[tuple[int, int, list[bool]]] = []
-        # Dofs that hold themselves: the followers of driven joints.
+        # Degrees of freedom of driven joints' mimic joints, which are held with their leaders.
         self._followers = np.array(
             [
                 m.joint(joint.name).dofadr[0]
@@ -174,8 +176,8 @@ class Drives:
         """Return drives with this state for another compiled model of the same robot.
 
         Args:
-            model: The other ``mujoco.MjModel``, whose gains change while running.
-            data: Its ``mujoco.MjData``, in the state of the one so far.
+            model: The other ``mujoco.MjModel``, whose gains change at run time.
+            data: Its ``mujoco.MjData``, in the present state.
             others: See `Drives`.
         """
         moved = Drives(model, data, self._joints, self._period_s, others)
@@ -209,9 +211,9 @@ class Drives:
     ) -> None:
         """Set joint commands for the control period that begins now.
 
-        Position wins over velocity, velocity over effort, where a joint is commanded more than
-        one. A joint without a finite command holds where it is. What a joint cannot do is cut.
-        Names that are not in `commandable` are ignored.
+        Of several commands for a joint, position has priority over velocity, and velocity over
+        effort. A joint without a finite command holds its position. Commands are clamped to the
+        joint's limits. Names of joints that are not `commandable` are ignored.
 
         Args:
             names: Joint names.
@@ -233,7 +235,7 @@ class Drives:
         self._follow_pose()
         self._set_modes(modes)
         for row, (mode, value) in enumerate(zip(modes, wanted, strict=True)):
-            if value != value:  # NaN: the command before holds
+            if value != value:  # NaN: the drive keeps its target
                 continue
             possible = value
             if mode == _POSITION:
@@ -284,7 +286,7 @@ class Drives:
         self._commanded = [(row, column[name], self._accepts[row]) for row, name in known]
 
     def _follow_pose(self) -> None:
-        """Tune the drives to what they move in the pose of now, where it has changed."""
+        """Tune the drives to the inertia that they move in the present pose, if it has changed."""
         here, before = self._positions, self._tuned_at
         for row, place in self._posed:
             if abs(here[place] - before[row]) > _TUNED_WITHIN:
@@ -298,15 +300,15 @@ class Drives:
         self._apply_gains()
 
     def _tune(self) -> None:
-        """Work out springs, dampers and accelerations for the inertia that is moved."""
+        """Compute springs, dampers and accelerations for the inertia that is moved."""
         inertia = np.array(self._inertia)
         self._gain[:, 0] = inertia * self._rate**2
         self._bias[:, 1] = -self._gain[:, 0]
         damping = 2.0 * inertia * self._rate
         self._bias[:, 2] = -damping
         acceleration = np.maximum(self._effort, _LEAST_EFFORT) / inertia
-        # The change of speed that the damper alone answers with all the joint's effort, or what
-        # that does in a quarter of a period that is not long.
+        # Time in which the full effort makes the change of speed that the damper alone answers with
+        # it, or a quarter of a period that is not long.
         at_once = np.maximum(0.5 / self._rate, min(0.25 * self._period_s, 0.5 / DRIVE_RAD_S))
         self._damping: list[float] = damping.tolist()
         self._drawn: list[float] = (damping + self._drag).tolist()
@@ -314,7 +316,7 @@ class Drives:
         self._speed_step: list[float] = (acceleration * at_once).tolist()
 
     def _stretch(self, mode: npt.NDArray[np.intp], actual: Array) -> None:
-        """Take other springs, stretched so that they carry the same load."""
+        """Change the stiffness of the springs, stretched so that they carry the same load."""
         before, setpoint = np.array(self._stiffness), np.array(self._setpoint)
         stiffness = self._gain[:, 0] * np.where(mode == _VELOCITY, self._speed_stiffness, 1.0)
         lead = (setpoint - actual) * before / stiffness
@@ -324,7 +326,7 @@ class Drives:
     def _set_modes(self, modes: list[int]) -> None:
         if modes == self._mode:
             return
-        # A drive that takes over starts from where the joint is, not from an old set-point.
+        # A drive that takes over starts from the joint's position, not from an old set-point.
         actual = self._d.qpos[self._qpos]
         now = np.clip(actual, self._lower, self._upper).tolist()
         for row, (mode, before) in enumerate(zip(modes, self._mode, strict=True)):
@@ -337,16 +339,16 @@ class Drives:
         self._apply_modes()
 
     def _apply_modes(self) -> None:
-        """Switch between drives and motors, and what of the robot's weight the drives carry."""
+        """Switch between drives and motors, and set which links' weight the drives carry."""
         self._apply_gains()
         mode = np.array(self._mode, dtype=int)
         by_effort = mode == _EFFORT
-        # The range keeps a position's set-point off the stops; speeds are kept within them instead.
+        # The range keeps set-points of positions within the stops; a speed is limited instead.
         self._m.actuator_actlimited[self._drive] = self._limited & (mode != _VELOCITY)
         motors = np.array(self._motor, dtype=int)
         self._d.ctrl[motors[(motors >= 0) & ~by_effort]] = 0.0
         if not len(self._drive):
-            return  # what an MJCF file says of its weight holds
+            return  # the gravity compensation of an MJCF file stays
         unsupported = np.ones(self._m.nv, dtype=bool)
         unsupported[self._dof[~by_effort]] = False
         unsupported[self._followers] = False
@@ -357,8 +359,8 @@ class Drives:
     def remove_gravity(self, links: Iterable[str]) -> None:
         """Remove gravity from links, before the first `reset`.
 
-        A joint that moves nothing else carries nothing. One that moves others too counts what lifts
-        these links among the effort that it can exert.
+        A joint that moves only such links carries no weight. For a joint that moves others too, the
+        effort that lifts these links counts towards its limit.
         """
         m = self._m
         self._weightless = np.array([m.body(name).id for name in links], dtype=int)
@@ -384,7 +386,7 @@ class Drives:
             if mode == _POSITION:
                 away, fresh = target - setpoint, target != planned
                 if not (away or fresh or before or speeds_before[row] or fed_forward[row]):
-                    # It stands, as in the period before.
+                    # The set-point stands still, as in the previous period.
                     settled &= self._lower[row] <= setpoint <= self._upper[row]
                     continue
                 if abs(away) < _ARRIVED:
@@ -398,8 +400,8 @@ class Drives:
                 speed = fed = self._wanted_within_stops(row)
                 setpoint = self._led(row, setpoint, speed - before)
             drive, act, _, _ = self._places[row]
-            # The damper pulls at the joint's absolute speed: stretching the spring by
-            # damping * speed / stiffness makes that the difference from the set-point's speed.
+            # The damper acts on the joint's absolute speed: stretching the spring by
+            # damping * speed / stiffness makes it act on the difference from the set-point's speed.
             self._act[act] = setpoint + fed * drawn[row] / stiffness[row]
             self._ctrl[drive] = speed
             speeds_before[row], speeds[row], fed_forward[row] = before, speed, fed
@@ -411,12 +413,12 @@ class Drives:
         self.settled = settled
 
     def _led(self, row: int, setpoint: float, change: float) -> float:
-        """Where a speed's set-point starts from, with the spring as it is stretched now."""
+        """Return the start of a speed's set-point, with the spring's present stretch."""
         _, _, place, dof = self._places[row]
         pull = self._damping[row] * (self._setpoint_speed[row] - self._speeds[dof])
         actual: float = self._positions[place]
         lead = limited_lead(setpoint - actual, pull, self._effort[row], self._stiffness[row])
-        # A change of speed leaves no distance to make up.
+        # A change of speed must not leave a distance to make up.
         lead -= lag_distance(change, self._speed_lag_s[row], self._acceleration[row])
         return actual + lead
 

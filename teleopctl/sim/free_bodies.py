@@ -21,9 +21,9 @@ class LinkPose:
     """Pose of a link's frame in the world.
 
     Attributes:
-        position: Of its origin, (3,), in metres.
-        quaternion: Its rotation, (4,), w x y z.
-        rotation: The same as a matrix, (3, 3).
+        position: Position of the frame's origin, (3,), in metres.
+        quaternion: Rotation of the frame, (4,), w x y z.
+        rotation: Rotation of the frame as a matrix, (3, 3).
     """
 
     position: Array
@@ -37,10 +37,10 @@ class FreeBodies:
     Args:
         model: The ``mujoco.MjModel``.
         data: Its ``mujoco.MjData``.
-        bodies: What moves freely.
+        bodies: The freely moving bodies.
 
     Attributes:
-        bodies: What moves freely.
+        bodies: The freely moving bodies.
     """
 
     def __init__(
@@ -74,9 +74,9 @@ class FreeBodies:
         """Set a free body's pose and velocity in the world.
 
         Args:
-            index: Its number.
-            pose: As of `pose`; the rotation need not be of unit length.
-            twist: As of `twist`; at rest by default.
+            index: Index of the body, see `index`.
+            pose: Pose as `pose` returns it; the quaternion need not have unit length.
+            twist: Velocity as `twist` returns it; zero by default.
         """
         start, dof = self._qpos[index], self._dof[index]
         quaternion = np.array(pose[3:])

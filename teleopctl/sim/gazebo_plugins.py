@@ -51,7 +51,7 @@ class OdometrySensor(Sensor):
         """Check that the links of the odometry are in the model.
 
         Raises:
-            InvalidDescriptionError: One of them is not.
+            InvalidDescriptionError: A link is missing.
         """
         for link in (self._truth.link, self._truth.relative_to):
             if link and spec.body(link) is None:
@@ -81,7 +81,7 @@ class OdometrySensor(Sensor):
     def _state(
         self, model: mujoco.MjModel, data: mujoco.MjData
     ) -> tuple[Array, Array, Array, Array]:
-        """Position, quaternion (w x y z), linear and angular velocity."""
+        """Return position, quaternion (w x y z), linear and angular velocity."""
         truth = self._truth
         body = model.body(truth.link).id
         position, quaternion = np.array(data.xpos[body]), np.array(data.xquat[body])
@@ -139,7 +139,7 @@ def ground_truth(truths: Sequence[GroundTruth]) -> list[Sensor]:
     """Return the sensors that publish the true odometry which Gazebo plug-ins request.
 
     Args:
-        truths: What they ask for.
+        truths: Links, topics and settings of the plug-ins.
     """
     found: list[Sensor] = []
     for truth in truths:
@@ -151,7 +151,7 @@ def ground_truth(truths: Sequence[GroundTruth]) -> list[Sensor]:
 
 
 def _velocity(model: mujoco.MjModel, data: mujoco.MjData, body: int) -> tuple[Array, Array]:
-    """Linear and angular velocity of a body's frame, along the world's axes."""
+    """Return the linear and angular velocity of a body's frame, along the world's axes."""
     twist = np.zeros(6)
     mujoco.mj_objectVelocity(model, data, _BODY, body, twist, 0)
     return twist[3:], twist[:3]
@@ -169,8 +169,9 @@ def _product(first: Array, second: Array) -> Array:
     return product
 
 
-# Time constant in s with which the base takes up a velocity. What friction on the ground takes of
-# that is made up for, this part of it in each control period and so much at most (m/s, rad/s).
+# Time constant (s) with which the base reaches a velocity. The velocity that is lost to ground
+# friction is added to the command, by this fraction in each control period and up to these limits
+# (m/s, rad/s).
 _LAG_S = 5e-4
 _CORRECTION, _MOST = 0.2, (0.1, 0.1, 1.0)
 _AXES = ((0, "x"), (1, "y"), (5, "yaw"))
@@ -179,12 +180,12 @@ _AXES = ((0, "x"), (1, "y"), (5, "yaw"))
 class PlanarMove:
     """Gazebo's planar-move plug-in: moves a free base by velocities in x, y and yaw.
 
-    Gazebo's plug-in sets the base's velocity again and again. Here motors hold it, as strong as
-    they need to be.
+    Gazebo's plug-in sets the base's velocity again and again. Here velocity actuators without a
+    force limit hold the velocity.
 
     Args:
-        topic: Where ``geometry_msgs/msg/Twist`` come from.
-        link: The base's link, which is on a free joint.
+        topic: Topic of the commanded ``geometry_msgs/msg/Twist``.
+        link: Link of the base, which is on a free joint.
     """
 
     def __init__(self, topic: str, link: str) -> None:
@@ -198,7 +199,7 @@ class PlanarMove:
         """Add the base's velocity actuators to a MuJoCo spec.
 
         Raises:
-            InvalidDescriptionError: The base stands still.
+            InvalidDescriptionError: The base is fixed to the world.
         """
         body = spec.body(self._link)
         joint = body.joints[0] if body is not None and body.joints else None
@@ -232,7 +233,7 @@ class PlanarMove:
         """Set the actuators' controls for the control period that begins now.
 
         Args:
-            model: The ``mujoco.MjModel``, on which the motors are tuned.
+            model: The ``mujoco.MjModel``, in which the actuators' gains are set.
             data: Its ``mujoco.MjData``.
         """
         motors = [model.actuator(self._name(axis)).id for _, axis in _AXES]

@@ -33,7 +33,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-# What Gazebo's services take for the world's frame.
+# Names of the world's frame in Gazebo's services.
 _WORLD = ("", "world", "map", "/map")
 
 
@@ -41,10 +41,10 @@ def link_of(simulation: Simulation, name: str) -> str:
     """Return the link that Gazebo's name means: a link, an entity, or ``entity::link``.
 
     Returns:
-        The link; empty for a robot that stands in the world.
+        Name of the link; empty for a robot that is fixed at the world's origin.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: There is no such entity or link.
     """
     known = entities(simulation)
     if name in known:
@@ -59,7 +59,7 @@ def link_of(simulation: Simulation, name: str) -> str:
         if known[first].is_robot and simulation.has_link(inner):
             return inner
         if not known[first].is_robot and "/" not in inner and _is_alone(simulation, first):
-            # Its only link is known by the thing's name; what its file called it is not.
+            # The only link of an object has the object's name; its name in the file is not kept.
             return first
     raise NotFoundError(f"There is no entity and no link '{name}'; there is {', '.join(known)}")
 
@@ -68,7 +68,7 @@ def entity_of(simulation: Simulation, name: str) -> SimulatedEntity:
     """Return the entity that has a name, or whose topmost link has the name.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: There is no such entity.
     """
     link = link_of(simulation, name)
     for entity in entities(simulation).values():
@@ -81,8 +81,8 @@ def motion_of_link(simulation: Simulation, link: str) -> tuple[Array, Array]:
     """Return the pose and velocity of a link's frame in the world.
 
     Args:
-        simulation: Where it is.
-        link: As of `link_of`.
+        simulation: Simulation of the link.
+        link: Name of the link, as `link_of` returns it.
 
     Returns:
         Position (m) and rotation (w x y z), (7,); velocity (m/s) and angular velocity (rad/s),
@@ -103,13 +103,13 @@ def frame_link(simulation: Simulation, name: str) -> str:
     """Return the link that a reference frame names; empty for the world.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: There is no such entity or link.
     """
     return "" if name in _WORLD else link_of(simulation, name)
 
 
 def _is_alone(simulation: Simulation, thing: str) -> bool:
-    """Whether a thing has one link."""
+    """Whether an object has only one link."""
     m = simulation.present_model.mj_model
     return not any(m.body(number).name.startswith(f"{thing}/") for number in range(m.nbody))
 
@@ -133,7 +133,7 @@ async def spawn_entity(
 ) -> None:
     """Handle Gazebo classic's ``spawn_entity``: spawn an entity from URDF or SDF text."""
     world = read_world_text(request.xml, "xml")
-    # Without a name it gets another one where its own is taken.
+    # Without a requested name, the entity is renamed if its own name is taken.
     name = choose_name(running, world, request.name, renames=not request.name)
     pose = running.call(
         lambda: pose_in_world(
@@ -146,7 +146,7 @@ async def spawn_entity(
             "interfaces of its own"
         )
     thing = await running.spawn(world, name, pose[:3], pose[3:], own_pose=True)
-    assert thing is not None  # only what is cancelled has no result
+    assert thing is not None  # only a cancelled future has no result
     for remark in thing.warnings:
         warn(f"'{name}': {remark}")
     response.status_message = f"SpawnEntity: Successfully spawned entity [{', '.join(thing.names)}]"
@@ -209,7 +209,7 @@ def _frame(simulation: Simulation, name: str) -> LinkPose | None:
 
 
 def _seen_from(frame: LinkPose, pose: Any) -> Any:
-    """A pose of the world as seen from a frame, (7,)."""
+    """Return a pose in the world as a pose relative to a frame, (7,)."""
     import mujoco
 
     inverse, turn = np.zeros(4), np.zeros(4)
@@ -218,7 +218,7 @@ def _seen_from(frame: LinkPose, pose: Any) -> Any:
     return np.concatenate([frame.rotation.T @ (pose[:3] - frame.position), turn])
 
 
-# A duration below zero is one without end: longer than anybody simulates.
+# Number of steps for a negative duration, which means without end.
 _ENDLESS = 1 << 62
 
 
@@ -311,8 +311,8 @@ def reset_world(
     running.reset(time=False, state=True, spawned=False)
 
 
-# Any, here and below: messages, whose classes are made at run time. Warnings go to the last one.
-# What goes on for long is a coroutine.
+# Any, here and below: messages, whose classes are made at run time. The last argument receives
+# warnings. Handlers that take long are coroutines.
 Handler = Callable[["RunningSimulation", Any, Any, Callable[[str], None]], "Awaitable[None] | None"]
 
 _EMPTY = "std_srvs/srv/Empty"
@@ -323,7 +323,7 @@ _ALWAYS: dict[str, tuple[str, Handler]] = {
     "pause_physics": (_EMPTY, pause_physics),
     "unpause_physics": (_EMPTY, unpause_physics),
     "reset_world": (_EMPTY, reset_world),
-    # Worlds mostly give the namespace /gazebo to the plug-in that has these.
+    # Most worlds give the namespace /gazebo to the plug-in with these services.
     "gazebo/get_entity_state": ("gazebo_msgs/srv/GetEntityState", get_entity_state),
     "gazebo/set_entity_state": ("gazebo_msgs/srv/SetEntityState", set_entity_state),
 }
@@ -340,12 +340,12 @@ _WHEN_ASKED_FOR: dict[str, tuple[str, Handler]] = {
 class GazeboServices:
     """Services of Gazebo classic's gazebo_ros on the simulator's node.
 
-    Those whose names are also names of simulation_interfaces are offered once a program has a
-    client of Gazebo's type, and no other server answers it: tools that know one type of a name,
-    which is most of them, go on with the standard's.
+    Services with the name of a service of simulation_interfaces are created once there is a client
+    of Gazebo's type without a server: most tools support one type per name, and for them the
+    service of simulation_interfaces stays the only one.
 
     Args:
-        node: Whose they are.
+        node: Node of the services.
         find_running: See `FindRunning`.
     """
 
@@ -365,7 +365,7 @@ class GazeboServices:
                 continue
             if self._node.matched(EntityKind.SS, full, type_name):
                 continue
-            # Two threads may have come here; what is offered is a change of the graph itself.
+            # Two threads may get here: a new service changes the graph itself.
             if self._waiting.pop(name, None) is not None:
                 self._offer(name, type_name, handler)
 

@@ -1,7 +1,7 @@
 """Choice of MuJoCo's OpenGL backend for rendering without a window.
 
 mujoco reads ``MUJOCO_GL`` once, at import. On Linux rendering needs no display: EGL draws on a
-GPU or with Mesa's software rasteriser, OSMesa in software only. Elsewhere nothing is needed.
+GPU or with Mesa's software rasteriser, OSMesa in software only. Other platforms need no choice.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ def choose_backend() -> str:
 
     Raises:
         TeleopctlError: If Linux has no library to draw with; the hint names the packages.
-        RuntimeError: mujoco is imported already, and has chosen a backend itself.
+        RuntimeError: mujoco is already imported, and has chosen a backend itself.
     """
     requested = os.environ.get("MUJOCO_GL", "").lower()
     if requested or not sys.platform.startswith("linux"):
@@ -59,7 +59,7 @@ def missing_library(reason: object) -> TeleopctlError:
 def check_drawing() -> None:
     """Create an OpenGL context with the chosen backend, to check that rendering works.
 
-    Importing it is not enough: a library without a driver is only found out by a context.
+    To import the backend is not enough: only a context reveals a library without a driver.
 
     Raises:
         TeleopctlError: If the backend's library is missing or unusable.
@@ -73,7 +73,7 @@ def check_drawing() -> None:
     except (ImportError, AttributeError, OSError, RuntimeError) as error:
         if isinstance(error, ModuleNotFoundError) and error.name == "mujoco":
             raise
-        # PyOpenGL meets a missing library as an attribute of None.
+        # For a missing library, PyOpenGL accesses an attribute of None.
         backend = os.environ.get("MUJOCO_GL", "").lower()
         library = _LIBRARIES.get(backend, "OpenGL")
         raise missing_library(f"{library} cannot be used ({error})") from error

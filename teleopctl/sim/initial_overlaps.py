@@ -9,23 +9,24 @@ import mujoco
 import numpy as np
 import numpy.typing as npt
 
-# Shapes that touch in one plane are not apart: above rounding, below what anybody sees.
+# Shapes nearer than this are not apart, such as those that touch in a plane: above rounding errors,
+# and too small to be seen.
 _APART_M = 1e-4
 
-# Sorts after every pair of bodies, whose numbers fill sixteen bits each, and is none itself.
+# Sorts after every pair of bodies, whose indices fill sixteen bits each, and is no pair itself.
 _NO_PAIR = 2**31 - 1
 
 
 class InitialOverlaps:
     """Enables the contacts of given link pairs, which overlap at the start, once they part.
 
-    Each `check` looks at one pair, in turn, so its cost does not grow with the robot; without
-    pairs that wait, there is nothing to look at. Pairs whose shapes never part wait for ever.
+    Each `check` tests one pair, in turn, so that its cost does not grow with the robot. The
+    contacts of shapes that never part stay disabled.
 
     Args:
         model: The ``mujoco.MjModel``, whose excluded pairs are changed.
         data: Its ``mujoco.MjData``.
-        pairs: The names of the links that overlap at the start, all of them excluded.
+        pairs: Names of the links that overlap at the start; the model excludes all these pairs.
     """
 
     def __init__(
@@ -72,7 +73,7 @@ class InitialOverlaps:
         for pair in moved._pairs:
             if pair.names not in waiting:
                 moved._release(pair)
-        # In the order in which their turns come.
+        # In the order in which they are checked.
         by_name = {pair.names: pair for pair in moved._pairs}
         moved._waiting = deque(by_name[names] for names in waiting)
         return moved
@@ -88,20 +89,20 @@ class InitialOverlaps:
             self._release(pair)
 
     def _release(self, pair: _Pair) -> None:
-        # MuJoCo goes through its list once, so that it must stay sorted, and as long as it was.
+        # MuJoCo scans its list once: the list must stay sorted and keep its length.
         listed = self._m.exclude_signature
         listed[listed == pair.signature] = _NO_PAIR
         listed.sort()
 
 
 class _Pair:
-    """Two links, as MuJoCo has them."""
+    """Two links with MuJoCo's signature of the pair, and the pairs of their shapes."""
 
     def __init__(self, model: mujoco.MjModel, first: str, second: str) -> None:
         self.names = first, second
         low, high = sorted(int(model.body(name).id) for name in (first, second))
         self.signature = (low << 16) + high
-        # Those that overlapped the last time come first: one distance then answers for most.
+        # Shapes that overlapped the last time come first: mostly one distance is then enough.
         self._geoms = [
             (one, other)
             for one in _geoms(model, low)
@@ -113,7 +114,7 @@ class _Pair:
     def overlaps(self, model: mujoco.MjModel, data: mujoco.MjData) -> bool:
         """Return whether any two shapes of the pair are closer than 0.1 mm."""
         for number, (one, other) in enumerate(self._geoms):
-            # MuJoCo answers with the longest distance of interest for all beyond.
+            # MuJoCo returns the given maximum for all longer distances.
             if mujoco.mj_geomDistance(model, data, one, other, _APART_M, None) < _APART_M:
                 self._geoms.insert(0, self._geoms.pop(number))
                 return True

@@ -1,8 +1,8 @@
 """Main loop of the simulator: physics, wall clock and controller in lockstep.
 
-At each control tick the loop publishes the state of that very time, waits (bounded, in wall
-time) for the command computed from it, applies it, and steps to the next tick. Without a
-controller, and after one has stopped answering, it runs freely and holds.
+At each control tick the loop publishes the state of that time, waits (bounded, in wall time) for
+the command computed from that state, applies the command, and steps to the next tick. Without a
+controller, and after a controller has stopped answering, the loop runs freely and the joints hold.
 
 The loop has ports, not topics; `teleopctl.sim.node` connects the two.
 """
@@ -24,7 +24,7 @@ class Command:
     """Joint commands of a controller for one control period.
 
     Attributes:
-        stamp_ns: The time of the state that it answers; 0 for a sender that keeps no step.
+        stamp_ns: Time of the state that the command answers; 0 for a sender without lockstep.
         names: Joint names.
         position: Positions, one per name, or empty.
         velocity: Velocities, one per name, or empty.
@@ -43,8 +43,8 @@ class StepRequest:
     """Request for a number of physics steps while the simulation is paused.
 
     Attributes:
-        left: How many are still to be made.
-        on_end: Told whether all were made.
+        left: Number of steps still to be made.
+        on_end: Called at the end with whether all steps were made.
     """
 
     left: int
@@ -97,8 +97,8 @@ class Sampler(Protocol):
 
 _CLOCK_RATE_HZ = 100.0
 
-# How far the loop goes at once while nobody takes part, in nanoseconds of simulated time: ten
-# times what it costs to go round, for the smallest robots, and short for requests that come.
+# Simulated time (ns) that the loop steps at once without controller and commands: ten times the
+# cost of one cycle of the loop, for the smallest robots, and short enough to serve requests.
 _COAST_NS = 50_000_000
 
 
@@ -106,14 +106,14 @@ class LockstepLoop:
     """Loop that runs a simulation in lockstep with a controller; thread-safe.
 
     Args:
-        simulation: What to step; nobody else may touch it while the loop runs.
-        ports: Where results go.
+        simulation: Simulation to step; no other thread may use it while the loop runs.
+        ports: Outputs of the loop.
         real_time_factor: Simulated seconds per second of wall time; 0 for as fast as possible.
-        lockstep_timeout_s: How long to wait for a command, in wall time.
-        view_rate_hz: How often at most `Ports.publish_view` is called, in simulated time.
-        paused: Whether time stands still at first.
-        sampler: Sampler of the quantities to measure, or None.
-        end_ns: Where the simulation ends, in simulated time, or None.
+        lockstep_timeout_s: Longest wait for a command, in seconds of wall time.
+        view_rate_hz: Greatest rate of calls of `Ports.publish_view`, in simulated time.
+        paused: Whether the simulation starts paused.
+        sampler: Sampler of the sensors, or None.
+        end_ns: Simulated time at which the simulation ends, in nanoseconds, or None.
     """
 
     def __init__(
@@ -137,7 +137,7 @@ class LockstepLoop:
         self._clock_schedule = PeriodicSchedule(_CLOCK_RATE_HZ)
         self._view_schedule = PeriodicSchedule(view_rate_hz)
         self._changed = threading.Condition()
-        # Whether `_ready` has anything to look at: at 1 kHz each lock that is not taken counts.
+        # Whether `_ready` has anything to do: at 1 kHz each lock that is not taken counts.
         self._called = True
         self._stopped = False
         self._paused = paused
@@ -152,7 +152,7 @@ class LockstepLoop:
         self._lost_ns = 0
         self._command: Command | None = None
         self._unstamped: Command | None = None
-        # What controllers have not seen yet: that the simulation was put back to its start.
+        # Resets that controllers have seen, and whether they have yet to see a restart of time.
         self._resets_seen = simulation.resets
         self._began_anew = False
         self._exchanged = False
@@ -184,8 +184,8 @@ class LockstepLoop:
 
         Args:
             clock: Whether to publish the simulated time.
-            ticks: Whether control ticks have states to be sent, or commands to be waited for. The
-                loop may pass over them without.
+            ticks: Whether states of control ticks have subscribers, or commands have publishers;
+                if neither, the loop may skip control ticks.
         """
         with self._changed:
             self._clocked = clock
@@ -195,7 +195,7 @@ class LockstepLoop:
         """Pause at the next control tick, or resume; requested steps are cancelled.
 
         Returns:
-            Whether the loop has got there within ``timeout_s``.
+            Whether the loop has paused or resumed within ``timeout_s``.
         """
         self._give_up_steps()
         with self._changed:
@@ -221,9 +221,9 @@ class LockstepLoop:
         """Request physics steps of a paused simulation; ``on_end`` is called when they are done.
 
         Args:
-            count: How many, at least one; those of earlier requests come first.
-            on_end: Called on some thread, with whether all were made. They are given up when
-                time is to go on, or to stand still at once, and when the loop ends.
+            count: Number of steps, at least one; steps of earlier requests are made first.
+            on_end: Called on any thread with whether all steps were made. Steps are cancelled
+                when the simulation is paused or resumed, and when the loop ends.
         """
         with self._changed:
             self._steps.append(StepRequest(count, on_end))
@@ -242,7 +242,7 @@ class LockstepLoop:
         """Call a function on the loop's thread between two steps; return whether it ran in time.
 
         Returns:
-            Whether it has been run within ``timeout_s``; otherwise it will not be.
+            Whether the function was called within ``timeout_s``; otherwise it is not called.
         """
         done = threading.Event()
 
@@ -260,7 +260,7 @@ class LockstepLoop:
             if run in self._requests:
                 self._requests.remove(run)
                 return False
-        return done.wait()  # what has begun is seen to its end
+        return done.wait()  # a call that has begun runs to its end
 
     def post(self, request: Callable[[], None]) -> None:
         """Queue a function that the loop's thread calls between two steps; return at once."""
@@ -286,13 +286,14 @@ class LockstepLoop:
     def show(self) -> None:
         """Publish the present state if the simulation is paused; on the loop's thread.
 
-        For changes by services, and for new subscribers. After a reset the
-        controllers get it too, and what they answer at a control tick is not requested again.
+        For changes by services, and for new subscribers. After a reset controllers get the state
+        too; a command with which they answer at a control tick is not requested again.
         """
         if self._parked:
             now = self._simulation.time_ns
             if self._began_anew or self._simulation.resets != self._resets_seen:
-                # An answer to the state before the reset is none to this one of the same time.
+                # A command for the state before the reset does not answer this state, even if
+                # both have the same time.
                 self._command = self._unstamped = None
                 self._exchange(stepping=True)
                 self._exchanged = self._simulation.at_tick and self._answer(now) is not None
@@ -352,7 +353,7 @@ class LockstepLoop:
     def _end(self, steps: StepRequest) -> None:
         with self._changed:
             if steps not in self._steps:
-                return  # they were given up meanwhile
+                return  # the steps were cancelled
             self._steps.remove(steps)
         steps.on_end(True)
 
@@ -366,7 +367,7 @@ class LockstepLoop:
         return self._end_ns is not None and self._simulation.time_ns >= self._end_ns
 
     def _ready(self) -> bool:
-        """Stand still while paused; False when the loop shall end."""
+        """Run requests, and wait while paused; return False when the loop is to end."""
         while self._called:
             while request := self._next_request():
                 request()
@@ -392,12 +393,12 @@ class LockstepLoop:
                         lambda: self._stopped or not self._paused or self._steps or self._requests
                     )
             if comes_to_rest:
-                # What was shown last may be of some time before.
+                # The last published state may be of an earlier time.
                 self.show()
         return True
 
     def _exchange(self, *, stepping: bool) -> bool:
-        """The control tick: state out, command in. False when the loop was stopped meanwhile."""
+        """Publish the state of a control tick and apply its command; return False if stopped."""
         now = self._simulation.time_ns
         if self._simulation.diverged:
             self._simulation.reset_state()
@@ -406,15 +407,16 @@ class LockstepLoop:
             self._ports.objects_reset(now, self._simulation.put_back)
             self._simulation.put_back = []
         self._resets_seen, self._began_anew = self._simulation.resets, False
-        # Controllers take their time from the state; everybody else's clock may be coarser, which
-        # at 1 kHz spares each node 900 messages a second. Single steps show the exact time.
+        # Controllers take their time from the state; for other nodes a coarser clock is enough,
+        # which at 1 kHz saves each of them 900 messages a second. Requested steps publish the
+        # exact time.
         if self._clock_due(now) or stepping:
             self._ports.publish_clock(now)
         if self._attended or stepping:
             self._simulation.read()
             self._ports.publish_state(now)
         command = self._await_command(now)
-        # Commands are for whole periods; within one there is an exchange after a reset only.
+        # Commands are for whole periods; within a period, an exchange happens only after a reset.
         if command is not None and self._simulation.at_tick:
             self._simulation.apply(
                 command.names, command.position, command.velocity, command.effort
@@ -425,7 +427,7 @@ class LockstepLoop:
         return not self._stopped
 
     def _await_command(self, now: int) -> Command | None:
-        """The command for this tick, or None to go on as before."""
+        """Return the command for this tick, or None to keep the last one."""
         if self._command is self._unstamped is None and not (self._partner or self._lost):
             return None
         with self._changed:
@@ -442,7 +444,7 @@ class LockstepLoop:
             if missed and not was_lost:
                 self._lost_ns = now
             if missed and not self._partner:
-                # Reported now; the next one is a new controller.
+                # Reported now; the next command is that of a new controller.
                 self._command = None
             if self._stopped:
                 return None
@@ -454,7 +456,7 @@ class LockstepLoop:
         return answer or unstamped
 
     def _expected(self) -> bool:
-        """Whether an answer is worth waiting for: a lost controller has to show up first."""
+        """Whether to wait for a command; a lost controller must first answer a later state."""
         if not self._partner or not self._lost:
             return self._partner
         return self._command is not None and self._command.stamp_ns > self._lost_ns
@@ -464,7 +466,7 @@ class LockstepLoop:
         return command if command is not None and command.stamp_ns == now else None
 
     def _block(self, steps: StepRequest | None) -> int:
-        """Physics steps until something is due, the end of requested steps included."""
+        """Return the number of physics steps until something is due or requested steps end."""
         simulation = self._simulation
         count = simulation.steps_to_tick
         if count == 1 and self._attended:
@@ -499,7 +501,7 @@ class LockstepLoop:
                 self._changed.wait(remaining)
 
     def _publish(self, now: int, *, force: bool = False) -> None:
-        """What else is due at this time, between ticks as well as at them."""
+        """Publish clock, view and sensors that are due at a time, at a control tick or not."""
         if not self._simulation.at_tick and (self._clock_due(now) or force):
             self._ports.publish_clock(now)
         if self._viewed and (self._view_schedule.poll(now) or force):

@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-# The least cosine of the middle turn: where it is a right angle, the others' speeds are not known.
+# Least cosine of the middle angle: at a right angle, the speeds of the other two are not defined.
 _NEARLY_UPRIGHT = 1e-6
 
 
@@ -30,7 +30,7 @@ class BallJoints:
     """Ball joints of a simulation, which ROS sees as three revolute joints each.
 
     Args:
-        joints: The robot's movable joints; three after one another are a ball joint.
+        joints: The robot's movable joints; three in a row with the same ``ball`` are a ball joint.
     """
 
     def __init__(self, joints: Sequence[JointSpec]) -> None:
@@ -108,7 +108,7 @@ class FileActuators:
                 if interface == 0:
                     self._d.ctrl[number] = _control(actuator, position)
                 if first >= 0 and interface < 2:
-                    # What filters a position or adds up speeds remembers where it is.
+                    # Actuators that filter positions or integrate velocities have a state.
                     self._d.act[first] = _control(actuator, position)
 
     def apply(
@@ -146,7 +146,7 @@ def _control(actuator: JointActuator, command: float) -> float:
 
 
 class _OfFile(Sensor):
-    """A sensor of an MJCF file, with the noise that the file says."""
+    """Sensor of an MJCF file, with the noise of the file."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Look up the MuJoCo sensor of the file, and make it measure without delay."""
@@ -155,8 +155,8 @@ class _OfFile(Sensor):
         sensor = spec.sensor(self._sensor)
         if sensor is None:
             raise InvalidDescriptionError(f"it is one of MJCF files, with its name in <{kind}>")
-        # The topic has the period. MuJoCo would repeat what it has kept of earlier steps, and it
-        # keeps nothing of those that nobody looks at.
+        # The topic has the sensor's period. MuJoCo would repeat recorded values of earlier steps,
+        # and records none in steps with sensors disabled.
         sensor.delay, sensor.nsample = 0.0, 0
         sensor.interval = np.zeros(2)
 
@@ -182,7 +182,7 @@ class Touch(_OfFile):
 class Rangefinder(_OfFile):
     """Range finder of an MJCF file: distance along a ray to the nearest shape.
 
-    What meets nothing, or nothing until the cutoff, is infinite (REP 117).
+    The distance is infinite if the ray meets nothing, or nothing before the cutoff (REP 117).
     """
 
     message_type = "sensor_msgs/msg/Range"
@@ -202,7 +202,7 @@ class MjcfSensor(_OfFile):
     """Any other sensor of an MJCF file, whose values are published in a message of a given type.
 
     Args:
-        description: What the tag says; its ``<message>`` is the type of the message.
+        description: The ``<sensor>`` tag; its ``<message>`` is the type of the message.
     """
 
     def __init__(self, description: Description) -> None:

@@ -45,7 +45,7 @@ _READ_AT_START = {
     *("update_rate", "timestep", "lockstep_timeout", "state_rate", "paused"),
     *("joint_states_topic", "joint_commands_topic", "robot_description"),
 }
-# How long a service waits for the loop, in seconds of wall time, beside a lockstep timeout.
+# Time that a service waits for the loop, in seconds of wall time, on top of a lockstep timeout.
 _TIMEOUT_S = 10.0
 
 
@@ -83,7 +83,7 @@ class MujocoSim(Node):
             progress.report(progress.WAITING, topic)
 
     def _on_mujoco_warning(self, text: str) -> None:
-        # What is unstable is so at each step.
+        # Unstable physics causes a warning in each step.
         self.get_logger().warning(f"MuJoCo: {text}", throttle_duration_sec=10.0)
 
     # --- parameters -----------------------------------------------------------------------
@@ -102,7 +102,7 @@ class MujocoSim(Node):
         return _SetParametersResult(successful=True)
 
     def _follow_parameters(self, parameters: list[Parameter]) -> None:
-        """Do what has been set; only now, since another one set with it may have been refused."""
+        """Apply set parameters; not before, since a parameter set with them may be refused."""
         if self._loop is None:
             return
         for parameter in parameters:
@@ -115,7 +115,7 @@ class MujocoSim(Node):
 
     def _set_gravity(self, gravity: list[float]) -> None:
         assert self._loop is not None
-        # Not waited for: it may be the loop's thread that sets the parameter.
+        # Without waiting: the loop's own thread may set the parameter.
         self._loop.post(lambda: self._simulation.set_gravity(gravity))
 
     # --- start ----------------------------------------------------------------------------
@@ -127,7 +127,7 @@ class MujocoSim(Node):
                     "Another robot description was published; this simulator keeps the first one"
                 )
             return
-        # The graph may be looked at for the first time here, and comes by event.
+        # This may be the first use of the graph, whose entries arrive by event.
         topic = self._description.topic_name
         self.wait_for_match(EntityKind.MP, topic, message.TYPE_NAME, 1, 1.0)
         publishers = self.get_publishers_info_by_topic(topic)
@@ -145,7 +145,7 @@ class MujocoSim(Node):
         report_robot(logger, description, model)
         period_s, step_s = simulation.control_period_ns * 1e-9, simulation.timestep_s
         if period_s > step_s:
-            # Gazebo's plug-in warns, though it is as it should be: several steps for each command.
+            # Gazebo's plug-in warns here, though several physics steps per command are normal.
             logger.info(
                 f"Desired controller update period ({period_s:g} s) is slower than the simulation "
                 f"period ({step_s:g} s)."
@@ -189,13 +189,13 @@ class MujocoSim(Node):
             if self._loop.at_end:
                 self.get_logger().info(f"The simulation ends at {number_of(self, 'end_time'):g} s")
                 self.context.try_shutdown()
-        except Exception as error:  # noqa: BLE001 - whoever spins raises it
+        except Exception as error:  # noqa: BLE001 - the thread that spins raises it
             self.fail(error)
 
     # --- the controller -------------------------------------------------------------------
 
     def _on_graph(self) -> None:
-        """Look who is there; called after each change of the graph, on another thread."""
+        """Count publishers and subscribers; called on another thread after each graph change."""
         assert self._loop is not None
         before, self._commanders = self._commanders, self._commands.get_publisher_count()
         heard, commanded = self._ports.has_controller(), self._commanders > 0
@@ -211,7 +211,7 @@ class MujocoSim(Node):
             },
         )
         if any(now > before_now.get(topic, 0) for topic, now in self._subscriptions.items()):
-            # While time stands still nothing else would show them the state.
+            # New subscribers get the state now: nothing is published while time stands still.
             self._loop.post(self._loop.show)
         self._markers.on_graph_change()
         self._shown.on_graph_change()
@@ -224,7 +224,7 @@ class MujocoSim(Node):
             )
 
     def _on_command(self, message: Any) -> None:
-        """Hand a command to the loop; called on the transport's thread."""
+        """Pass a command to the loop; called on the transport's thread."""
         assert self._loop is not None
         names = message.name
         if names != self._last_names:
@@ -244,12 +244,12 @@ class MujocoSim(Node):
         self._loop.offer(Command(to_nanoseconds(message.header.stamp), names, *values))
 
     def _on_change(self) -> None:
-        """Show what has come or gone; called on the loop's thread."""
+        """Publish changed objects; called on the loop's thread."""
         self._ports.bodies_changed()
         self._markers.replace_model(self._simulation.present_model)
         self._shown.replace_model(self._simulation.present_model)
         if self.get_parameter("gravity").value != self._simulation.gravity:
-            # Another world has its own.
+            # Another world has its own gravity.
             self.set_parameters([Parameter("gravity", value=self._simulation.gravity)])
         self._on_graph()
 
@@ -263,7 +263,7 @@ class MujocoSim(Node):
         """Stop the simulation's thread, and destroy the node."""
         if self._loop is not None:
             self._loop.stop()
-        # Ctrl-C may have come while the thread was being started.
+        # Ctrl-C may have arrived while the thread was being started.
         if self._thread is not None and self._thread.is_alive():
             self._thread.join()
         super().destroy_node()

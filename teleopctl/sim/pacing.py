@@ -6,14 +6,14 @@ import threading
 import time
 from collections import deque
 
-# Further behind than this (seconds of wall time), lost time is given up rather than caught up.
+# A lag longer than this (seconds of wall time) is dropped rather than caught up.
 _GIVE_UP_S = 0.25
 
 # Longest wait in seconds; the smallest real-time factors need several in a row.
 _LONGEST_WAIT_S = 60.0
 
-# Over how long the factor that is reached is measured, and how often it is looked at for that, in
-# seconds of wall time.
+# Interval over which the real-time factor is measured, and interval of the samples, in seconds of
+# wall time.
 _MEASURED_S, _LOOK_S = 1.0, 0.05
 
 
@@ -22,7 +22,7 @@ class RealTimeFactorMeter:
 
     def __init__(self) -> None:
         self._lock = threading.Lock()
-        # Wall time (s) and simulated time (ns), the oldest first; one is older than a second.
+        # Wall time (s) and simulated time (ns), the oldest first; one pair is older than a second.
         self._marks: deque[tuple[float, int]] = deque()
 
     def restart(self) -> None:
@@ -58,7 +58,7 @@ class Pacer:
         real_time_factor: Simulated seconds per second of wall time; 0 for as fast as possible.
 
     Attributes:
-        reached: The factor that is reached.
+        reached: Meter of the real-time factor that is reached.
     """
 
     def __init__(self, real_time_factor: float) -> None:
@@ -92,7 +92,7 @@ class Pacer:
     def remaining_s(self, sim_ns: int) -> float:
         """Return the wall time until a simulated time is due, in seconds, at most a minute.
 
-        Not positive when it is due.
+        Zero or negative once the time is due.
         """
         if self._factor <= 0.0:
             return 0.0
@@ -113,7 +113,7 @@ class PeriodicSchedule:
     """Schedule in simulated time: due at each multiple of a period.
 
     Args:
-        rate_hz: How often per simulated second.
+        rate_hz: Rate in Hz of simulated time.
     """
 
     def __init__(self, rate_hz: float) -> None:

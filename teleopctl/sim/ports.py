@@ -54,14 +54,14 @@ def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
 class TopicPorts:
     """Publishers of a simulation's clock, joint states and free bodies.
 
-    Messages are made once; what changes is written into their bytes each time.
+    Messages are created once; new values are written into their bytes each time.
 
     Args:
-        node: Who publishes.
-        simulation: What is published, as of its last `Simulation.read`.
-        states_topic: Where the controller listens.
-        interfaces: What sensors measure for the controller. Their values are positions under the
-            full names of their interfaces, behind those of the joints.
+        node: Node of the publishers.
+        simulation: Simulation to publish, as of its last `Simulation.read`.
+        states_topic: Topic of the joint states for the controller.
+        interfaces: State interfaces of sensors. Their values are published as positions under the
+            full names of the interfaces, after those of the joints.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class TopicPorts:
         self._node = node
         fixed = simulation.model.fixed
         if fixed is not None and fixed.pose is not None:
-            # It stands elsewhere than the frame of what else there is.
+            # The fixed root link is not at the origin of the frame of all other poses.
             StaticTransformBroadcaster(node).sendTransform(_standing(fixed))
         self._bodies: FreeBodyPorts | None = None
         self.bodies_changed()
@@ -194,13 +194,13 @@ class _JointStates:
     """JointState message whose numbers are written in place.
 
     Args:
-        simulation: Whose states they are, as of its last `Simulation.read`.
-        joints: Which of its joints, (n,).
-        measured: Names of the measured quantities.
-        frame: The frame in the header.
+        simulation: Simulation of the joints, as of its last `Simulation.read`.
+        joints: Indices of the joints to publish, (n,).
+        measured: Names of the sensors' state interfaces.
+        frame: Frame in the header.
 
     Attributes:
-        measured: The values of that.
+        measured: Values of the sensors' state interfaces.
     """
 
     def __init__(
@@ -213,7 +213,7 @@ class _JointStates:
         self.measured: Sequence[float] = ()
         self._joints, count = joints, len(joints)
         names = [*(simulation.joint_names[joint] for joint in joints), *measured]
-        # JointState wants as many velocities and efforts as names.
+        # JointState requires as many velocities and efforts as names.
         unknown = np.full(len(names), np.nan)
         message = _JointState(name=names, position=unknown, velocity=unknown, effort=unknown)
         message.header.frame_id = frame
@@ -237,7 +237,7 @@ class _JointStates:
         self._message.set_stamp(time_ns)
         for source, taken in self._taken:
             source.take(self._joints, out=taken, mode="clip")
-        # Views: numpy takes four times as long to copy a few numbers.
+        # Memory views: numpy takes four times as long to copy a few numbers.
         for numbers, values in self._copied:
             numbers[:] = values
         if self.measured:
@@ -248,12 +248,12 @@ class _JointStates:
 class FreeBodyPorts:
     """Publishers of the free bodies' poses, as FreeJointStateArray and on ``/tf``.
 
-    The robot's own root link is among the transforms only on request: mostly somebody
-    else says where it is, such as odometry, and a frame has one parent.
+    The robot's own root link is among the transforms only on request: mostly another node
+    publishes its pose, such as odometry, and a frame has one parent.
 
     Args:
-        node: Who publishes.
-        simulation: What is published.
+        node: Node of the publishers.
+        simulation: Simulation of the free bodies.
     """
 
     def __init__(self, node: Node, simulation: Simulation) -> None:
@@ -275,7 +275,7 @@ class FreeBodyPorts:
         states = self._states.free_joints
         for state, transform, body in zip(states, self._transforms, bodies.bodies, strict=True):
             transform.header.frame_id = body.parent
-            # One header, which `publish` stamps.
+            # A shared header, which `publish` stamps.
             state.pose.header = state.twist.header = transform.header
         self._has_base = self._simulation.model.base is not None
         self.show_base(self._base_shown)
@@ -283,7 +283,7 @@ class FreeBodyPorts:
     def show_base(self, shown: bool) -> None:
         """Set whether the robot's free root link is published on ``/tf``."""
         self._base_shown = shown
-        # It is the first of the free bodies.
+        # The root link is the first of the free bodies.
         self._shown = self._transforms[1 if self._has_base and not shown else 0 :]
         if self._shown and self._broadcaster is None:
             self._broadcaster = TransformBroadcaster(self._node)

@@ -22,21 +22,22 @@ _NODE = "mujoco_sim"
 class SimulationReplay:
     """A recorded simulation, run again from its parameters with the recorded commands.
 
-    It is made as `MujocoSim` is, from the same parameters, and runs as fast as the machine allows.
+    The simulation is assembled as in `MujocoSim`, from the same parameters, and runs as fast as the
+    machine allows.
 
     Args:
         urdf: The robot description.
-        parameters: Of the simulator's node, by name; those that it lacks have their defaults.
+        parameters: Parameters of the simulator's node by name; missing ones have their defaults.
         publish: Called with each topic, the simulated time in nanoseconds, and the message's CDR.
 
     Raises:
         InvalidDescriptionError: The robot or the world cannot be simulated.
-        InvalidParameterError: A parameter makes no sense.
-        NotFoundError: The world's file is not there.
+        InvalidParameterError: A parameter is invalid.
+        NotFoundError: The world's file does not exist.
 
     Attributes:
-        topics: Those on which it publishes, and their types.
-        inputs: Those that move a robot without a controller.
+        topics: Published topics and their types.
+        inputs: Topics whose messages move a robot without a controller.
         control_period_ns: Time between two control ticks, in nanoseconds.
     """
 
@@ -47,7 +48,7 @@ class SimulationReplay:
         publish: Callable[[str, int, bytes], object],
     ) -> None:
         memory = _MemoryNode(parameters, self._publish)
-        # As much of a node as what is assembled uses.
+        # The memory node has the part of a node's interface that is used here.
         node = cast("Node", memory)
         declare_parameters(node)
         self._simulation: Simulation | None = None
@@ -74,12 +75,12 @@ class SimulationReplay:
     ) -> None:
         """Run the simulation from time zero to an end time with recorded commands.
 
-        Where a state has no command, nobody answered it, and the joints hold as they did then.
+        A state without a command had no answer in the recording: the joints hold, as they did then.
 
         Args:
-            commands: What answers the state of a simulated time, in nanoseconds.
-            end_ns: The simulated time up to which it is run, in nanoseconds.
-            on_tick: Called with the time of each state after it was published.
+            commands: Commands by the simulated time, in nanoseconds, of the state that they answer.
+            end_ns: Simulated time at which the run ends, in nanoseconds.
+            on_tick: Called with the simulated time of each state after it was published.
         """
 
         def answer(time_ns: int) -> None:
@@ -112,13 +113,13 @@ def run_in_lockstep(
     """Run a simulation at full speed; a function returns the command for each state.
 
     Args:
-        simulation: At its start.
-        answer: Given each simulated time, in nanoseconds, and the state of it, which is valid
-            meanwhile; returns the command, or None where nobody answers.
-        goes_on: Whether there is anything after the state of a time, which has been answered.
+        simulation: Simulation at its start.
+        answer: Called with each simulated time, in nanoseconds, and the joint states of that time,
+            which are valid during the call; returns the command, or None for no command.
+        goes_on: Called with the time of each answered state; returns whether to continue.
     """
     ports = _Ports(simulation, answer, goes_on)
-    # What it waits for is there already: no wait is worth its time.
+    # No timeout: the command is there before the loop would wait.
     ports.loop = LockstepLoop(simulation, ports, real_time_factor=0.0, lockstep_timeout_s=0.0)
     ports.loop.run()
 
@@ -134,7 +135,7 @@ def _command_of(time_ns: int, command: JointState) -> Command:
 
 
 class _SilentPorts:
-    """Ports without reports: these were made during the recording, or the states show them."""
+    """Ports without reports, which were made during the recording or follow from the states."""
 
     def _ignore(self, *_: object, **__: object) -> None:
         """Do nothing."""
@@ -144,10 +145,10 @@ class _SilentPorts:
 
 
 class _AnsweredTopics(_SilentPorts):
-    """Publishes as the simulator's node does, and has each state answered.
+    """Ports that publish like the simulator's node, and call a function for each state.
 
     Args:
-        topics: Publishes.
+        topics: Publishers of the simulation.
 
     Attributes:
         on_state: Called with the time of each state after it was published.
@@ -166,10 +167,10 @@ class _AnsweredTopics(_SilentPorts):
 
 
 class _MemoryNode:
-    """As much of `Node` as a simulator uses; its parameters are given, its messages collected.
+    """Part of `Node` that a simulator uses, with given parameters; messages go to a function.
 
     Args:
-        parameters: By name.
+        parameters: Values of the parameters by name.
         publish: Called with each topic and the message's CDR.
     """
 
@@ -183,7 +184,7 @@ class _MemoryNode:
 
     def declare_parameter(self, name: str, value: object, descriptor: object = None) -> Parameter:
         del descriptor
-        # A parameter's values are of nine types, and `Parameter` says which this is.
+        # `Parameter` checks that the value is of one of the nine parameter types.
         self._values[name] = Parameter(name, value=self._given.get(name, value))  # type: ignore[arg-type]
         return self._values[name]
 
@@ -214,7 +215,7 @@ class _MemoryPublisher:
 
 
 class _SilentLog:
-    """Drops what was said when the run was recorded."""
+    """Logger that drops all messages: they were logged when the run was recorded."""
 
     def info(self, message: str, **_: object) -> None:
         pass
@@ -223,7 +224,7 @@ class _SilentLog:
 
 
 class _Ports(_SilentPorts):
-    """Has each state answered in memory; see `teleopctl.sim.lockstep.Ports`."""
+    """Ports that call a function for each state; see `teleopctl.sim.lockstep.Ports`."""
 
     loop: LockstepLoop
 

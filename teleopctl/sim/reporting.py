@@ -32,9 +32,9 @@ def report_robot(logger: Logger, description: RobotDescription, model: RobotMode
     """Log a robot's joints, interfaces and root link, as gz_ros2_control does at its start.
 
     Args:
-        logger: Who says it.
+        logger: Logger of the lines.
         description: The robot.
-        model: The same, as it is simulated.
+        model: Simulated model of the robot.
     """
     by_name = {joint.name: joint for joint in model.joints}
     for component in description.ros2_control:
@@ -69,7 +69,7 @@ def report_robot(logger: Logger, description: RobotDescription, model: RobotMode
 
 
 def _report_base(logger: Logger, description: RobotDescription, model: RobotModel) -> None:
-    """Say whether the robot's root link stands still."""
+    """Log whether the robot's root link is fixed or free."""
     link, base, fixed = description.root, model.base, model.fixed
     if fixed is not None:
         if fixed.by is FixedBy.SHAPES:
@@ -92,7 +92,7 @@ def _report_base(logger: Logger, description: RobotDescription, model: RobotMode
 
 
 _PerformanceMetrics = get_message("gazebo_msgs/msg/PerformanceMetrics")
-# How often, in seconds of wall time.
+# Period of the messages, in seconds of wall time.
 _PERIOD_S = 1.0
 
 
@@ -100,9 +100,9 @@ class PerformancePublisher:
     """Publisher of the measured real-time factor on ``/performance_metrics``, as Gazebo has it.
 
     Args:
-        node: Who publishes.
-        simulation: Whose time it is.
-        loop: What runs it.
+        node: Node of the publisher.
+        simulation: Simulation whose time stamps the messages.
+        loop: Loop that runs the simulation.
     """
 
     def __init__(self, node: Node, simulation: Simulation, loop: LockstepLoop) -> None:

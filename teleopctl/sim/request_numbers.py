@@ -1,6 +1,6 @@
 """Numbers that a parameter or a request may have.
 
-A file of its own, since nodes that draw read their parameters before they import mujoco, which
+A module of its own: nodes that render read their parameters before they import mujoco, which
 chooses its OpenGL backend at import; see `gl_backend`.
 """
 
@@ -9,7 +9,7 @@ from __future__ import annotations
 import numpy as np
 import numpy.typing as npt
 
-# Beyond this (m, m/s, rad/s, N, N m) nothing is meant: a million kilometres.
+# Largest valid number (m, m/s, rad/s, N, N m): a million kilometres.
 _LARGEST = 1e9
 
 

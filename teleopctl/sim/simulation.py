@@ -31,7 +31,7 @@ from teleopctl.sim.state.state_observer import StateObserver
 
 Array = npt.NDArray[np.float64]
 
-# At fast control, not every tick looks for links that have come apart: it may cost a physics step.
+# Interval of the checks for links that have come apart: each may cost as much as a physics step.
 _PARTING_NS = 10_000_000
 
 
@@ -39,24 +39,24 @@ class Simulation:
     """Physics simulation of a robot and its world.
 
     Args:
-        model: The robot.
+        model: Model of the robot and its world.
         control_period_ns: Time between two control ticks, in nanoseconds.
-        timestep_ns: Longest physics step; the step used divides the control period evenly. By
-            default that of the model.
-        mass_scale: How many times as heavy as described everything is, with its inertia.
-        friction_scale: How many times the described friction all shapes have.
+        timestep_ns: Longest physics step, in nanoseconds, by default that of the model; the step
+            used divides the control period evenly.
+        mass_scale: Factor of all masses and inertias.
+        friction_scale: Factor of all coefficients of friction.
 
     Attributes:
-        joint_names: The joints of all arrays below, in the order of the model.
+        joint_names: Names of the joints in all arrays below, in the order of the model.
         positions: Joint positions (rad or m) as of the last `read`.
         velocities: Joint velocities (rad/s or m/s) as of the last `read`.
-        efforts: What the drives exert (N m or N) as of the last `read`.
-        free_bodies: What moves freely.
-        movers: What moves the robot as topics ask.
-        control_period_ns: Time between two control ticks.
-        steps_per_period: PhysicsStepper steps in one control period.
-        static_moves: How often something that stands in the world has been put elsewhere.
-        resets: How often it was put back to its start, or elsewhere.
+        efforts: Efforts of the drives (N m or N) as of the last `read`.
+        free_bodies: Poses and velocities of the freely moving bodies.
+        movers: Planar-move plug-ins, which move the robot by commands from topics.
+        control_period_ns: Time between two control ticks, in nanoseconds.
+        steps_per_period: Number of physics steps in one control period.
+        static_moves: Number of changes of static objects' poses.
+        resets: Number of resets of the state.
         put_back: Objects whose physics diverged, and which alone were reset; for the log.
     """
 
@@ -89,9 +89,9 @@ class Simulation:
         self.reset_state()
 
     def _bind(self, model: RobotModel) -> None:
-        """Begin with a model, in its own initial state."""
+        """Set up MuJoCo's model and data from a model, in its initial state."""
         self.model = model
-        # Gains, gravity compensation and what may touch change while running: on a copy of its own.
+        # A copy: gains, gravity compensation and excluded contacts change at run time.
         self._m: Any = copy.copy(model.mj_model)
         set_timestep(self._m, self.control_period_ns * 1e-9 / self.steps_per_period)
         scale_model(self._m, *self._scales)
@@ -110,7 +110,7 @@ class Simulation:
         """Replace the MuJoCo model; all parts that both models have keep their state.
 
         Args:
-            model: With more around the robot than the one so far, or with less.
+            model: Model of the same robot, with other objects around it.
         """
         m, d, physics = self._m, self._d, self._physics
         self._bind(model)
@@ -170,8 +170,8 @@ class Simulation:
     def coast(self, count: int) -> None:
         """Advance by physics steps without a stop at control ticks, while drives stand still.
 
-        The bits are those of `step`. It ends early, at a control tick, where the drives have
-        something to do, and at the one that would have found that physics broke down.
+        The result is that of `step`, bit for bit. The simulation stops early at a control tick
+        where the drives have something to do, or that would have detected diverged physics.
         """
         if self._pushes:
             self.step(min(count, self.steps_to_tick))
@@ -229,9 +229,9 @@ class Simulation:
         """Reset all positions and velocities, and drop commands; the time stays.
 
         Args:
-            positions: Where joints are to be instead (rad or m), by name.
-            velocities: How fast they are to move instead (rad/s or m/s), by name.
-            keyframe: Which of the model's to begin with instead.
+            positions: Positions of joints (rad or m), by name, instead of the initial ones.
+            velocities: Velocities of joints (rad/s or m/s), by name, instead of the initial ones.
+            keyframe: Keyframe of the model to start from, instead of its initial state.
         """
         self.resets += 1
         mujoco.mj_resetData(self._m, self._d)
@@ -271,7 +271,7 @@ class Simulation:
         """Set the complete state to what `save` returned for a model with the same parts.
 
         Raises:
-            RefusedError: A push makes no sense; nothing is changed.
+            RefusedError: A saved push is invalid; nothing is changed.
         """
         pushes = read_pushes(self._m, saved["pushes"])
         self.reset_state()
@@ -283,7 +283,7 @@ class Simulation:
         put_physics_state(self._m, self._d, saved)
         self.static_moves += 1
         wake(self._m, self._d)
-        # Looking around has moved where the solver starts.
+        # `wake` has changed the solver's warm start.
         put_physics_state(self._m, self._d, saved)
         step, period = saved["step"]
         self._steps = int(step) % self.steps_per_period if period == self.steps_per_period else 0
@@ -331,8 +331,7 @@ class Simulation:
     def observe(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
         """Return MuJoCo's model and a copy of its data with present sensor values.
 
-        Both are of MuJoCo's own types, which have no static ones. They are good until the next
-        step.
+        Model and data are valid until the next step.
         """
         moving = not self._drives.settled
         return self._m, self._observer.observe(self._d, self.time_ns * 1e-9, moving=moving)
@@ -350,8 +349,8 @@ class Simulation:
         """Set the pose of a static object, until the next reset of states.
 
         Args:
-            body: Its topmost body.
-            pose: Position (m) and rotation (w x y z, of any length), (7,).
+            body: Topmost body of the object.
+            pose: Position (m) and rotation (w x y z, of any length) in the world, (7,).
         """
         number, turn = self._m.body(body).id, np.array(pose[3:])
         mujoco.mju_normalize4(turn)
@@ -360,7 +359,7 @@ class Simulation:
         wake(self._m, self._d)
 
     def _restore_standing(self) -> None:
-        """Put back what stands in the world where it was at the start."""
+        """Set all static objects back to their initial poses."""
         start = self.model.mj_model
         if not np.array_equal(self._m.body_pos, start.body_pos) or not np.array_equal(
             self._m.body_quat, start.body_quat

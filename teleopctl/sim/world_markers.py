@@ -1,7 +1,7 @@
 """Markers of the world's shapes, for RViz and the web page.
 
-Sent once, and moved by ``/tf``: what stands still is locked to the frame at the world's origin, and
-what moves to its own.
+Markers are published once and move by ``/tf``: those of static shapes are locked to the frame at
+the world's origin, those of moving shapes to the frame of their body.
 """
 
 from __future__ import annotations
@@ -22,16 +22,16 @@ if TYPE_CHECKING:
 
 WORLD_MARKERS_TOPIC = "/mujoco_sim/world_markers"
 
-# Any stands for messages, whose classes are made at run time, and for what MuJoCo has no types of.
+# Any stands for messages, whose classes are made at run time, and for MuJoCo's types.
 _Marker = get_message("visualization_msgs/msg/Marker")
 _MarkerArray = get_message("visualization_msgs/msg/MarkerArray")
 _Point = get_message("geometry_msgs/msg/Point")
 
 Array = npt.NDArray[np.float64]
 _Kind = mujoco.mjtGeom
-# Shapes that MuJoCo's own pictures leave out: for contacts only.
+# MuJoCo does not draw shapes from this group on: they are for contacts only.
 _FIRST_HIDDEN_GROUP = 3
-# What MuJoCo gives to a shape that nobody gave a colour: then its material's counts.
+# MuJoCo's default colour of a shape; with it, the material's colour counts.
 _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 
 
@@ -39,8 +39,8 @@ class WorldMarkers:
     """Publisher of the world's shapes as a latched MarkerArray.
 
     Args:
-        node: Who publishes.
-        model: Robot and world.
+        node: Node of the publisher.
+        model: Model of the robot and its world.
     """
 
     def __init__(self, node: Node, model: RobotModel) -> None:
@@ -76,7 +76,7 @@ def world_markers(model: RobotModel) -> list[Any]:
     """Return markers of all shapes of a model's world, except the ground.
 
     Args:
-        model: Robot and world.
+        model: Model of the robot and its world.
     """
     m = model.mj_model
     data = mujoco.MjData(m)
@@ -87,7 +87,7 @@ def world_markers(model: RobotModel) -> list[Any]:
             continue
         body = int(m.geom_bodyid[geom])
         carrier = free_root(m, body)
-        # Where the shape is in the frame that carries it.
+        # Pose of the shape in the frame that carries it.
         turn = data.xmat[carrier].reshape(3, 3)
         place = turn.T @ (data.geom_xpos[geom] - data.xpos[carrier])
         rotation = turn.T @ data.geom_xmat[geom].reshape(3, 3)
@@ -100,7 +100,7 @@ def world_markers(model: RobotModel) -> list[Any]:
 
 
 def _shapes(m: Any, geom: int, place: Array, rotation: Array) -> Iterator[Any]:
-    """The markers that together look like a shape; none for planes and heights, the ground."""
+    """Yield markers that together draw a shape; none for planes and heightmaps, the ground."""
     a, b, c = (float(size) for size in m.geom_size[geom])
     color = _color(m, geom)
     match m.geom_type[geom]:

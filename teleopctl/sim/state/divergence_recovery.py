@@ -1,8 +1,8 @@
 """Recovery from diverging physics: unstable objects are reset, everything else continues.
 
-MuJoCo sets a whole simulation back where one number of it is beyond all bounds. Where that number
-is of a thing around the robot, a block of steps is made again with that thing at its start and at
-rest: one crate of 1e300 kg is no reason for a robot to jump.
+MuJoCo resets a whole simulation if a single number diverges. If that number belongs to an object
+around the robot, the block of steps is repeated with that object at its start and at rest, so that
+a crate of 1e300 kg does not make the robot jump.
 """
 
 from __future__ import annotations
@@ -18,7 +18,8 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model import RobotModel
     from teleopctl.sim.state.slip_correction import PhysicsStepper
 
-# MuJoCo's enumerations are slow as numbers. All that a step starts from, to the last bit:
+# Integers, since MuJoCo's enumerations are slow as numbers. _ALL is all that a step starts from, to
+# the last bit.
 _ALL = int(mujoco.mjtState.mjSTATE_INTEGRATION)
 _W = mujoco.mjtWarning
 _BAD_POSITION = int(_W.mjWARN_BADQPOS)
@@ -29,19 +30,19 @@ class DivergenceRecovery:
     """Stepper that resets objects of the world whose physics becomes unstable.
 
     Args:
-        robot: The model, with what is around the robot.
-        model: Its ``mujoco.MjModel``, which may be a copy.
+        robot: Model of the robot and its world.
+        model: The robot's ``mujoco.MjModel``, or a copy of it.
         data: Its ``mujoco.MjData``.
-        physics: What makes the steps.
+        physics: Stepper of the physics.
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
     def __init__(self, robot: RobotModel, model: Any, data: Any, physics: PhysicsStepper) -> None:
         self._robot, self._m, self._d, self._physics = robot, model, data, physics
-        # Quicker to read than numpy's.
+        # A memory view is faster to read than numpy's array.
         self._numbers = memoryview(data.warning.number)
         names = {model.body(thing.name).id: thing.name for thing in robot.things}
-        # Of each degree of freedom the thing that has it; empty for the robot.
+        # Name of the object of each degree of freedom; empty for the robot.
         roots = model.body_rootid[model.dof_bodyid].tolist()
         self._owners = [names.get(root, "") for root in roots]
         self._kept: Array | None = None
@@ -59,7 +60,7 @@ class DivergenceRecovery:
         """Advance by physics steps; return the names of objects that were reset meanwhile.
 
         Returns:
-            The things that broke down, and have spent these steps from their start.
+            Names of the objects that diverged, and have made these steps from their start.
         """
         if self._kept is None:
             self._physics.step(self._d, count)
@@ -80,7 +81,7 @@ class DivergenceRecovery:
         return [] if self.broken else found
 
     def _to_blame(self) -> str:
-        """The thing of the first number that was beyond all bounds; empty for the robot."""
+        """Return the object of the first number that diverged; empty for the robot."""
         for kind in _BROKEN:
             if self._numbers[kind]:
                 number = int(self._d.warning[kind].lastinfo)

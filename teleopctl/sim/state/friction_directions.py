@@ -1,9 +1,9 @@
 """Anisotropic friction: other coefficients along a direction of a link than across it.
 
-The two axes along a contact's surface MuJoCo chooses by itself, along those of the world. Where a
-shape says a direction they are turned into that before each step, and each has its own coefficient;
-what acts on the contact is then computed again. It costs 10 us of a step and 10 for each contact,
-of those robots alone.
+MuJoCo itself chooses the two axes along a contact's surface, along those of the world. Where a
+shape has a friction direction, they are rotated into it before each step, each axis with its own
+coefficient, and the contact's constraints are computed again. This takes 10 us per step and 10 us
+per contact, only for robots with such shapes.
 """
 
 from __future__ import annotations
@@ -17,17 +17,17 @@ import mujoco
 if TYPE_CHECKING:
     from teleopctl.mujoco_model import DirectedFriction
 
-# Next to the direction with more friction the other one has at least this part of it: MuJoCo takes
-# none for zero.
+# Least coefficient in the direction with less friction, as a fraction of the other one: MuJoCo
+# accepts no zero.
 _LEAST = 1e-3
-# How long what is left of a direction is on the surface, at least.
+# Least length of a direction's projection onto the surface.
 _SHORTEST = 1e-6
-# What contacts without friction have fewer dimensions than.
+# Least number of dimensions of contacts with friction.
 _WITH_FRICTION = 3
 
 
 class _Way(NamedTuple):
-    """Along a direction of a body a shape's own coefficient holds; across it another one."""
+    """Direction in a body's axes along which a shape has its own coefficient, and that across."""
 
     body: int
     along: tuple[float, float, float]
@@ -39,8 +39,8 @@ class FrictionDirections:
 
     Args:
         model: The ``mujoco.MjModel``.
-        directed: What the robot says of it.
-        scale: By what the model's friction has been multiplied.
+        directed: Direction-dependent friction of the robot's links.
+        scale: Factor by which the model's friction has been multiplied.
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
@@ -84,7 +84,7 @@ class FrictionDirections:
         mujoco.mj_referenceConstraint(self._m, data)
 
     def _coefficients(self, one: int, other: int) -> tuple[float, float]:
-        """Of two shapes: the smaller coefficient along the direction, and across it."""
+        """Return the smaller coefficient of two shapes along the direction, and across it."""
         rough, ways = self._rough, self._ways
         along = min(rough[one], rough[other])
         across = min(ways[geom].across if geom in ways else rough[geom] for geom in (one, other))
@@ -95,15 +95,15 @@ class FrictionDirections:
 def _tangents(
     normal: list[float], along: tuple[float, float, float], turn: list[float]
 ) -> list[float] | None:
-    """The axes of a contact along its surface, the first along a direction.
+    """Return the axes of a contact along its surface, the first along a direction.
 
     Args:
-        normal: Of the contact: x, y, z.
+        normal: Normal of the contact: x, y, z.
         along: The direction, in a body's axes.
-        turn: The rotation of that, row by row.
+        turn: Rotation matrix of that body, row by row.
 
     Returns:
-        Both axes, one after the other; None where the direction is that of the normal.
+        Both axes, one after the other; None if the direction is that of the normal.
     """
     a, b, c = along
     x, y, z = (turn[row] * a + turn[row + 1] * b + turn[row + 2] * c for row in (0, 3, 6))

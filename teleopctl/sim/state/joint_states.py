@@ -22,11 +22,11 @@ class JointStates:
         weightless: Links on which gravity does not act.
 
     Attributes:
-        names: The joints.
+        names: Names of the joints.
         values: Positions, velocities and efforts, (3, n).
-        positions: In rad or m, as of the last `read`, (n,).
-        velocities: In rad/s or m/s, (n,).
-        efforts: What the drives exert, in N m or N, (n,).
+        positions: Positions in rad or m, as of the last `read`, (n,).
+        velocities: Velocities in rad/s or m/s, as of the last `read`, (n,).
+        efforts: Efforts of the drives in N m or N, as of the last `read`, (n,).
     """
 
     def __init__(self, joints: Sequence[JointSpec], weightless: Sequence[str] = ()) -> None:
@@ -54,7 +54,7 @@ class JointStates:
         self._speeds: memoryview[float] = data.qvel.data
         self._speeds_before: memoryview[float] = data.actuator_velocity.data
         self._bias: memoryview[float] = model.actuator_biasprm.data
-        # Views: numpy takes four times as long to copy a few numbers.
+        # Memory views: numpy takes four times as long to copy a few numbers.
         self._copied = [
             (target.data[first:end], source.data[at : at + end - first])
             for source, places, target in (
@@ -76,7 +76,7 @@ class JointStates:
         if moving:
             self._correct_efforts()
         if self._weightless:
-            # MuJoCo lifts what has no weight by a force, and counts that as the joints' own.
+            # MuJoCo lifts weightless links by a force, which it counts as the joints' own effort.
             lifting = gravity_efforts(self._m, self._d, self._lifted)
             lifting[self._m.jnt_actgravcomp[self._m.dof_jntid] == 0] = 0.0
             self.efforts -= lifting[self._dofs]
@@ -84,16 +84,16 @@ class JointStates:
             self._balls.read(self._d, self.positions, self.velocities)
 
     def _correct_efforts(self) -> None:
-        """Take from efforts what the integrator takes from them.
+        """Correct the efforts for the integrator's implicit treatment of dampers.
 
-        MuJoCo works a damper's force out with the speed at the beginning of a step, and in the end
-        lets it act with that at its end, but where a joint is at the limit of its effort.
+        MuJoCo computes a damper's force with the speed at the beginning of a step, but applies it
+        with the speed at the end of the step, except where a joint is at its effort limit.
         """
         for row, dof, drive, limit in self._driven:
             effort = self._told[row]
             if abs(effort) < limit:
                 gained = self._speeds[dof] - self._speeds_before[drive]
-                # Where something hits the joint, it may for a step be more than the drive can do.
+                # An impact on the joint may raise the value above the limit for one step.
                 true = effort + self._bias[drive, 2] * gained
                 self._told[row] = min(max(true, -limit), limit)
 
@@ -103,7 +103,7 @@ class JointStates:
 
 
 def _runs(places: Sequence[int]) -> Iterator[tuple[int, int, int]]:
-    """What lies in one piece: from which joint to before which, and where."""
+    """Yield each run of consecutive places: its first joint, end joint (exclusive) and place."""
     first = 0
     for end in range(1, len(places) + 1):
         if end == len(places) or places[end] != places[end - 1] + 1:

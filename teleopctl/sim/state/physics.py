@@ -12,7 +12,7 @@ import numpy.typing as npt
 
 Array = npt.NDArray[np.float64]
 
-# All that a step starts from, to the last bit: also controls, and where the solver starts.
+# All that a step starts from, to the last bit: also controls and the solver's warm start.
 _ALL = mujoco.mjtState.mjSTATE_INTEGRATION
 _Object = mujoco.mjtObj
 _NAMED = {
@@ -29,7 +29,7 @@ def scale_model(model: Any, mass: float, friction: float) -> None:
     if mass != 1.0:
         model.body_mass[:] *= mass
         model.body_inertia[:] *= mass
-        # What MuJoCo works out beforehand from masses.
+        # Recompute the constants that MuJoCo derives from masses.
         mujoco.mj_setConst(model, mujoco.MjData(model))
     if friction != 1.0:
         model.geom_friction[:] *= friction
@@ -68,7 +68,7 @@ def part_names(model: Any) -> list[str]:
 def wake(model: Any, data: Any) -> None:
     """Recompute sleeping bodies, after something around them has changed.
 
-    MuJoCo works out only once where things stand, as long as it lets others sleep.
+    While bodies may sleep, MuJoCo computes the poses of static bodies only once.
     """
     with nothing_asleep(model):
         mujoco.mj_forward(model, data)

@@ -24,9 +24,9 @@ if TYPE_CHECKING:
 Array = npt.NDArray[np.float64]
 
 _FORMAT = "teleopctl simulation state 1"
-# What files that were written before lack.
+# Values that files of earlier versions lack.
 _LATER = ("sliding", "drives_inertia", "drives_tuned_at", "drives_speed_before")
-# No state of a robot comes near it: a million numbers.
+# Limit of a file's size in bytes, a million numbers: far more than the state of any robot.
 _LONGEST_FILE = 32_000_000
 
 
@@ -35,8 +35,8 @@ class SavedState:
     """State of a simulation at one time, with the names of the model's parts.
 
     Attributes:
-        parts: What it is of, in words: a state fits the same parts only.
-        values: As `Simulation.save` returns them.
+        parts: Names of the model's parts: a state fits only a model with the same parts.
+        values: Values that `Simulation.save` returned.
     """
 
     parts: tuple[str, ...]
@@ -52,7 +52,7 @@ class SavedState:
         """Return the state in a file that `write` has written.
 
         Raises:
-            InvalidFileError: It cannot be read, or is none.
+            InvalidFileError: The file cannot be read, or is no saved state.
         """
         if _plain_size(path) > _LONGEST_FILE:
             raise InvalidFileError(f"{path} is too long for a state")
@@ -69,7 +69,7 @@ class SavedState:
         """Write the state to a file, replacing an existing one.
 
         Raises:
-            InvalidFileError: It cannot be written, or is something else than a file.
+            InvalidFileError: The file cannot be written, or the path is not that of a plain file.
         """
         _plain_size(path)
         values = {name: value.tolist() for name, value in self.values.items()}
@@ -87,7 +87,7 @@ class SavedState:
         """Set a simulation to this state, if its model has the same parts.
 
         Raises:
-            RefusedError: It is of another model, or makes no sense; nothing is changed.
+            RefusedError: The state is of another model, or invalid; nothing is changed.
         """
         here, there = _parts(simulation), self.parts
         if only := next((part for part in there if part not in here), ""):
@@ -97,7 +97,7 @@ class SavedState:
         now = simulation.save()
         values = {**{name: now[name] for name in _LATER}, **self.values}
         sizes, saved = ({k: v.size for k, v in one.items()} for one in (now, values))
-        # Pairs that overlapped come apart, and pushes end.
+        # The numbers of overlapping pairs and of pushes vary.
         for name in {"waiting", "pushes"} & saved.keys():
             saved[name] = sizes[name]
         if here != there or sizes != saved:
@@ -108,11 +108,11 @@ class SavedState:
 
 
 def _plain_size(path: Path) -> int:
-    """How long a file is, in bytes; 0 where there is none.
+    """Return the size of a file in bytes; 0 if the file does not exist.
 
     Raises:
-        InvalidFileError: There is a folder or a device, which may have no end and is not to be
-            replaced, or it cannot be told.
+        InvalidFileError: The path is that of a folder or a device, which may have no end and must
+            not be replaced, or is not accessible.
     """
     try:
         there = path.stat()

@@ -31,8 +31,8 @@ def refuse_joints(simulation: Simulation, state: Any) -> str:
     """Return why a JointState message cannot be applied to a simulation; empty if it can.
 
     Args:
-        simulation: What it is meant for.
-        state: Positions and velocities, each one per name or none at all; no efforts.
+        simulation: Simulation to apply the message to.
+        state: JointState with positions and velocities, each one per name or empty; no efforts.
     """
     unknown = [name for name in state.name if name not in simulation.joint_names]
     if unknown:
@@ -123,7 +123,7 @@ class MujocoServices:
     """Services of mujoco_ros2_control: pause, step, reset, save and load states.
 
     Args:
-        node: Whose they are.
+        node: Node of the services.
         find_running: See `FindRunning`.
     """
 
@@ -204,7 +204,7 @@ class MujocoServices:
 
 
 def _file(name: str) -> Path | None:
-    """The file that a keyframe names; None where it is a name."""
+    """Return the path of the file that a keyframe names; None if the keyframe is a plain name."""
     if "/" not in name:
         return None
     path = resolve_uri(name)

@@ -1,23 +1,23 @@
 """Speeds of drives' set-points from one control period to the next.
 
-Of one drive each; in rad or m, and seconds. Numbers, not arrays: for a dozen drives these take a
-fifth of the time.
+Each function is for one drive, in rad or m, and seconds. Plain numbers instead of arrays: for a
+dozen drives they take a fifth of the time.
 """
 
 from __future__ import annotations
 
 from math import copysign, sqrt
 
-# What part of the effort a set-point's acceleration may take on the way to a position that stands:
-# the rest is for weight, for what other joints ask of this one, and for the spring to correct with.
-# In periods that are long it is less: speeds change in steps, from one to the next.
+# Fraction of the effort that a set-point's acceleration may take on the way to a fixed position:
+# the rest is for weight, for loads from other joints, and for corrections of the spring. It is
+# smaller in control periods longer than _LONG_S, since speeds change in steps between periods.
 _SHARE, _LONG_S = 0.5, 0.05
 
 # The shortest time in which a joint on a velocity command brakes before its limits, in seconds:
 # two time constants of its drive.
 _BRAKING_S = 0.01
 
-# Of a way that is just within reach, numbers are off by this part.
+# Factor for rounding errors of a distance that is just within reach.
 _NEARLY = 1.0 + 1e-6
 
 
@@ -26,17 +26,17 @@ def position_speed(
 ) -> float:
     """Return the set-point's speed for the next control period on its way to a position.
 
-    Straight to the next position of a path. On the way to one that stands or takes longer than a
-    period, and where it starts from rest, it speeds up and brakes by no more than a part of the
-    effort can do: it comes to rest at its end, however far that is.
+    The set-point moves straight to the next position of a path. From rest, and to a position that
+    is not new or is further than one period, it accelerates and brakes with a fraction of the
+    effort: the set-point comes to rest at the position, at whatever distance.
 
     Args:
-        away: How far the position is.
-        before: The speed in the period before.
+        away: Distance to the position, with its sign.
+        before: Speed in the previous period.
         fresh: Whether the position is new in this period.
-        max_speed: The joint's own.
-        acceleration: What all of the joint's effort can do.
-        period_s: The control period.
+        max_speed: Speed limit of the joint.
+        acceleration: Acceleration at the full effort of the joint.
+        period_s: Control period in seconds.
     """
     if away == 0.0:
         return 0.0
@@ -46,8 +46,9 @@ def position_speed(
     if fresh and forth > 0.0 and distance <= max_speed * period_s * _NEARLY:
         most = min(straight, max_speed, forth + acceleration * period_s)
     else:
-        # In steps of one period, what is left after this one is enough to brake in. With x the last
-        # term, it is more / 2 * (sqrt(1 + x) - 1) in a form that holds for any effort.
+        # In steps of one period, the distance left after this one is enough to brake. With
+        # x = 8 straight / more, the speed is more / 2 * (sqrt(1 + x) - 1), in a form that holds
+        # for any effort.
         more = _SHARE * min(1.0, _LONG_S / period_s) * acceleration * period_s
         braking = 4.0 * straight / (sqrt(1.0 + 8.0 * straight / more) + 1.0)
         most = min(straight, max_speed, forth + more, braking)
@@ -57,18 +58,18 @@ def position_speed(
 def feedforward_speed(speed: float, fed_before: float, expected: float, most_more: float) -> float:
     """Return the part of a set-point's speed that is fed forward to the drive.
 
-    All of it where positions follow one another as a path, so that the joint does not lag, but no
-    more than the periods before let expect: a path's first position may as well be a jump. In
-    between, as much more in each period as the damper can answer with the joint's effort.
+    Along a path of positions the whole speed is fed forward, so that the joint does not lag, but
+    no more than expected from the previous periods: a path's first position may as well be a jump.
+    In between, the part grows in each period by what the damper can answer with the joint's effort.
 
-    None is towards a position that is not new or that takes more than a period: a command for a
-    jump wants to come to rest at its end, for which the damper has to see the joint's speed.
+    Callers feed nothing forward to a position that is not new or is further than one period: at
+    the end of a jump the joint is to rest, for which the damper must act on the joint's own speed.
 
     Args:
-        speed: Of the set-point in this period.
-        fed_before: What was fed forward in the period before.
-        expected: What the periods before let expect of the speed.
-        most_more: The change of speed that the damper alone answers with all the joint's effort.
+        speed: Speed of the set-point in this period.
+        fed_before: Speed that was fed forward in the previous period.
+        expected: Speed expected from the previous periods.
+        most_more: Change of speed that the damper alone answers with the joint's full effort.
     """
     before = fed_before if fed_before * speed > 0.0 else 0.0
     fed = speed
@@ -80,13 +81,13 @@ def feedforward_speed(speed: float, fed_before: float, expected: float, most_mor
 def lag_distance(change: float, lag_s: float, acceleration: float) -> float:
     """Return the distance by which a joint lags behind its set-point after a change of speed.
 
-    It does so as a first-order system, or, where that asks for more than all of its effort, at the
-    acceleration of that until the rest of the change is within it.
+    The joint lags as a first-order system. Where this needs more than its full effort, it
+    accelerates at full effort until the rest of the change needs no more.
 
     Args:
-        change: Of the speed.
-        lag_s: The time constant.
-        acceleration: What all of the joint's effort can do.
+        change: Change of the speed.
+        lag_s: Time constant of the first-order system, in seconds.
+        acceleration: Acceleration at the full effort of the joint.
     """
     within = min(abs(change), acceleration * lag_s)
     beyond = abs(change) - within
@@ -97,14 +98,14 @@ def lag_distance(change: float, lag_s: float, acceleration: float) -> float:
 def limited_lead(lead: float, pull: float, effort: float, stiffness: float) -> float:
     """Return how far a velocity command's set-point may lead its joint.
 
-    No further than for the effort that the damper leaves it: what holds the joint back does not
-    wind it up.
+    The spring gets at most the effort that the damper leaves: a joint that is held back does not
+    wind up.
 
     Args:
-        lead: What it is ahead by.
-        pull: What the damper exerts.
-        effort: The joint's own.
-        stiffness: The spring's.
+        lead: Distance by which the set-point is ahead.
+        pull: Effort of the damper.
+        effort: Effort limit of the joint.
+        stiffness: Stiffness of the spring.
     """
     most = min(max(effort - pull, 0.0), effort) / stiffness
     least = -min(max(effort + pull, 0.0), effort) / stiffness
@@ -115,10 +116,10 @@ def speed_within_limits(speed: float, lower: float, upper: float, period_s: floa
     """Return a commanded speed, limited so that the joint stops at its position limits.
 
     Args:
-        speed: The one that is wanted.
-        lower: The lower limit, from where the joint would come to rest.
-        upper: The upper limit, from there.
-        period_s: The control period.
+        speed: Commanded speed.
+        lower: Lower limit, relative to the position where the joint would come to rest.
+        upper: Upper limit, relative to that position.
+        period_s: Control period in seconds.
     """
     braking = max(period_s, _BRAKING_S)
     return min(max(speed, min(lower, 0.0) / braking), max(upper, 0.0) / braking)

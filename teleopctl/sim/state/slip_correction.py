@@ -1,22 +1,23 @@
 """Physics steps in which sliding wheels keep contact with the ground.
 
-MuJoCo's contacts are convex: a force at the limit of friction pushes the two apart, the more the
+MuJoCo's contacts are convex: a force at the limit of friction pushes two shapes apart, the more the
 faster they slide, so that a sliding wheel hops a hundred times a second. Friction then acts in
 short blows, which turn light wheels rather than move the robot: a base that turns by sliding its
-wheels turns half to three quarters as fast as with dry friction. So the acceleration at which two
-contacts are to part is lowered by just what sliding adds to it; what rolls or sticks is as before.
+wheels turns half to three quarters as fast as with dry friction. So the reference acceleration with
+which a contact separates is lowered by what sliding adds to it; rolling and sticking contacts do
+not change.
 
 In MuJoCo's terms: at the border of the cone `a_n - aref_n + R f_n = mu |a_t - aref_t|`, where dry
 friction has 0. In a steady slide `a_t` is 0, so `mu |aref_t|` is taken from `aref_n`.
 Source: De Saxcé and Feng 1998, here as a change of the reference instead of an iteration.
 
-Casters that do not turn slide too. Where they hop, weight goes from the driven wheels to them, and
-the wheels spin: a base of 1.1 kg on two such casters came a third as far as its wheels turned.
+Fixed casters slide too. When they hop, they take weight off the driven wheels, which then spin: a
+base of 1.1 kg on two such casters moved a third of the distance that its wheels turned.
 
-That is done in Python, for a quarter of what a step of a base on four wheels takes: only robots
-have it that cannot turn, or drive, without sliding, and only while they slide or may begin to. On
-two driven wheels and casters that turn nothing has to slide, and the two points by which a cylinder
-touches would tell too much of how a wide wheel does.
+The correction runs in Python and takes a quarter of the time of a step of a base on four wheels. So
+it is only for robots that cannot turn, or drive, without sliding, and only while they slide or may
+begin to. With two driven wheels and turning casters nothing has to slide, and the two contact
+points of a cylinder would exaggerate the slip of a wide wheel.
 """
 
 from __future__ import annotations
@@ -36,24 +37,24 @@ if TYPE_CHECKING:
 _ELLIPTIC = int(mujoco.mjtCone.mjCONE_ELLIPTIC)
 _MANY_WHEELS = 3
 
-# What slides is looked for in one step of so many while nothing does and the drives keep their
-# speeds. Not while those change, nor until wheels have taken them up, to 1 % within 50 ms: a base
-# loses 6 mrad of a turn where the first blows of its wheels are missed.
+# One step in _LOOK_EVERY is checked for sliding while nothing slides and the drives keep their
+# speeds. Every step is checked while speeds change, and for _TAKEN_UP_S until the wheels have
+# reached them, to 1 % within 50 ms: a base loses 6 mrad of a turn if the first blows are missed.
 _LOOK_EVERY, _TAKEN_UP_S = 16, 0.1
 
-# Where sliding adds less than this (m/s²) to the acceleration at which two contacts are to part, a
-# twentieth of a weight's, they stay together: mu times 5 mm/s at the softness of our contacts.
+# Contacts stay closed if sliding adds less than this (m/s²), a twentieth of gravity, to the
+# acceleration with which they separate: mu times 5 mm/s at the softness of the contacts here.
 _PARTS = 0.5
 
-# So many sets of what touches are kept: of four wheels each lies on one edge, on both or on none.
+# Most cached sets of contacts: each of four wheels touches with one edge, both or none.
 _MOST_KNOWN = 1024
 
 
 def drives_by_sliding(model: RobotModel) -> bool:
     """Return whether a robot has a free base whose wheels or casters slide when it turns.
 
-    That is one of three driven wheels or more, or one that drags casters along the ground. For a
-    robot of an MJCF file the physics is as the file has it.
+    Such a base has three or more driven wheels, or drags casters along the ground. The physics of a
+    robot from an MJCF file is never corrected.
     """
     wheels = [one for one in model.joints if one.driven_by_velocity]
     return (
@@ -69,11 +70,11 @@ class PhysicsStepper:
 
     Args:
         model: The ``mujoco.MjModel``.
-        slides: Whether what slides is to stay on the ground.
-        directions: Which friction differs by direction.
+        slides: Whether to correct the contacts of sliding wheels.
+        directions: Direction-dependent friction of the robot's shapes.
 
     Attributes:
-        slides: The same.
+        slides: Whether the contacts of sliding wheels are corrected.
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
@@ -81,9 +82,9 @@ class PhysicsStepper:
         self._m = model
         self.slides = slides
         self._directions = directions
-        # Steps to come in which each is looked at for what slides, and then in which none is.
+        # Number of next steps that are all checked for sliding, and of those after that are not.
         self._seen = self._unseen = 0
-        # Friction directions may give the same shapes another friction.
+        # Not cached with friction directions, which may change the friction of the same shapes.
         self._contacts = _Contacts(kept=not (model.nflex or directions))
         self._taking_up = round(_TAKEN_UP_S / model.opt.timestep)
 
@@ -140,26 +141,27 @@ class PhysicsStepper:
 
 
 class _Contacts:
-    """What touches: where its rows are among the constraints, and its friction.
+    """Correction of sliding contacts, with their constraint rows and friction cached.
 
-    That stays the same while the same shapes touch in the same order, so it is kept: to read it
-    takes as long as all the rest.
+    Rows and friction stay the same while the same shapes touch in the same order. To read them
+    takes as long as the rest of the correction.
 
     Args:
-        kept: Whether shapes tell the friction: what is soft has none.
+        kept: Whether the touching shapes define the friction, so that it can be cached; contacts of
+            flexes have no shapes.
     """
 
     def __init__(self, *, kept: bool) -> None:
         self._kept = kept
-        # Of each contact with friction: the rows of its normal and of two directions along the
-        # ground, and the friction in these.
+        # For each contact with friction: the rows of its normal and of two directions along the
+        # surface, and the friction in these directions.
         self._known: dict[bytes, list[tuple[int, int, int, float, float]]] = {}
 
     def correct_slip(self, data: Any) -> float:
         """Subtract from each contact's normal acceleration what sliding adds; return the most.
 
         Returns:
-            The most of it (m/s²).
+            The largest correction (m/s²).
         """
         if not data.ncon:
             return 0.0
@@ -170,7 +172,7 @@ class _Contacts:
             if len(self._known) >= _MOST_KNOWN:
                 self._known.clear()
             rows = self._known[key] = _rows(contact)
-        # A view: numpy takes several times as long to read or write one number.
+        # A memory view: numpy takes several times as long to read or write one number.
         reference, most = data.efc_aref.data, 0.0
         for normal, first, second, along_first, along_second in rows:
             slip = hypot(along_first * reference[first], along_second * reference[second])

@@ -16,13 +16,12 @@ _IMPLICIT = int(mujoco.mjtIntegrator.mjINT_IMPLICITFAST)
 class StateObserver:
     """Copier of MuJoCo's data for measurements, so that these do not change the simulation.
 
-    MuJoCo measures with the acceleration that its forces have without what its integrator does to
-    their dampers: a joint that a drive speeds up would speed up
-    half as much again.
+    MuJoCo's sensors use accelerations from before its integrator treats dampers implicitly: the
+    acceleration of a joint by a drive would be measured half as large again.
 
     Args:
-        model: The ``mujoco.MjModel``, whose sensors are disabled otherwise.
-        physics: Its steps.
+        model: The ``mujoco.MjModel``, whose sensors are disabled outside of `observe`.
+        physics: Stepper of the simulation's physics.
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
@@ -37,7 +36,7 @@ class StateObserver:
 
         Args:
             data: The ``mujoco.MjData``.
-            time_s: The time; MuJoCo's own restarts at each reset of the state.
+            time_s: Simulated time in seconds; MuJoCo's own restarts at each reset of the state.
             moving: Whether drives may accelerate anything.
         """
         if self._data is None:
@@ -46,8 +45,8 @@ class StateObserver:
         mujoco.mj_copyData(observed, self._m, data)
         self._m.opt.disableflags &= ~_NO_SENSORS
         observed.time = time_s
-        self._physics.forward(observed)  # what sleeps would touch nothing
-        # An MJCF file may ask for another integrator, and brings drives of its own.
+        self._physics.forward(observed)  # with all bodies awake: sleeping ones have no contacts
+        # An MJCF file may select another integrator, and has actuators of its own.
         if moving and self._m.opt.integrator == _IMPLICIT:
             mujoco.mj_copyData(self._next, self._m, observed)
             mujoco.mj_implicit(self._m, self._next)

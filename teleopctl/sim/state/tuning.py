@@ -17,13 +17,13 @@ if TYPE_CHECKING:
 
 
 # The fastest natural frequency (rad/s) of a joint on its drive, for commands at 170 Hz or more: a
-# jump that the effort allows is done to 1 % in 25 ms. Four times as much is not stable with joints
-# that follow others.
+# jump within the effort limit settles to 1 % in 25 ms. Four times as fast is not stable with mimic
+# joints.
 _FASTEST_RAD_S = 250.0
-# In one control period it goes by no more than this (rad): set-points move in straight lines from
-# one to the next, and the faster a drive, the harder are their corners.
+# Largest phase (rad) of this frequency per control period: set-points move in straight lines from
+# one to the next, and a faster drive makes the corners between them harder.
 _IN_A_PERIOD = 1.5
-# Nor by more than this in one physics step.
+# Largest phase (rad) of this frequency per physics step.
 _IN_A_STEP = 0.25
 
 
@@ -31,9 +31,10 @@ def drive_rates(takes_position: npt.NDArray[np.bool_], period_s: float, step_s: 
     """Return the natural frequency for each joint's drive, rad/s, (n,).
 
     Args:
-        takes_position: Which joints do, (n,). Wheels, which do not, stay as they were built.
-        period_s: The control period.
-        step_s: The physics step.
+        takes_position: Whether each joint takes position commands, (n,). Others, such as wheels,
+            keep the frequency with which they were built.
+        period_s: Control period in seconds.
+        step_s: Physics step in seconds.
     """
     fastest = min(_FASTEST_RAD_S, _IN_A_PERIOD / period_s, _IN_A_STEP / step_s)
     return np.where(takes_position, max(DRIVE_RAD_S, fastest), DRIVE_RAD_S)
@@ -42,13 +43,14 @@ def drive_rates(takes_position: npt.NDArray[np.bool_], period_s: float, step_s: 
 class MovedInertia:
     """Inertia that each drive moves while all other joints stand still.
 
-    The diagonal of the mass matrix, and with it that of the joints that follow one.
+    The inertia is the joint's diagonal element of the mass matrix, plus those of its mimic joints.
 
     Args:
         model: The ``mujoco.MjModel``.
         joints: The robot's movable joints.
-        driven: Those of them that drives move, n of them.
-        tuned: What each drive was tuned to when the model was built, in the model's own pose, (n,).
+        driven: Names of the n joints with drives.
+        tuned: Inertia that each drive was tuned to when the model was built, in the model's own
+            pose, (n,).
     """
 
     # Any stands for MuJoCo's types, here and below: they have no static ones.
@@ -56,7 +58,7 @@ class MovedInertia:
         self, model: Any, joints: Sequence[JointSpec], driven: Sequence[str], tuned: Array
     ) -> None:
         self._m = model
-        # Data of its own: the estimate changes nothing.
+        # Separate data: the estimate does not change the simulation.
         self._d = mujoco.MjData(model)
         row = {name: number for number, name in enumerate(driven)}
         self._dofs = np.array([model.joint(name).dofadr[0] for name in driven], dtype=int)
@@ -73,7 +75,7 @@ class MovedInertia:
     def at(self, data: Any) -> Array:
         """Return the inertia that each drive moves in the data's pose, kg m² or kg, (n,)."""
         self._d.qpos[:] = data.qpos
-        # What else the drives were tuned to, such as the robot that stands on a leg, stays.
+        # Other inertia that drives were tuned to, such as the robot that stands on a leg, stays.
         inertia: Array = np.maximum(self._tuned - self._own + self._now(), self._least)
         return inertia
 
