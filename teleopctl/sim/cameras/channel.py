@@ -49,11 +49,11 @@ _INFOS = frozenset({"info", "depth_info"})
 _DEPTHS = frozenset({"depth", "depth/compressedDepth", "points"})
 _COLOURS = frozenset({"image", "image/compressed"})
 _LABELS = frozenset({"labels", "coloured", "boxes", "boxed_image"})
-# The newest picture counts: a slow reader of 9 MB each must not see old ones.
+# Only the newest image counts: a slow subscriber to images of 9 MB must not get old ones.
 _NEWEST = QoSProfile(depth=1)
-# ITU-R BT.601, which OpenCV turns colours into grey by.
+# ITU-R BT.601, by which OpenCV converts colours to grey.
 _LUMINANCE = np.array([0.299, 0.587, 0.114])
-# Brightness of the colours of labels; neighbours in number are far apart in hue.
+# Step in hue from one label's colour to the next, so that consecutive labels look different.
 _GOLDEN = 0.618034
 
 
@@ -61,20 +61,21 @@ class CameraChannel:
     """Publishers of one camera, which render only what has subscribers.
 
     Args:
-        node: Who publishes.
-        camera: Which camera.
-        bodies: Names of the model's bodies by their number, for labels.
-        setting: Gives the value of ``compressed.format`` and ``compressed.jpeg_quality``.
-        seed: Of the noise.
+        node: Node of the publishers.
+        camera: The camera.
+        bodies: Names of the model's bodies in the order of their indices, for labels.
+        setting: Returns the value of the parameter ``compressed.format`` or
+            ``compressed.jpeg_quality``.
+        seed: Seed of the noise.
 
     Attributes:
-        camera: Which camera.
-        schedule: When it is due.
-        wanted: What somebody subscribes to; see `CameraModel`, with ``image/compressed`` and
-            ``depth/compressedDepth``.
+        camera: The camera.
+        schedule: Schedule of the camera's images.
+        wanted: Kinds of data that have subscribers; see `CameraModel`, with ``image/compressed``
+            and ``depth/compressedDepth``.
     """
 
-    # Any: what a parameter may be.
+    # Any: the value of a parameter.
     def __init__(
         self,
         node: Node,
@@ -131,8 +132,8 @@ class CameraChannel:
         """Render the subscribed topics, and publish them with a simulated time as stamp.
 
         Args:
-            renderer: In the pose of that time; None where nothing has to be drawn.
-            time_ns: Simulated time.
+            renderer: Renderer, in the pose of that time; None if nothing has to be rendered.
+            time_ns: Simulated time in nanoseconds.
         """
         wanted = self.wanted
         for what in _INFOS & wanted:
@@ -150,7 +151,7 @@ class CameraChannel:
     # --- what is drawn --------------------------------------------------------------------
 
     def _pixels(self) -> npt.NDArray[np.uint8]:
-        """Where colours are drawn: the message itself, whose 9 MB are never copied here."""
+        """Return the array for colours, if possible the message's own: no copies of 9 MB."""
         if self._picture is None:
             own = self.camera.encoding == "rgb8" and self.camera.sees("image")
             shape = (self.camera.height, self.camera.width, 3)
@@ -165,7 +166,7 @@ class CameraChannel:
             return
         picture = self._pixels()
         if self.camera.noise is not None:
-            # One number for a pixel, the same on its colours, as in Gazebo.
+            # One number per pixel, the same for its three colours, as in Gazebo.
             grey = np.zeros(picture.shape[:2])
             disturbed = 255.0 * self._noise.add_noise(grey, time_ns * 1e-9)[..., None]
             np.clip(np.rint(picture + disturbed), 0, 255, out=picture, casting="unsafe")
@@ -187,7 +188,7 @@ class CameraChannel:
     ) -> None:
         depths = renderer.colours_and_depths(self.camera.name, self._pixels())
         near, far = self.camera.depth_limits
-        # REP 118: what is too near or too far is infinitely so.
+        # REP 118: -Inf for too near, +Inf for too far.
         depths[depths > far] = np.inf
         depths[depths < near] = -np.inf
         self._publish_colours(wanted, time_ns)
@@ -256,7 +257,7 @@ class CameraChannel:
         self._publishers[what].publish(message)
 
     def _tell_labels(self, bodies: tuple[str, ...], topic: str) -> None:
-        """Say which number is which body."""
+        """Publish the body that each label stands for."""
         info = get_message("vision_msgs/msg/LabelInfo")
         label = get_message("vision_msgs/msg/VisionClass")
         message = info(class_map=[label(class_id=n, class_name=b) for n, b in enumerate(bodies)])

@@ -1,14 +1,14 @@
 """Lens distortion of camera images: the model ``plumb_bob`` of sensor_msgs/CameraInfo.
 
-A point of the scene at (X, Y, Z) in the optical frame is at x = X/Z, y = Y/Z without a lens. With
-one it is, with r² = x² + y², at
+Without a lens, a point of the scene at (X, Y, Z) in the optical frame is at x = X/Z, y = Y/Z in the
+image. With a lens it is, with r² = x² + y², at
 
     x' = x (1 + k1 r² + k2 r⁴ + k3 r⁶) + 2 p1 x y + p2 (r² + 2 x²)
     y' = y (1 + k1 r² + k2 r⁴ + k3 r⁶) + p1 (r² + 2 y²) + 2 p2 x y
 
-and in the pixel (fx x' + cx, fy y' + cy). OpenGL draws without a lens. So a picture is drawn that
-is large enough, and each pixel is taken from where it belongs. What a wide angle camera sees is no
-plane: the faces of a cube around it are drawn.
+and in the pixel (fx x' + cx, fy y' + cy). OpenGL renders without a lens. So an image is rendered
+that is large enough, and each pixel of the camera is taken from its place in that image. A wide
+angle camera's view does not fit into a plane: the faces of a cube around the camera are rendered.
 """
 
 from __future__ import annotations
@@ -25,19 +25,19 @@ from teleopctl.robot import Lens
 Array = npt.NDArray[np.float64]
 
 _ITERATIONS = 30
-# Pixels whose light cannot be told apart more precisely than this are outside the lens.
+# Pixels whose distortion cannot be inverted more precisely than this are outside the lens.
 _PRECISE_PX = 0.1
-# Of a wide angle camera's cube, in pixels along an edge.
+# Largest face of a wide angle camera's cube, in pixels along an edge.
 _LARGEST_FACE = 2048
 _X, _Y, _Z = np.eye(3)
-# Ahead, left, right, up, down and back, with what is up there.
+# Viewing and up directions in the optical frame: ahead, left, right, up, down and back.
 _FACES = ((_Z, -_Y), (-_X, -_Y), (_X, -_Y), (-_Y, -_Z), (_Y, _Z), (-_Z, -_Y))
 _INVERSES: dict[str, Callable[[Array], Array]] = {
     "tan": np.arctan,
     "sin": np.arcsin,
     "id": np.positive,
 }
-# A lens that shows more than this many times the picture's width is cut off there.
+# A lens that shows more than this multiple of the image's width is cut off there.
 _LARGEST = 2.0
 
 
@@ -59,16 +59,16 @@ class Projection:
     """Frustum in which a camera is rendered, and the mapping of its pixels through the lens.
 
     Attributes:
-        width: In pixels, as for ``height``.
-        height: See there.
-        left: Where the left edge is at x = X/Z; ``right``, ``top`` and ``bottom`` alike, y upwards.
-        right: See there.
-        bottom: See there.
-        top: See there.
-        pixels: For each pixel of the final picture, row by row, the number of the drawn one; those
-            that see nothing have the number ``width * height``. None where there is no lens.
-        faces: The pictures that it consists of; their pixels are counted one after the other, each
-            from the lowest row on. Empty where it is one picture that looks forwards.
+        width: Width in pixels.
+        height: Height in pixels.
+        left: Left edge, X/Z.
+        right: Right edge, X/Z.
+        bottom: Lower edge, -Y/Z.
+        top: Upper edge, -Y/Z.
+        pixels: For each pixel of the final image, row by row, the number of the rendered pixel;
+            ``width * height`` for pixels that see nothing. None without a lens.
+        faces: Faces of a cube that the view consists of; their pixels are numbered one face after
+            the other, each from the lowest row on. Empty for a single image that looks ahead.
     """
 
     width: int
@@ -91,14 +91,14 @@ class Face:
     """Frustum of one face of the cube that a wide-angle camera is rendered on.
 
     Attributes:
-        ahead: Where it looks, in the optical frame.
-        up: What is up there.
-        width: In pixels, as for ``height``.
-        height: See there.
-        left: Where the left edge is, in parts of the distance ahead; the others alike, y upwards.
-        right: See there.
-        bottom: See there.
-        top: See there.
+        ahead: Viewing direction in the optical frame.
+        up: Upward direction of the image in the optical frame.
+        width: Width in pixels.
+        height: Height in pixels.
+        left: Left edge, divided by the distance ahead, to the right.
+        right: Right edge, divided by the distance ahead, to the right.
+        bottom: Lower edge, divided by the distance ahead, upwards.
+        top: Upper edge, divided by the distance ahead, upwards.
     """
 
     ahead: Array
@@ -124,7 +124,7 @@ def camera_projection(camera: CameraModel) -> Projection:
     seen &= (np.abs(x) < reach_x) & (np.abs(y) < reach_y)
     low_x, high_x = (fx * edge for edge in (x[seen].min(), x[seen].max()))
     low_y, high_y = (fy * edge for edge in (y[seen].min(), y[seen].max()))
-    # The centre of the first drawn pixel, in pixels from the axis.
+    # The centre of the first rendered pixel, in pixels from the axis.
     first_x, first_y = np.floor(low_x), np.floor(low_y)
     drawn_width = int(np.ceil(high_x) - first_x) + 1
     drawn_height = int(np.ceil(high_y) - first_y) + 1
@@ -138,7 +138,7 @@ def camera_projection(camera: CameraModel) -> Projection:
 
 
 def _cube(camera: CameraModel, lens: Lens) -> Projection:
-    """How a wide angle camera's picture is drawn: on those faces of a cube that it sees."""
+    """Return the projection of a wide angle camera: the faces of a cube that it sees."""
     seen_from = directions(camera, lens)
     seen = np.isfinite(seen_from).all(axis=-1)
     along = np.stack([np.where(seen, seen_from @ forwards, -np.inf) for forwards, _ in _FACES])
@@ -151,7 +151,7 @@ def _cube(camera: CameraModel, lens: Lens) -> Projection:
         here = seen & (nearest == face)
         ahead, up = _FACES[face]
         d = seen_from[here] / (seen_from[here] @ ahead)[:, None]
-        # In pixels of the whole face, the lowest row first; that part is drawn which is seen.
+        # In pixels of the whole face, the lowest row first; only the visible part is rendered.
         column, row = (
             np.clip(np.rint((d @ axis + 1.0) / 2.0 * side - 0.5), 0, side - 1).astype(np.int64)
             for axis in (np.cross(ahead, up), up)
@@ -171,7 +171,7 @@ def directions(camera: CameraModel, lens: Lens) -> Array:
     """Return the unit vectors that a wide-angle camera's pixels look along, in the optical frame.
 
     Returns:
-        (height, width, 3); no numbers where nothing is seen.
+        Unit vectors, (height, width, 3); NaN for pixels that see nothing.
     """
     _, _, cx, _, _, cy, *_ = camera.intrinsics
     columns, rows = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
@@ -186,11 +186,11 @@ def directions(camera: CameraModel, lens: Lens) -> Array:
 
 
 def _side_of_faces(camera: CameraModel, lens: Lens) -> int:
-    """Pixels along an edge of the cube, so that the finest ones of the picture have their own."""
+    """Return the pixels along an edge of the cube, for the finest resolution in the image."""
     angles = np.linspace(1e-3, min(camera.horizontal_fov / 2.0, lens.cutoff, np.pi - 1e-3), 100)
     radii = np.array([lens.radius(float(angle)) for angle in angles]) * camera.width / 2.0
     finest = max(np.gradient(radii, angles).max(), (radii / np.sin(angles))[angles < 2.0].max())
-    # The middle of a face has half as many to the radian.
+    # The middle of a face has half as many pixels per radian.
     return int(min(_LARGEST_FACE, np.ceil(2.0 * finest)))
 
 
@@ -241,6 +241,6 @@ def undistorted(camera: CameraModel) -> tuple[Array, Array, npt.NDArray[np.bool_
             y -= scale * (a * error_y - c * error_x)
         at_x, at_y = distorted(x, y, camera.distortion)
         seen = np.hypot(fx * (at_x - wanted_x), fy * (at_y - wanted_y)) < _PRECISE_PX
-        # Beyond its fold a lens shows the same again, turned: not what is seen there.
+        # Beyond its fold the lens model repeats the image, turned: those pixels see nothing.
         seen &= (x * wanted_x + y * wanted_y >= 0.0) & (a * d - b * c > 0.0)
     return x, y, seen

@@ -23,8 +23,8 @@ _PointField = get_message("sensor_msgs/msg/PointField")
 
 _FLOAT32 = 7
 _POINT_BYTES = 16
-# compressed_depth_image_transport's defaults, which its readers take from the message: depths are
-# kept as a / z + b, in whole numbers; b is the inverse of the largest.
+# compressed_depth_image_transport's defaults, which its subscribers read from the message: depths
+# are stored as a / z + b, in whole numbers; with b, the largest depth becomes 1.
 _COMPRESSED_DEPTH_MAX_M = 10.0
 _DEPTH_QUANTIZATION = 100.0
 _INVERSE_DEPTH = 0
@@ -76,16 +76,17 @@ def compress(message: Any, picture: npt.NDArray[np.uint8], how: str, jpeg_qualit
 
     Args:
         message: The CompressedImage to fill.
-        picture: Red green blue.
-        how: ``jpeg`` or ``png``.
-        jpeg_quality: 1 to 100.
+        picture: RGB image, (height, width, 3).
+        how: File format, ``jpeg`` or ``png``.
+        jpeg_quality: Quality of JPEG files, 1 to 100.
     """
     from PIL import Image
 
     file = io.BytesIO()
     options = {"quality": jpeg_quality} if how == "jpeg" else {"compress_level": 3}
     Image.fromarray(picture).save(file, how, **options)
-    # The order of the colours within is for OpenCV's sake; both formats say their own.
+    # The second order of colours is that of OpenCV, as in image_transport; both file formats define
+    # their own.
     message.format = f"rgb8; {how} compressed bgr8"
     message.data = array.array("B", file.getvalue())
 
@@ -95,7 +96,7 @@ def compress_depths(message: Any, depths: npt.NDArray[np.float32]) -> None:
 
     Args:
         message: The CompressedImage to fill.
-        depths: Metres; what is no finite number is kept as such.
+        depths: Depths in metres; those that are not finite are stored as not measured.
     """
     from PIL import Image
 
@@ -105,7 +106,7 @@ def compress_depths(message: Any, depths: npt.NDArray[np.float32]) -> None:
     inverse = np.zeros(depths.shape, np.float32)
     np.divide(scale, depths, out=inverse, where=kept)
     inverse[kept] += offset
-    # What is too far for the numbers is not measured.
+    # Depths outside the range of the integers are stored as not measured.
     kept &= (inverse >= 1.0) & (inverse <= _MOST_UINT16)
     file = io.BytesIO()
     Image.fromarray(np.where(kept, inverse, 0.0).astype(np.uint16)).save(
@@ -139,11 +140,11 @@ class Rectifier:
     """Directions X/Z and Y/Z of a camera's pixels, to compute points from depths.
 
     Args:
-        camera: Which camera.
+        camera: Camera of the pixels.
 
     Attributes:
         x: X/Z of each pixel in the optical frame, (height, width).
-        y: Y/Z.
+        y: Y/Z of each pixel in the optical frame, (height, width).
     """
 
     def __init__(self, camera: CameraModel) -> None:
@@ -160,7 +161,7 @@ class Rectifier:
         np.multiply(self.x, z, out=points[..., 0])
         np.multiply(self.y, z, out=points[..., 1])
         points[..., 2] = z
-        # PCL's: blue, green, red from the lowest byte on.
+        # PCL's order: blue, green, red from the lowest byte on.
         colours = points.view(np.uint8)[..., 12:15]
         colours[:] = picture[..., ::-1]
 
@@ -182,7 +183,7 @@ def label_boxes(labels: npt.NDArray[np.uint16]) -> Iterator[PixelBox]:
     """Yield the bounding box of each label in a label image.
 
     Args:
-        labels: The number of the body that each pixel shows, (height, width); 0 for the background.
+        labels: Index of the body that each pixel shows, (height, width); 0 for the background.
     """
     for label in np.unique(labels):
         if label:

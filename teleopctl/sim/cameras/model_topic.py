@@ -1,7 +1,7 @@
 """Topic of the simulator's compiled model, from which camera processes render spawned entities.
 
-The message is MuJoCo's own form of a model (MJB), as it is after the last change; an empty one says
-that nothing has changed since the start, so that it is as the robot and the world are described.
+The message contains the model in MuJoCo's binary format (MJB), as of its last change. An empty
+message means that the model is the initial one of the robot's and the world's descriptions.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model import RobotModel
     from teleopctl.node import Node
 
-# Hidden, so that a bag of all topics does without it: meshes make it tens of megabytes.
+# A hidden topic, which a bag of all topics leaves out: meshes make a message tens of megabytes.
 MODEL_TOPIC = "/mujoco_sim/_model"
 _FILE = "model.mjb"
 
@@ -33,14 +33,14 @@ class ModelPublisher:
     """Publisher of the simulation's compiled MuJoCo model, for camera processes.
 
     Args:
-        node: Who publishes.
+        node: Node of the publisher.
     """
 
     def __init__(self, node: Node) -> None:
         self._publisher = node.create_publisher(_Bytes, MODEL_TOPIC, qos_profile_latched)
         self._model: RobotModel | None = None
         self._readers = 0
-        # The loop's thread and the graph's publish: what is sent last is the newest.
+        # The threads of the loop and of the graph publish: the last message must be the newest.
         self._sending = threading.Lock()
 
     def replace_model(self, model: RobotModel) -> None:
@@ -75,14 +75,15 @@ def model_from_message(message: Any, described: RobotModel) -> RobotModel:
         described: The model of the robot and its world at the start.
 
     Raises:
-        InvalidMessageError: It is none, or of another version of MuJoCo, or of another robot.
+        InvalidMessageError: The message is not a model, or a model of another version of MuJoCo or
+            of another robot.
     """
     data = bytes(message.data)
     if not data:
         return described
     try:
         model = mujoco.MjModel.from_binary_path(_FILE, {_FILE: data})
-        mujoco.MjData(model)  # it may need more memory than there is
+        mujoco.MjData(model)  # fails if the model needs too much memory
     except (ValueError, mujoco.FatalError) as error:
         raise InvalidMessageError(f"{MODEL_TOPIC}: {error}") from error
     for kind, names in (

@@ -1,8 +1,8 @@
 """Renderer of a robot's cameras, and the choice of a quality that holds their rates.
 
-All cameras are drawn from one model with one context of OpenGL. Multisampling costs most, then
-shadows, then reflections; the factors multiply. Quality ``auto`` tries from the best down on real
-frames and stays with the first quality that holds the rate.
+All cameras are rendered from one model with one OpenGL context. Multisampling costs most, then
+shadows, then reflections; the factors multiply. Quality ``auto`` renders real frames from the best
+quality down, and uses the first quality that holds the rate.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ Picture = npt.NDArray[np.uint8]
 Depths = npt.NDArray[np.float32]
 Labels = npt.NDArray[np.uint16]
 
-# MuJoCo draws the sky as a sphere of this part of the far plane's distance.
+# MuJoCo draws the sky as a sphere at this fraction of the far plane's distance.
 _SKY = 0.7
 
 
@@ -37,7 +37,7 @@ class Quality:
     """Rendering quality: samples per pixel, shadow map and reflections.
 
     Attributes:
-        name: What it is called in the log.
+        name: Name of the quality in the log.
         samples: Samples per pixel for smooth edges, 0 for one.
         shadow_size: Side of the shadow map in texels, 0 for no shadows.
         reflections: Whether the ground reflects.
@@ -57,7 +57,7 @@ class Quality:
 
 @dataclass(frozen=True)
 class _Camera:
-    """A camera and where its pictures are drawn to."""
+    """A camera with its projection and the buffers of its images."""
 
     model: CameraModel
     view: Projection
@@ -69,15 +69,15 @@ class _Camera:
 class CameraRenderer:
     """Renderer of a model's cameras with one OpenGL context, bound to the creating thread.
 
-    Pictures are upright, (height, width) of the camera and as its lens shows them.
+    Images are upright, of the camera's height and width, and distorted by its lens.
 
     Args:
-        model: The robot.
-        cameras: Which cameras.
-        quality: How to draw.
+        model: Model of the robot and its world.
+        cameras: Cameras to render.
+        quality: Rendering quality.
 
     Attributes:
-        quality: How it draws.
+        quality: Rendering quality.
 
     Raises:
         TeleopctlError: If a system library for drawing is missing.
@@ -92,7 +92,7 @@ class CameraRenderer:
         drawn = [part for view in views.values() for part in view.drawn]
         offscreen.offwidth = max(part.width for part in drawn)
         offscreen.offheight = max(part.height for part in drawn)
-        # Averaged over samples, the numbers of two things would be that of a third.
+        # Averaged over samples, the labels of two bodies would be that of a third.
         labels = any(camera.sees(what) for camera in cameras for what in ("labels", "boxes"))
         self._m.vis.quality.offsamples = 0 if labels else quality.samples
         self._m.vis.quality.shadowsize = quality.shadow_size
@@ -129,10 +129,10 @@ class CameraRenderer:
         """Set the joint positions and the poses of free bodies for the next images.
 
         Args:
-            positions: Joint positions (rad or m) by name; unknown names are passed over and
-                joints that are not named stay where they were.
-            bodies: Where free bodies are in the world, by link: x y z in metres, then the
-                rotation w x y z; taken in the same way.
+            positions: Joint positions (rad or m) by name; unknown names are ignored, and joints
+                without a name here keep their positions.
+            bodies: Poses of free bodies in the world, by link: x y z in metres, then the rotation
+                w x y z; unknown links are ignored, and other bodies keep their poses.
         """
         for name, position in positions.items():
             address = self._address.get(name)
@@ -162,7 +162,7 @@ class CameraRenderer:
         """Render a camera's colours into an array, and return depths along the optical axis.
 
         Returns:
-            Metres, (height, width); infinite where nothing is.
+            Depths in metres, (height, width); infinite where nothing is visible.
         """
         found = self._cameras[camera]
         self._draw(found, found.view, measuring=True)
@@ -235,7 +235,7 @@ class CameraRenderer:
                 eye.forward, eye.up = axes @ view.ahead, axes @ view.up
         flags = self._scene.flags
         flags[mujoco.mjtRndFlag.mjRND_SHADOW] = self.quality.shadow_size > 0
-        # What is behind a mirror would be measured.
+        # Mirror images would be measured.
         flags[mujoco.mjtRndFlag.mjRND_REFLECTION] = self.quality.reflections and not measuring
         mujoco.mjr_render(_rectangle(view), self._scene, self._context)
 
@@ -246,14 +246,14 @@ def _rectangle(part: Projection | Face) -> Any:
 
 
 def _drawn_far(camera: _Camera) -> float:
-    """Where drawing ends, so that the sky is behind all that the camera sees."""
+    """Return the far plane's distance with which the sky is behind all that the camera sees."""
     view = camera.view
     x, y = max(-view.left, view.right), max(-view.bottom, view.top)
     return camera.model.far * math.sqrt(1.0 + x * x + y * y) / _SKY
 
 
 def _through_lens(camera: _Camera, drawn: npt.NDArray[Any], image: npt.NDArray[Any]) -> None:
-    """Turn what OpenGL has drawn the right way up, and look at it through the lens."""
+    """Flip an image from OpenGL upright, and write it into another one through the lens."""
     pixels = camera.view.pixels
     if pixels is None:
         image[:] = drawn[::-1]
@@ -261,13 +261,13 @@ def _through_lens(camera: _Camera, drawn: npt.NDArray[Any], image: npt.NDArray[A
     parts = image.shape[2:]
     count = camera.view.width * camera.view.height
     upright = np.zeros((count + 1, *parts), drawn.dtype)
-    # Of several pictures the pixels are counted as they are drawn.
+    # The pixels of a cube's faces are numbered from their lowest rows on, as OpenGL draws them.
     turned = drawn if camera.view.faces else drawn[::-1]
     upright[:count] = turned.reshape(count, *parts)
     np.take(upright, pixels, axis=0, out=image.reshape(-1, *parts))
 
 
-# The part of a frame's time that drawing may take; the rest is for sending the picture.
+# Fraction of a frame's period that rendering may take; the rest is for publishing the image.
 _SHARE = 0.75
 _TIMED_FRAMES = 3
 
@@ -289,10 +289,10 @@ def make_renderer(
     """Return a renderer of a named quality, and a sentence about it; ``auto`` times frames.
 
     Args:
-        model: The robot.
-        cameras: Which cameras.
+        model: Model of the robot and its world.
+        cameras: Cameras to render.
         quality: ``full``, ``fast`` or ``auto``: the best that holds the cameras' rates.
-        clock: Seconds, for the measurement.
+        clock: Returns a time in seconds, for the measurement.
 
     Returns:
         The renderer, and a sentence for the log on what was chosen and why.
@@ -311,7 +311,7 @@ def make_renderer(
     budget = _SHARE / rate_hz
     for candidate in _BEST_FIRST:
         renderer = CameraRenderer(model, cameras, candidate)
-        # The frames of all cameras that fall on one of the fastest.
+        # Time of all cameras per frame of the fastest camera.
         seconds = sum(
             _measure(renderer, camera, budget, clock) * camera.rate_hz / rate_hz
             for camera in cameras
@@ -329,7 +329,7 @@ def make_renderer(
 def _measure(
     renderer: CameraRenderer, camera: CameraModel, budget: float, clock: Callable[[], float]
 ) -> float:
-    """Seconds for a frame, the median of a few after one that warms up."""
+    """Return the time of a frame in seconds, the median of a few after a warm-up frame."""
     picture = np.zeros((camera.height, camera.width, 3), np.uint8)
 
     def timed() -> float:
@@ -340,6 +340,6 @@ def _measure(
 
     warm_up = timed()
     if warm_up > 10.0 * budget:
-        # Hopeless even if half of that was the driver's compiling of shaders.
+        # Too slow even if half of the time was for the driver to compile shaders.
         return warm_up
     return sorted(timed() for _ in range(_TIMED_FRAMES))[_TIMED_FRAMES // 2]

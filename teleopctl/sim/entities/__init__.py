@@ -1,1 +1,1 @@
-"""What is in a simulation by name, and the standard services that ask for it and change it."""
+"""Entities of a simulation by name, and the standard services that read and change them."""

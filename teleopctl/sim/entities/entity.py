@@ -21,7 +21,7 @@ Array = npt.NDArray[np.float64]
 Observed = tuple[mujoco.MjModel, mujoco.MjData]
 
 _ROBOT = "robot"
-# How many names an answer lists: there may be thousands.
+# Most names that an error message lists: there may be thousands.
 _TOLD = 30
 
 
@@ -30,11 +30,11 @@ class SimulatedEntity:
     """An entity of the simulation: the robot, or an object of the world.
 
     Attributes:
-        name: What it is called.
-        body: Its topmost body; empty for a robot that stands in the world's origin.
-        index: Its number among the free bodies, or None where it stands still.
-        is_robot: Whether it is the robot.
-        spawned: Whether it came in while the simulation ran.
+        name: Name of the entity.
+        body: Topmost body of the entity; empty for a robot that is fixed at the world's origin.
+        index: Index of the entity among the free bodies; None if the entity is fixed.
+        is_robot: Whether the entity is the robot.
+        spawned: Whether the entity was spawned into the running simulation.
     """
 
     name: str
@@ -49,8 +49,9 @@ class Motion(NamedTuple):
 
     Attributes:
         pose: Position (m) and rotation (w x y z), (7,).
-        twist: Velocity of its origin (m/s) and angular velocity (rad/s), (6,).
-        acceleration: The same of the accelerations (m/s² and rad/s²), (6,).
+        twist: Velocity of the frame's origin (m/s) and angular velocity (rad/s), (6,).
+        acceleration: Acceleration of the frame's origin (m/s²) and angular acceleration (rad/s²),
+            (6,).
     """
 
     pose: Array
@@ -78,7 +79,7 @@ def find(simulation: Simulation, name: str) -> SimulatedEntity:
     """Return the entity of a simulation that has a name; raise if there is none.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: There is no entity of that name.
     """
     known = entities(simulation)
     if name not in known:
@@ -96,9 +97,9 @@ def motion_of(
     """Return the present pose, velocity and acceleration of an entity in the world.
 
     Args:
-        simulation: Where it is.
-        entity: What to look at.
-        seen: What `Simulation.observe` has just returned; looked for where it is None.
+        simulation: Simulation of the entity.
+        entity: The entity.
+        seen: Model and data that `Simulation.observe` has just returned; None to call it here.
     """
     model, data = seen or simulation.observe()
     if entity.index is None:
@@ -108,9 +109,9 @@ def motion_of(
     start = int(joint.dofadr[0])
     acceleration = np.array(data.qacc[start : start + 6])
     if data.body_awake[int(joint.bodyid[0])] != mujoco.mjtSleepState.mjS_AWAKE:
-        acceleration[:] = 0.0  # what sleeps is left out of all computing
+        acceleration[:] = 0.0  # MuJoCo does not compute sleeping bodies
     pose = bodies.pose(entity.index)
-    # As of velocities: the linear part is in the world's frame, the angular one in the body's.
+    # As for velocities: the linear part is in the world's frame, the angular one in the body's.
     mujoco.mju_rotVecQuat(acceleration[3:], acceleration[3:].copy(), pose[3:])
     return Motion(pose, bodies.twist(entity.index), acceleration)
 
@@ -121,13 +122,13 @@ def move(
     """Set the pose, the velocity or both of an entity.
 
     Args:
-        simulation: Where it is.
-        entity: What to move.
-        pose: As of `Motion`; None to leave it where it is.
-        twist: As of `Motion`; None to leave it as it moves.
+        simulation: Simulation of the entity.
+        entity: Entity to move.
+        pose: New pose as in `Motion`; None to keep the present pose.
+        twist: New velocity as in `Motion`; None to keep the present velocity.
 
     Raises:
-        RefusedError: It stands still, and is to move, or it is a robot that stands in the world.
+        RefusedError: A velocity is given for a fixed entity, or a pose for a fixed robot.
     """
     if entity.index is not None:
         bodies = simulation.free_bodies
@@ -162,8 +163,8 @@ class BoundingBox(NamedTuple):
     """Axis-aligned box between two corners, in metres.
 
     Attributes:
-        low: Its corner with the smallest coordinates, (3,), in metres.
-        high: The one with the largest, (3,).
+        low: Corner with the smallest coordinates, (3,), in metres.
+        high: Corner with the largest coordinates, (3,), in metres.
     """
 
     low: Array
@@ -189,13 +190,13 @@ def bounds_of(
     """Return the bounding box of an entity's shapes, in its own frame or the world's; or None.
 
     Args:
-        simulation: Where it is.
-        entity: What to look at.
-        seen: What `Simulation.observe` has just returned; looked for where it is None.
-        in_world: Whether it is along the axes of the world.
+        simulation: Simulation of the entity.
+        entity: The entity.
+        seen: Model and data that `Simulation.observe` has just returned; None to call it here.
+        in_world: Whether the box is in the world's frame instead of the entity's own.
 
     Returns:
-        None where it has no shapes, or such as have no end.
+        The box; None if the entity has no shapes, or only infinite ones.
     """
     m, d = seen or simulation.observe()
     top = m.body(entity.body).id if entity.body else 0
@@ -215,12 +216,12 @@ def bounds_of(
 
 # Any stands for MuJoCo's models and data, which have no types.
 def _geoms_of(simulation: Simulation, m: Any, top: int) -> Iterator[int]:
-    """The shapes below a topmost body, by arrays: there may be thousands, and time stands still."""
+    """Yield the shapes below a topmost body; with arrays, since there may be thousands."""
     roots = m.body_rootid[m.geom_bodyid]
     if top:
         yield from map(int, np.flatnonzero(roots == top))
         return
-    # A robot that stands in the world: what is of nobody else, neither of the ground.
+    # A robot that is fixed at the world's origin: all shapes but those of the world and the ground.
     around = set(simulation.model.world_geoms)
     yield from (int(geom) for geom in np.flatnonzero(roots) if int(geom) not in around)
 
@@ -230,7 +231,7 @@ def _ends(m: Any, geom: int) -> bool:
 
 
 def _corners(m: Any, d: Any, geom: int) -> Array:
-    """The corners in the world of the box around a shape along its own axes, (8, 3)."""
+    """Return the corners in the world of the box around a shape along its own axes, (8, 3)."""
     center, half = m.geom_aabb[geom][:3], m.geom_aabb[geom][3:]
     found: Array = (
         d.geom_xpos[geom] + (center + _CORNERS * half) @ d.geom_xmat[geom].reshape(3, 3).T

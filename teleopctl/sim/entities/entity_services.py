@@ -47,7 +47,7 @@ def offer_entity_services(services: SimulationServices) -> None:
     """Create the services that list entities, and get or set their states and infos.
 
     Args:
-        services: Where they are offered.
+        services: Services of the node, on which these are created.
     """
     services.offer("GetEntities", "get_entities", _list)
     services.offer("GetEntitiesStates", "get_entities_states", _list_states)
@@ -143,7 +143,7 @@ def _info(running: RunningSimulation, entity: SimulatedEntity) -> Any:
 
 
 async def _named(running: RunningSimulation, filters: Any) -> frozenset[str]:
-    """The names that pass a filter."""
+    """Return the names of all entities that match a filter's regular expression."""
     names = running.call(lambda: list(entities(running.simulation)))
     return frozenset(await matching_names(filters.filter, names))
 
@@ -151,7 +151,7 @@ async def _named(running: RunningSimulation, filters: Any) -> frozenset[str]:
 def _chosen(
     running: RunningSimulation, names: Container[str], filters: Any
 ) -> list[SimulatedEntity]:
-    """The entities of some names that pass the rest of a filter."""
+    """Return the entities of some names that pass the rest of a filter."""
     categories = {category.category for category in filters.categories}
     chosen, seen = [], running.simulation.observe() if filters.bounds.type else None
     for entity in entities(running.simulation).values():
@@ -210,7 +210,7 @@ class PoseServices:
     """Services that list the named poses of the world, and their bounds.
 
     Args:
-        services: Where they are offered.
+        services: Services of the node, on which these are created.
     """
 
     def __init__(self, services: SimulationServices) -> None:
@@ -252,7 +252,7 @@ def named_poses(running: RunningSimulation) -> list[ScenePose]:
     for number in np.flatnonzero(m.site_bodyid == 0):
         name = m.site(int(number)).name
         inner = name.removeprefix(WORLD_PREFIX)
-        # What was spawned has a number behind the prefix.
+        # Sites of spawned objects have a number behind the prefix.
         if inner and inner != name and not inner.split("/")[0].isdigit():
             w, x, y, z = map(float, m.site_quat[number])
             px, py, pz = map(float, m.site_pos[number])

@@ -1,7 +1,8 @@
 """Filter of entity names by a client's regular expression, with a time limit.
 
-Python's own take exponentially long for some (``(a+)+$``), and nothing else runs meanwhile. So all
-but the simplest are looked for by a process of their own, which is ended when it takes too long.
+Python's regular expressions take exponentially long for some patterns (``(a+)+$``), and block all
+threads during that time. So all but the simplest patterns are matched by a separate process, which
+is ended when it takes too long.
 """
 
 from __future__ import annotations
@@ -18,15 +19,17 @@ from teleopctl.base.printable import shortened
 from teleopctl.errors import InvalidMessageError
 from teleopctl.node import Future
 
-# In seconds of wall time: Python itself starts in 0.02 to 0.1 s, and on a busy machine in some.
+# Time limit in seconds of wall time: Python itself starts in 0.02 to 0.1 s, and on a busy machine
+# in some seconds.
 _LONGEST_S = 5.0
 _LONGEST_PATTERN = 10_000
-# What with no more of these, and no longer, takes the cube of a name's length at most.
+# A pattern with at most _FEW of these operators and _SHORT characters takes at most the cube of a
+# name's length.
 _BRANCHING = re.compile(r"[*+?{|(]")
 _FEW = 2
 _SHORT = 200
 
-# What regular expressions of POSIX have within brackets, and Python's have not.
+# Character classes of POSIX regular expressions, which Python's do not have.
 _POSIX_CLASSES = {
     "alnum": "a-zA-Z0-9",
     "alpha": "a-zA-Z",
@@ -57,12 +60,12 @@ async def matching_names(
     """Return the names that a regular expression matches; raise beyond a time limit.
 
     Args:
-        pattern: As Python has them, and with the classes of POSIX.
-        names: Where to look.
-        longest_s: How long, in seconds of wall time.
+        pattern: Python regular expression, which may contain POSIX character classes.
+        names: Names to match.
+        longest_s: Time limit, in seconds of wall time.
 
     Raises:
-        InvalidMessageError: It is no regular expression, or takes too long.
+        InvalidMessageError: The pattern is not a regular expression, or takes too long.
     """
     python = _POSIX_CLASS.sub(lambda m: _POSIX_CLASSES[m[1]], pattern)
     if len(python) <= _SHORT and len(_BRANCHING.findall(python)) <= _FEW:
@@ -87,7 +90,7 @@ async def matching_names(
 
 
 def _asked(pattern: str, names: Sequence[str], longest_s: float) -> list[str] | str:
-    """What a process of its own finds, or what is wrong."""
+    """Return the names that a separate process finds, or its error message."""
     try:
         done = subprocess.run(
             [sys.executable, "-I", "-S", "-c", _PROGRAM],

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-# How far the length of a quaternion may be from 1.
+# Largest difference of a quaternion's length from 1.
 _LENGTH_ERROR = 1e-2
 
 
@@ -39,7 +39,7 @@ def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
     """Return a Pose message as position (m) and quaternion w x y z in the world, (7,).
 
     Raises:
-        InvalidMessageError: It is none.
+        InvalidMessageError: A number is invalid, or the orientation is not a rotation.
     """
     p, q = message.position, message.orientation
     place, turn = np.array([p.x, p.y, p.z]), np.array([q.w, q.x, q.y, q.z])
@@ -60,7 +60,7 @@ def twist_in_world(message: Any, frame: LinkPose | None) -> Array:
     """Return a Twist message as linear (m/s) and angular (rad/s) velocity in the world, (6,).
 
     Raises:
-        InvalidMessageError: It is none.
+        InvalidMessageError: A number is invalid.
     """
     v, w = message.linear, message.angular
     twist = np.array([v.x, v.y, v.z, w.x, w.y, w.z])

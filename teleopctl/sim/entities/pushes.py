@@ -13,7 +13,7 @@ from teleopctl.errors import RefusedError
 
 Array = npt.NDArray[np.float64]
 
-# How many numbers a push has in a saved state.
+# Count of numbers of a push in a saved state.
 _ROW = 12
 
 
@@ -22,12 +22,12 @@ class Push:
     """External force and torque on a body, for a number of physics steps.
 
     Attributes:
-        body: The body.
-        force: In the world's axes, (3,), in N.
-        torque: In the world's axes, (3,), in N m.
-        point: Where the force acts, in the body's frame, (3,), in metres.
-        steps: How many physics steps it still acts.
-        ramp: Over how many of the last ones it fades to nothing.
+        body: Name of the body.
+        force: Force along the world's axes, (3,), in N.
+        torque: Torque along the world's axes, (3,), in N m.
+        point: Point of application of the force in the body's frame, (3,), in metres.
+        steps: Number of physics steps left.
+        ramp: Number of last steps over which force and torque fade to zero.
     """
 
     body: str
@@ -77,7 +77,7 @@ class Pushes:
         """Write the sum of the wrenches into MuJoCo's data for the physics step that begins.
 
         Args:
-            model: The ``mujoco.MjModel``; of bodies that have left it nothing is pushed.
+            model: The ``mujoco.MjModel``; wrenches on bodies that it no longer has are ignored.
             data: Its ``mujoco.MjData``.
         """
         data.xfrc_applied[:] = 0.0
@@ -105,7 +105,7 @@ def read_pushes(model: Any, saved: Array) -> list[Push]:
     """Return the wrenches in an array that `Pushes.save` returned.
 
     Raises:
-        RefusedError: They are none.
+        RefusedError: The array contains no valid wrenches.
     """
     found = []
     if saved.size % _ROW:

@@ -58,8 +58,8 @@ class RunServices:
     """Services and action that play, pause, step, reset and quit the simulation.
 
     Args:
-        services: Where they are offered.
-        quit_simulator: Ends the simulator once the answer is sent.
+        services: Services of the node, on which these are created.
+        quit_simulator: Called to end the simulator once the response is sent.
     """
 
     def __init__(self, services: SimulationServices, quit_simulator: Callable[[], None]) -> None:

@@ -27,25 +27,25 @@ Array = npt.NDArray[np.float64]
 class RunningSimulation:
     """A simulation with the loop that runs it, and operations that are safe from other threads.
 
-    What changes the model is worked out beforehand, while the simulation runs; it stands still
-    only to take it. What fails has changed nothing.
+    A changed model is compiled while the simulation runs; the simulation stands still only to
+    switch to it. An operation that fails changes nothing.
 
     Args:
-        simulation: What is simulated.
-        loop: What runs it.
-        timeout_s: How long to wait for the loop, in seconds of wall time.
-        world: The world; None for nothing but the ground.
-        on_change: Called on the loop's thread when something has come or gone.
+        simulation: The simulation.
+        loop: Loop that runs the simulation.
+        timeout_s: Longest wait for the loop, in seconds of wall time.
+        world: World around the robot; None for the ground alone.
+        on_change: Called on the loop's thread when objects, static poses or gravity have changed.
         on_restart: Called on the loop's thread when time has restarted.
 
     Attributes:
-        simulation: What is simulated; only to be touched within `call`.
-        loop: What runs it.
-        world: The world; None for nothing but the ground.
-        world_source: Where it is from: a file, a URI, or what else it was called.
-        stopped: Whether it stands at its start, until somebody plays it.
-        changed: As ``on_change``.
-        infos: What somebody has said of an entity, an EntityInfo each, by its name.
+        simulation: The simulation; only to be used within `call`.
+        loop: Loop that runs the simulation.
+        world: World around the robot; None for the ground alone.
+        world_source: Source of the world: a file, a URI, or another name.
+        stopped: Whether the simulation is stopped at its start, until it is played.
+        changed: The function ``on_change``.
+        infos: EntityInfo messages that clients have set, by the entity's name.
     """
 
     def __init__(
@@ -83,7 +83,7 @@ class RunningSimulation:
         def run() -> None:
             try:
                 results.append(function())
-            except Exception as error:  # noqa: BLE001 - the caller is to know, the loop goes on
+            except Exception as error:  # noqa: BLE001 - raised to the caller, the loop continues
                 errors.append(error)
 
         if not self.loop.call(run, self._timeout_s):
@@ -122,17 +122,18 @@ class RunningSimulation:
         """Add an entity to the world; the returned future is done when the entity is there.
 
         Args:
-            world: The thing, as a world of its own.
-            name: What it is to be called.
-            place: Where it is to be, (3,), in metres.
-            turn: Its rotation, (4,), w x y z.
-            own_pose: Whether it is where its file has it, as seen from there.
-            judge: Takes a warning for each part that was repaired or left out, and raises what it
-                thinks of them before anything is done.
+            world: The entity, as a world of its own.
+            name: Name of the entity.
+            place: Position in the world, (3,), in metres.
+            turn: Rotation in the world, (4,), w x y z.
+            own_pose: Whether the entity keeps its pose in the file, relative to ``place`` and
+                ``turn``.
+            judge: Called with a warning for each part that was repaired or left out; may raise an
+                exception, and then nothing is changed.
 
         Returns:
-            What takes the thing when it is there, or an InvalidDescriptionError: MuJoCo cannot
-            simulate it.
+            A future of the spawned object. Its exception is what ``judge`` raised, or an
+            InvalidDescriptionError if MuJoCo cannot simulate the entity.
         """
 
         def read() -> NewObject:
@@ -146,8 +147,8 @@ class RunningSimulation:
         """Remove an entity from the world; the robot cannot be removed.
 
         Raises:
-            NotFoundError: There is nothing of that name.
-            RefusedError: It is the robot.
+            NotFoundError: There is no entity of that name.
+            RefusedError: The entity is the robot.
         """
         with self._spawning.changing:
             parts = self._parts_of(name)
@@ -169,7 +170,7 @@ class RunningSimulation:
                 self._take(without_objects(model, spawned))
 
     def _take_start(self) -> None:
-        """Go on with what was there at the start; for hundreds of things no work of MuJoCo's."""
+        """Return to the starting model, without another compilation of hundreds of objects."""
         if self.simulation.model is not self._start:
             self._take(self._start)
 
@@ -182,15 +183,15 @@ class RunningSimulation:
         """Replace the world, remove all spawned entities, and stop at time zero.
 
         Args:
-            world: The world; None for nothing but the ground.
-            source: Where it is from.
-            judge: Takes what is returned, and raises what it thinks of it before anything is done.
+            world: The new world; None for the ground alone.
+            source: Source of the world, such as its URI.
+            judge: Called with the warnings; may raise an exception, and then nothing is changed.
 
         Returns:
             A warning for each part that was repaired or left out.
 
         Raises:
-            InvalidDescriptionError: MuJoCo cannot simulate it.
+            InvalidDescriptionError: MuJoCo cannot simulate the world.
         """
         with self._spawning.changing:
             model = with_world(self.simulation.model, world)
@@ -204,7 +205,7 @@ class RunningSimulation:
         return model.warnings
 
     def _begin_world(self) -> None:
-        """Restart; what was logged about objects concerned those before."""
+        """Reset the state for a new world, and drop the infos of the old world's objects."""
         self.simulation.reset_world_state()
         robot = next(iter(entities(self.simulation)))
         self.infos = {name: info for name, info in self.infos.items() if name == robot}
@@ -213,8 +214,8 @@ class RunningSimulation:
         """Advance a paused simulation by physics steps, and wait until all are done.
 
         Raises:
-            RefusedError: Time goes on, it is no number of steps, or somebody has played, paused
-                or stopped the simulation before all were made.
+            RefusedError: The simulation is not paused, the number is less than 1, or the simulation
+                was played, paused or stopped before all steps were made.
         """
         if not self.loop.paused:
             raise RefusedError("The simulation can be stepped only while paused")
@@ -258,10 +259,10 @@ class RunningSimulation:
         """Reset time, state or entities of the simulation, each selected by a keyword argument.
 
         Args:
-            time: Whether time restarts.
-            state: Whether all is where it was.
-            spawned: Whether what came in while the simulation ran goes.
-            deleted: Whether deleted objects of the start come back too.
+            time: Whether to set the time to zero.
+            state: Whether to reset all states.
+            spawned: Whether to remove spawned entities.
+            deleted: Whether to restore deleted objects of the start as well.
         """
         if deleted:
             with self._spawning.changing:
@@ -302,7 +303,7 @@ class RunningSimulation:
         return False
 
     def _parts_of(self, name: str) -> list[str]:
-        """The things that came in together under a name that none of them has."""
+        """Return the objects ``NAME/part`` that were spawned together under a common name."""
         known = entities(self.simulation)
         if name in known:
             return []

@@ -20,14 +20,14 @@ if TYPE_CHECKING:
 Result = get_message("simulation_interfaces/msg/Result")
 _TagsFilter = get_message("simulation_interfaces/msg/TagsFilter")
 
-# Any, here and below: messages, whose classes are made at run time. What goes on for long is a
-# coroutine.
+# Any, here and below: messages, whose classes are made at run time. Handlers that take long are
+# coroutines.
 Handler = Callable[["RunningSimulation", Any, Any], "Awaitable[None] | None"]
 WordHandler = Callable[["RunningSimulation", Any], "Awaitable[str] | str"]
 FindRunning = Callable[[], "RunningSimulation | None"]
-"""Returns what the services work with, or None while there is no robot."""
+"""Function that returns the running simulation, or None while there is no robot."""
 
-# Of models in the folders that Gazebo is failure_text of; those of Fuel where Gazebo keeps them.
+# URI schemes of models in Gazebo's model folders, and of Fuel's models in Gazebo's cache.
 _GAZEBO_SCHEMES = frozenset({"model", "http", "https"})
 
 NO_ROBOT = "There is no robot yet"
@@ -37,8 +37,8 @@ class Refusal(Exception):
     """Refusal of a service request, with a result code and a message for the response.
 
     Args:
-        code: What its result is, of those that every service has or of the service's own.
-        words: For people.
+        code: Result code, one of those of all services or of the service's own.
+        words: Error message of the response.
     """
 
     def __init__(self, code: int, words: str) -> None:
@@ -50,7 +50,7 @@ class SimulationServices:
     """Services of simulation_interfaces on a node; they refuse calls before there is a robot.
 
     Args:
-        node: Whose services they are.
+        node: Node of the services.
         find_running: See `FindRunning`.
     """
 
@@ -74,10 +74,10 @@ class SimulationServices:
         """Create a service of simulation_interfaces that a handler answers.
 
         Args:
-            type_name: Its type.
-            name: Its name.
-            handler: Takes the running, the request and the response, whose result is OK unless it
-                says otherwise.
+            type_name: Type of the service, in simulation_interfaces.
+            name: Name of the service.
+            handler: Called with the running simulation, the request and the response, whose result
+                is OK unless the handler sets or raises another one.
         """
 
         async def answer(request: Any, response: Any) -> Any:
@@ -112,11 +112,11 @@ def offer_message_service(
     """Create a service of mujoco_ros2_control_msgs; the handler returns the message.
 
     Args:
-        node: Whose service it is.
+        node: Node of the service.
         find_running: See `FindRunning`.
-        type_name: Its type, in mujoco_ros2_control_msgs.
-        name: Its name.
-        handler: Takes the running and the request, and returns the message.
+        type_name: Type of the service, in mujoco_ros2_control_msgs.
+        name: Name of the service.
+        handler: Called with the running simulation and the request; returns the message.
     """
 
     async def answer(request: Any, response: Any) -> Any:
@@ -159,7 +159,7 @@ def existing_path(uri: str) -> Path:
     """Return the path of a URI if a file or folder is there; raise otherwise.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: There is no such file or folder.
     """
     path = resolve_uri(uri)
     try:
@@ -174,7 +174,7 @@ def description_at(uri: str) -> Path:
     """Return the description file that a URI names, or that of a model's folder.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: There is no such file.
     """
     if uri.partition("://")[0] in _GAZEBO_SCHEMES:
         path = existing_path(str(find_world(uri, Path.cwd())))

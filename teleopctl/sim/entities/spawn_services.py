@@ -46,7 +46,7 @@ class SpawnServices:
     """Services that spawn and delete entities, and list what can be spawned.
 
     Args:
-        services: Where they are offered.
+        services: Services of the node, on which these are created.
     """
 
     def __init__(self, services: SimulationServices) -> None:
@@ -78,7 +78,7 @@ class SpawnServices:
             )
 
     def _begin(self, running: RunningSimulation, request: Any) -> Callable[[Any], Awaitable[None]]:
-        """Have a thing come; returns what answers when it is there."""
+        """Begin to spawn an entity; return a function that waits for it and fills the answer."""
         # simulation_interfaces 2 has URI and text in a message of their own.
         resource = getattr(request, "entity_resource", request)
         world = _read_resource(resource, _Answer, "what to spawn")
@@ -109,7 +109,7 @@ class SpawnServices:
                 thing = await spawned
             except InvalidDescriptionError as error:
                 raise Refusal(_Answer.RESOURCE_PARSE_ERROR, error.message) from error
-            assert thing is not None  # only what is cancelled has no result
+            assert thing is not None  # only a cancelled future has no result
             remarks.extend(thing.warnings)
             for remark in remarks:
                 self._logger.warning(f"Spawning '{name}': {remark}")
@@ -127,7 +127,7 @@ class SpawnServices:
     def _list(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del running
         own = files_at(str(package_share("teleopctl") / "worlds"))
-        # Gazebo's are not read: there may be hundreds.
+        # Gazebo's models are not read: there may be hundreds.
         found = dict.fromkeys([*filter(_is_world, own), *gazebo_models()])
         unknown = []
         for source in request.sources:
@@ -145,12 +145,12 @@ def _read_resource(resource: Any, codes: Any, noun: str) -> World:
     """Read the world of a request: from its URI, else from its text.
 
     Args:
-        resource: Has ``uri`` and ``resource_string``.
+        resource: Message with ``uri`` and ``resource_string``.
         codes: Class of the response, with the result codes of the service.
-        noun: What is to be read, for the message.
+        noun: Name of the resource in the error message.
 
     Raises:
-        Refusal: There is neither URI nor text, or it cannot be read.
+        Refusal: There is neither URI nor text, or the resource cannot be read.
         NotFoundError: There is no file at the URI.
     """
     try:
@@ -171,7 +171,7 @@ def meshes_left_out(warnings: Sequence[str]) -> list[str]:
 
 
 def _told_of_parts(thing: NewObject) -> Iterator[str]:
-    """What to know of a name that is none of an entity."""
+    """Yield a remark if no entity has the requested name."""
     if thing.names != (thing.name,):
         yield (
             f"there is no entity '{thing.name}' but {' and '.join(thing.names)}, which are deleted "
@@ -188,13 +188,13 @@ def choose_name(running: RunningSimulation, world: World, wanted: str, *, rename
     """Return the name for an entity to spawn: the requested one, its own, or a numbered one.
 
     Args:
-        running: Where it comes.
-        world: What it is.
-        wanted: What it is to be called; empty for its own name.
-        renames: Whether it may be called otherwise where that is taken.
+        running: The running simulation.
+        world: Entity to spawn, as a world of its own.
+        wanted: Requested name; empty for the entity's own name.
+        renames: Whether a number may be appended to a name that is taken.
 
     Raises:
-        Refusal: It cannot be called so.
+        Refusal: The name is invalid or taken.
     """
     name = str(wanted or world.name or ("entity" if renames else ""))
     if not _NAME.fullmatch(name) or name == "world":
@@ -235,7 +235,7 @@ class WorldServices:
     """Services that list, load and unload worlds.
 
     Args:
-        services: Where they are offered.
+        services: Services of the node, on which these are created.
     """
 
     def __init__(self, services: SimulationServices) -> None:
@@ -287,7 +287,7 @@ class WorldServices:
                 unknown.append(source)
             response.worlds += found
         if request.filter.tags:
-            response.worlds = []  # none of them has any
+            response.worlds = []  # no world has tags
         if unknown:
             response.result.error_message = f"No worlds in {', '.join(unknown)}"
             if not request.continue_on_error:

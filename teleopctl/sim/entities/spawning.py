@@ -53,7 +53,7 @@ class SpawnQueue:
         Args:
             name: Name of the entity.
             make_object: Called on the queue's thread, again after a failed attempt; returns a new
-                object to add to the model, or raises why it cannot be spawned.
+                object to add to the model, or raises an error if it cannot be spawned.
 
         Returns:
             A future of the object. Its exception is what ``make_object`` raised, an
@@ -94,7 +94,7 @@ class SpawnQueue:
             self._take(with_objects(self._present(), [thing for _, thing in coming]))
         except Exception as error:  # noqa: BLE001 - likewise
             if isinstance(error, InvalidDescriptionError) and len(coming) > 1:
-                # One of them is to blame.
+                # Add the objects one by one, to find the faulty one.
                 for each, _ in coming:
                     self._put_in([each])
                 return

@@ -30,7 +30,7 @@ def offer_wrench_service(node: Node, find_running: FindRunning) -> None:
     """Create the service ``~/apply_wrench``, which applies external wrenches to links.
 
     Args:
-        node: Whose it is.
+        node: Node of the service.
         find_running: See `FindRunning`.
     """
     offer_message_service(node, find_running, "ApplyExternalWrench", "~/apply_wrench", _apply)
@@ -41,7 +41,7 @@ def _apply(running: RunningSimulation, request: Any) -> str:
     simulation, wrenches = running.simulation, request.wrenches.external_wrenches
 
     def push() -> None:
-        # All of a request is checked before any of it is done.
+        # The whole request is checked before any wrench is applied.
         for wrench in wrenches:
             if reason := _refusal(simulation, wrench):
                 raise RefusedError(reason)
@@ -53,7 +53,7 @@ def _apply(running: RunningSimulation, request: Any) -> str:
 
 
 def _refusal(simulation: Simulation, wrench: Any) -> str:
-    """Why a wrench cannot be applied; empty if it can."""
+    """Return why a wrench cannot be applied; empty if it can."""
     link = wrench.wrench.header.frame_id
     if not link or not simulation.has_link(link):
         return f"There is no link '{link}': wrench.header.frame_id names what is pushed"
@@ -73,14 +73,14 @@ def _push(simulation: Simulation, wrench: Any) -> Push:
         force,
         torque,
         point,
-        # No time at all is one step.
+        # A duration of zero means one step.
         max(1, round(to_nanoseconds(wrench.duration) / step_ns)),
         round(to_nanoseconds(wrench.ramp_down_duration) / step_ns),
     )
 
 
 def _vectors(wrench: Any) -> list[Any]:
-    """Force, torque and point of application, (3,) each."""
+    """Return force, torque and point of application, (3,) each."""
     parts = (wrench.wrench.wrench.force, wrench.wrench.wrench.torque, wrench.application_point)
     return [np.array([part.x, part.y, part.z]) for part in parts]
 
@@ -93,14 +93,14 @@ def offer_standard_services(node: Node, find_running: FindRunning) -> None:
     """Create all services of simulation_interfaces, and ``~/apply_wrench``, on a node.
 
     Args:
-        node: Whose they are.
+        node: Node of the services.
         find_running: See `FindRunning`.
     """
     services = SimulationServices(node, find_running)
 
     def end() -> None:
         node.get_logger().info("Asked to quit")
-        # By the wall: simulated time may stand still.
+        # On the wall clock: simulated time may stand still.
         node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown(), clock=Clock())
 
     offer_wrench_service(node, find_running)

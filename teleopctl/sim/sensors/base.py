@@ -16,28 +16,27 @@ from teleopctl.sim.sensors.noise import NoiseSource
 if TYPE_CHECKING:
     from teleopctl.robot import SensorTag as Description
 
-# A bias wanders in steps of this rate where a sensor has none of its own.
+# Rate (Hz) of the steps of a drifting bias for sensors without an ``update_rate``.
 _USUAL_RATE_HZ = 100.0
 
 
 class Sensor:
     """Base of simulated sensors of ``<gazebo><sensor type="…">``.
 
-    The simulator publishes its messages from its own node, with stamp and frame, at the sensor's
-    ``update_rate`` in simulated time and only while somebody subscribes. It may fail as it likes:
-    the simulation goes on without it.
-
+    The simulator's node publishes the sensor's messages, with stamp and frame, at the sensor's
+    ``update_rate`` in simulated time and only while there are subscribers. If a sensor raises an
+    exception, the simulation continues without it.
 
     Args:
-        description: What the ``<sensor>`` says.
+        description: The ``<sensor>`` tag.
 
     Attributes:
-        message_type: The ROS type of what it publishes.
-        description: What the ``<sensor>`` says.
-        name: A name for MuJoCo, unique in the robot.
-        names: What the description calls its topics.
-        seed: Of its noise.
-        origin: Where the world's origin is on the earth.
+        message_type: ROS type of the published messages.
+        description: The ``<sensor>`` tag.
+        name: Name for MuJoCo, unique in the robot.
+        names: Topic names, remappings and plug-in settings of the description.
+        seed: Seed of the sensor's noise.
+        origin: Position of the world's origin on the earth.
     """
 
     message_type: str
@@ -53,17 +52,17 @@ class Sensor:
     def companions(self) -> Sequence[Sensor]:
         """Return further sensors that publish the same measurement in other messages.
 
-        They are added to the model too, after this one.
+        Companions are added to the model too, after this sensor.
         """
         return ()
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
         """Add the sensor's sites and MuJoCo sensors to a spec, before the model is compiled.
 
-        It must not change the motion: no mass, no contacts, no forces.
+        A sensor must not change the motion: no mass, no contacts, no forces.
 
         Args:
-            spec: The robot's ``mujoco.MjSpec``; its bodies are named as the links.
+            spec: The robot's ``mujoco.MjSpec``; its bodies have the names of the links.
 
         Raises:
             TeleopctlError: The description has unsupported settings.
@@ -82,22 +81,22 @@ class Sensor:
         Args:
             model: The ``mujoco.MjModel``.
             data: The ``mujoco.MjData`` at the time of the measurement; not to be changed.
-            message: What to fill; it is the same one each time, its header is filled already.
+            message: Message to fill, the same one each time, with its header already set.
         """
         raise NotImplementedError
 
-    # Whether it is the simulation's state, without noise: shown while time stands still as well.
+    # Whether the measurement is a noiseless part of the state, to be published while paused too.
     is_state: ClassVar[bool] = False
 
-    # What Gazebo's plug-in for such sensors calls its topic.
+    # Default topic of Gazebo's plug-in for this type of sensor.
     plugin_topic: ClassVar[str] = "~/out"
 
     @property
     def topic(self) -> str:
         """Name of the topic, by the rules of Gazebo's plug-ins.
 
-        What its plug-in is remapped to; else ``<topic>``, else the plug-in's own topic, else the
-        sensor's name.
+        The target of the plug-in's remapping; else ``<topic>``, else the plug-in's own topic, else
+        the sensor's name.
         """
         names = self.names
         said = names.remapped(self.plugin_topic) or names.topic
@@ -116,7 +115,7 @@ class Sensor:
         """Return the noise of the first of the given ``<sensor>`` elements that has ``<noise>``.
 
         Args:
-            parts: Paths of the elements that ``<noise>`` may stand in.
+            parts: Paths of the elements that may contain ``<noise>``.
         """
         source = self._noises.get(parts[0])
         if source is None:
@@ -140,7 +139,7 @@ class Sensor:
         """Add a site at the sensor's pose to its link in a spec, and return the site.
 
         Raises:
-            InvalidDescriptionError: The robot has no such link.
+            InvalidDescriptionError: The robot does not have the link of the sensor.
         """
         body = spec.body(self.description.link)
         if body is None:
@@ -157,8 +156,8 @@ class Sensor:
 
         Args:
             spec: The ``mujoco.MjSpec`` to edit.
-            site: Where they are.
-            kinds: What they measure, by what stands in their names behind that of this sensor:
+            site: Site of the sensors.
+            kinds: MuJoCo's types of the sensors, by the suffix of their names: ``gyro`` for
                 ``NAME/gyro``.
         """
         for suffix, kind in kinds.items():

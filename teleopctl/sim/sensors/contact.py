@@ -19,16 +19,15 @@ Array = npt.NDArray[np.float64]
 
 _CLASSIC, _GZ = "gazebo_msgs/msg/ContactsState", "ros_gz_interfaces/msg/Contacts"
 _COLLISION = 5  # ros_gz_interfaces/Entity
-# How Gazebo names the collision shapes of a URDF's links, also of those that it has joined to
-# the link above them.
+# Gazebo's names of collision shapes in a URDF, also of links that it has lumped into their parent.
 _LUMPED = re.compile(r".*_fixed_joint_lump__")
-# What shapes of worlds are called here that have no name of their own.
+# Names that unnamed shapes of worlds get here.
 _MADE_UP = re.compile(r"(.*/)?shape\d+")
 _NUMBERED = re.compile(r"_collision(_\d+)?$")
 
 
 class _Touch(NamedTuple):
-    """Where two shapes touch; ``force`` and ``torque`` act on the first, at ``position``."""
+    """Contact point of two shapes; ``force`` and ``torque`` act on the first, at ``position``."""
 
     position: Array
     normal: Array
@@ -40,9 +39,9 @@ class _Touch(NamedTuple):
 class Contact(Sensor):
     """Contact sensor of a link's collision shapes, in the world's axes.
 
-    With Gazebo classic's bumper plug-in they are gazebo_msgs/ContactsState, else
-    ros_gz_interfaces/Contacts. The first shape of a pair is the link's own; forces act on it, and
-    the normal points into it. A link that touches nothing has an empty list.
+    The message is a gazebo_msgs/ContactsState with Gazebo classic's bumper plug-in, else a
+    ros_gz_interfaces/Contacts. The first shape of a pair is one of the link; forces act on this
+    shape, and the normal points into it. The list is empty if the link touches nothing.
     """
 
     plugin_topic = "bumper_states"
@@ -88,7 +87,7 @@ class Contact(Sensor):
                     wrench.header = message.header
 
     def _own_bodies(self, model: mujoco.MjModel) -> Collection[int]:
-        """The numbers of the bodies whose contacts are listed."""
+        """Return the indices of the bodies whose contacts are listed."""
         return {model.body(link).id for link in self._links}
 
 
@@ -96,7 +95,7 @@ class SceneContacts(Contact):
     """Sensor of all contacts in the world, on ``/mujoco_sim/contacts``.
 
     Args:
-        rate_hz: How often it is published, in simulated time.
+        rate_hz: Rate of the messages, in Hz of simulated time.
     """
 
     topic = "/mujoco_sim/contacts"
@@ -138,7 +137,7 @@ def _touches(
 
 
 def _name(model: mujoco.MjModel, geom: int) -> str:
-    """A shape's name, or what Gazebo would call it."""
+    """Return a shape's name, or the one that Gazebo would give to an unnamed shape."""
     body = int(model.geom_bodyid[geom])
     own = model.geom(geom).name
     if own and not _MADE_UP.fullmatch(own):

@@ -15,7 +15,7 @@ class ForceTorque(Sensor):
 
     By default the wrench is that of the child on its parent, along the child's axes, as in Gazebo:
     a link of mass m that hangs at rest gives ``m g`` downwards. The torque is about the origin of
-    the child link, which is the joint's.
+    the child link, which is also that of the joint.
     """
 
     plugin_topic = "wrench"
@@ -39,7 +39,7 @@ class ForceTorque(Sensor):
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
         """Fill a WrenchStamped message, with the direction and frame of the description."""
         settings = self.description.force_torque
-        # MuJoCo's is what the parent does to the child.
+        # MuJoCo measures the wrench of the parent on the child.
         sign = 1.0 if settings.measure_direction == "parent_to_child" else -1.0
         for suffix in ("force", "torque"):
             vector = sign * np.array(data.sensor(f"{self.name}/{suffix}").data)

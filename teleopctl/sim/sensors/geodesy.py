@@ -8,7 +8,7 @@ from typing import NamedTuple
 _EQUATOR_M = 6_378_137.0
 _FLATTENING = 1.0 / 298.257223563
 _ECCENTRICITY2 = _FLATTENING * (2.0 - _FLATTENING)
-# Each step gains some three digits.
+# Each iteration gains about three digits.
 _ITERATIONS = 6
 
 
@@ -34,12 +34,12 @@ class GeoPoint(NamedTuple):
 
 
 def _across(latitude: float) -> float:
-    """Radius of curvature across the meridian."""
+    """Return the radius of curvature across the meridian, in metres, at a latitude in radians."""
     return _EQUATOR_M / math.sqrt(1.0 - _ECCENTRICITY2 * math.sin(latitude) ** 2)
 
 
 def _on_ellipsoid(x: float, y: float, z: float) -> GeoPoint:
-    """Bowring's iteration."""
+    """Return the point at ECEF coordinates in metres, by Bowring's iteration."""
     distance = math.hypot(x, y)
     lat = math.atan2(z, distance * (1.0 - _ECCENTRICITY2))
     for _ in range(_ITERATIONS):

@@ -9,7 +9,7 @@ import numpy as np
 
 from teleopctl.sim.sensors.base import Sensor
 
-# The international standard atmosphere (ISO 2533) at sea level, and how it cools with the height.
+# The international standard atmosphere (ISO 2533) at sea level, and its lapse rate.
 _PRESSURE_PA = 101_325.0
 _TEMPERATURE_K = 288.15
 _LAPSE_K_PER_M = 0.0065
@@ -19,7 +19,7 @@ _EXPONENT = 5.25588
 class Altimeter(Sensor):
     """Altimeter: height above the world's origin (m) and its rate (m/s).
 
-    The reference of the message is that origin, not where the robot has started.
+    The reference of the message is that origin, not the robot's starting position.
     """
 
     message_type = "ros_gz_interfaces/msg/Altimeter"
@@ -55,7 +55,7 @@ class AirPressure(Sensor):
         said = self.description.texts.get("air_pressure/reference_altitude")
         altitude = float(said) if said else self.origin.altitude_m
         height = altitude + float(data.site(self.name).xpos[2])
-        # The formula ends at 44 km: nothing is left of the air there.
+        # The formula ends at 44 km, where the pressure is zero.
         cooling = max(0.0, 1.0 - _LAPSE_K_PER_M * height / _TEMPERATURE_K)
         exact = np.array([_PRESSURE_PA * cooling**_EXPONENT])
         noise = self.noise("air_pressure/pressure")

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from teleopctl.robot import SensorTag as Description
 
 _REFERENCE = "imu/orientation_reference_frame"
-# Turns of the frames that an orientation may refer to, in the world, which is ENU: roll, pitch
+# Rotations in the world, which is ENU, of the frames that an orientation may refer to: roll, pitch
 # and yaw in radians.
 _FRAMES = {
     "ENU": (0.0, 0.0, 0.0),
@@ -29,14 +29,14 @@ _VECTORS = (("angular_velocity", "gyro"), ("linear_acceleration", "accelerometer
 class Imu(Sensor):
     """IMU: angular velocity, linear acceleration and orientation of a link, by REP 145.
 
-    Turn rate (rad/s) and acceleration (m/s²) are those of the sensor, along its own axes; the
-    acceleration is what an accelerometer measures, 9.81 upwards at rest. The orientation is that
+    Angular velocity (rad/s) and acceleration (m/s²) are those of the sensor, along its own axes;
+    the acceleration is that of an accelerometer, 9.81 upwards at rest. The orientation is that
     of the sensor in the world, which is x east, y north, z up (REP 103), unless the tag
-    ``<orientation_reference_frame>`` selects another frame. The covariances are those
-    of the ``<noise>``; zero, where there is none, says that they are not known.
+    ``<orientation_reference_frame>`` selects another frame. The covariances are those of
+    ``<noise>``; without noise they are zero, which means unknown.
 
     Args:
-        description: What the ``<sensor>`` says.
+        description: The ``<sensor>`` tag.
     """
 
     message_type = "sensor_msgs/msg/Imu"
@@ -68,7 +68,7 @@ class Imu(Sensor):
             mujoco.mju_mulQuat(turn, self._world_in_reference, in_world)
             q.w, q.x, q.y, q.z = map(float, turn)
         else:
-            # REP 145: an element of -1 says that there is no orientation.
+            # REP 145: a first element of -1 means that there is no orientation.
             message.orientation_covariance[0] = -1.0
         for part, suffix in _VECTORS:
             vector = getattr(message, part)
@@ -81,7 +81,7 @@ class Imu(Sensor):
                 covariance[4 * axis] = noise.variance
 
     def _reference(self) -> tuple[float, ...]:
-        """Roll, pitch and yaw of the frame that the orientation refers to."""
+        """Return roll, pitch and yaw of the frame that the orientation refers to."""
         said = self.description.texts.get(f"{_REFERENCE}/localization", "")
         if said != "CUSTOM":
             return _FRAMES.get(said, _FRAMES["ENU"])

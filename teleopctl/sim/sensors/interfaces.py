@@ -1,8 +1,8 @@
 """State interfaces of the ``<sensor>`` tags in ``<ros2_control>``, fed by simulated sensors.
 
-The sensor is the one of the same name in ``<gazebo>``, as in gz_ros2_control. Where there is none,
-what it measures follows from its interfaces, and its place from its parameter ``frame_id``, or else
-from a link of its own name.
+Values come from the sensor of the same name in ``<gazebo>``, as in gz_ros2_control. Without such a
+sensor, the type of sensor follows from the interfaces, and its link from the parameter
+``frame_id``, by default the link with the sensor's name.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
     from teleopctl.robot import ComponentInfo
 
-# First parts of interfaces' names to the type of sensor that measures all of them.
+# First parts of interfaces' names, and the type of sensor that measures all of them.
 _POSE = "pose"
 _TYPES = (
     ({"orientation", "angular_velocity", "linear_acceleration"}, "imu"),
@@ -33,12 +33,12 @@ _TYPES = (
 
 @dataclass(frozen=True)
 class _Read:
-    """How the values of one sensor come out of its message.
+    """Mapping from a sensor's message to the values of its state interfaces.
 
     Attributes:
-        sensor: What measures.
-        message: Filled at each reading. Any: its class is made at run time.
-        paths: Attributes of the message, for each value.
+        sensor: The simulated sensor.
+        message: Message that is filled at each reading. Any: its class is made at run time.
+        paths: Names of the nested attributes of the message that lead to each value.
         names: Full names of the state interfaces that the values are for.
     """
 
@@ -52,10 +52,11 @@ class SensorInterfaces:
     """Values of the state interfaces of a robot's ``<ros2_control>`` sensors.
 
     Args:
-        reads: Where they come from.
+        reads: Sensors, with the values in their messages.
 
     Attributes:
-        names: Full names of the interfaces, ``imu/orientation.x`` say, in the order of the values.
+        names: Full names of the interfaces, such as ``imu/orientation.x``, in the order of the
+            values.
     """
 
     def __init__(self, reads: Sequence[_Read] = ()) -> None:
@@ -90,9 +91,9 @@ def sensor_interfaces(
 
     Args:
         description: The robot.
-        published: Sensors that are made already, for topics.
-        warn: Takes one sentence for each sensor that nothing measures.
-        seed: Of the noise of those that are made here.
+        published: Sensors that exist already, for topics.
+        warn: Called with a sentence for each sensor that nothing measures.
+        seed: Seed of the noise of sensors that are created here.
     """
     made = {sensor.description.name: sensor for sensor in published}
     reads = []
@@ -117,7 +118,7 @@ def sensor_interfaces(
 def _make(
     tag: ComponentInfo, description: RobotDescription, warn: Callable[[str], object]
 ) -> Sensor | None:
-    """A sensor that no ``<gazebo>`` describes."""
+    """Return a sensor that no ``<gazebo>`` tag describes; None, with a warning, if impossible."""
     parts = {i.name.partition(".")[0] for i in tag.state_interfaces}
     kind = next((kind for known, kind in _TYPES if parts and parts <= known), "")
     frame = tag.parameters.get("frame_id", "").strip() or tag.name
@@ -136,9 +137,9 @@ def _make(
 
 
 def _path(message: object, name: str) -> tuple[str, ...] | None:
-    """The attributes that lead to a number of a message, ``orientation.x`` say, or None.
+    """Return the attributes that lead to a number of a message, such as ``orientation.x``, or None.
 
-    Where the measurement is a part of its message, as a wrench is, the part's name is left out.
+    The name of the part of the message that is the measurement, such as ``wrench``, may be omitted.
     """
     wanted = tuple(name.split("."))
     parts = [part for part in getattr(message, "__slots__", ()) if part.strip("_") != "header"]

@@ -27,7 +27,7 @@ Array = npt.NDArray[np.float64]
 _SCAN, _CLOUD, _RANGE = (
     f"sensor_msgs/msg/{name}" for name in ("LaserScan", "PointCloud2", "Range")
 )
-# What Gazebo's plug-ins publish that have no `<output_type>`.
+# Messages of Gazebo's plug-ins without an `<output_type>`.
 _OUTPUTS = {
     "gazebo_ros_gpu_laser": _SCAN,
     "gazebo_ros_laser": _SCAN,
@@ -35,10 +35,10 @@ _OUTPUTS = {
     "gazebo_ros_ray_sensor": _CLOUD,
 }
 _RADIATION = {"ultrasound": 0, "infrared": 1}
-# Of a sonar's cone: of 30 degrees, none is further than 2 cm in 1 m from the next one.
+# Number of rays in a sonar's cone: with 30 degrees, the next ray is at most 2 cm away at 1 m.
 _CONE_RAYS = 700
 
-# As gz and the drivers of rotating lidars: metres, and the number of the ring from below.
+# Points as of gz and of drivers of rotating lidars: metres, and the number of the ring from below.
 _POINT = np.dtype(
     {
         "names": ["x", "y", "z", "intensity", "ring"],
@@ -53,21 +53,22 @@ _FLOAT32, _UINT16 = 7, 4
 class Lidar(Sensor):
     """Lidar or sonar: distances along rays from one point, as scan, cloud or range.
 
-    Without a plug-in a LaserScan is on the topic and a PointCloud2 on ``TOPIC/points``, as from gz;
-    with one of Gazebo classic's, its ``<output_type>``. `ray` meets what collides, `gpu_ray` and
-    `gpu_lidar` what is drawn. Nothing is seen nearer than ``<min>``; what meets nothing until
-    ``<max>`` is infinite in a scan and no number in a cloud (REP 117, REP 118).
+    Without a plug-in, a LaserScan is published on the topic and a PointCloud2 on ``TOPIC/points``,
+    as from gz; with a plug-in of Gazebo classic, its ``<output_type>``. Rays of `ray` meet
+    collision shapes, those of `gpu_ray` and `gpu_lidar` drawn shapes. Nothing is seen nearer than
+    ``<min>``; a ray that meets nothing up to ``<max>`` gives infinity in a scan and NaN in a cloud
+    (REP 117, REP 118).
 
     Args:
-        description: What the ``<sensor>`` says.
-        output: Type of message, if not the one of the description.
+        description: The ``<sensor>`` tag.
+        output: Type of the message; by default that of the description.
     """
 
     def __init__(self, description: Description, output: str = "") -> None:
         super().__init__(description)
         self._rays = self._described_rays()
         if deviation := self._of_plugin("gaussianNoise"):
-            # It adds to that of its rays.
+            # The plug-in's noise adds to that of the rays.
             noise = next((n for n in map(description.noise.get, ("ray", "lidar")) if n), Noise())
             whole = replace(noise, stddev=math.hypot(noise.stddev, deviation))
             self.description = replace(description, noise={**description.noise, "ray": whole})
@@ -77,7 +78,7 @@ class Lidar(Sensor):
         if self._is_sonar:
             self._directions = cone(self._rays.horizontal.last, _CONE_RAYS)[None]
         if self._wanted == _SCAN:
-            # A scan is flat: of several rings, the one that is nearest to it.
+            # A scan is flat: of several rings, the one that is nearest to the horizontal.
             v = self._rays.vertical
             ring = int(np.argmin(np.abs(v.first + v.step * np.arange(v.count))))
             self._directions = self._directions[ring : ring + 1]
@@ -161,7 +162,7 @@ class Lidar(Sensor):
             rays = self.description.rays
             if rays is None:
                 raise InvalidDescriptionError("it has no <ray> or <lidar>")
-            # A plug-in may see less than its rays reach, as that of Velodyne's lidars.
+            # A plug-in may limit the range of the rays further, like that of Velodyne's lidars.
             least, most = (self._of_plugin(tag) for tag in ("min_range", "max_range"))
             far = min(rays.far, most or math.inf)
             return replace(rays, near=max(rays.near, least or 0.0), far=far)

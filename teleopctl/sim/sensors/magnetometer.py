@@ -9,9 +9,9 @@ import numpy as np
 
 from teleopctl.sim.sensors.base import Sensor
 
-# Tesla, along x east, y north, z up: what a world of SDF has that says nothing else.
+# SDF's default field of a world, in tesla along x east, y north, z up.
 _FIELD = np.array([5.5645e-6, 22.8758e-6, -42.3884e-6])
-# What MuJoCo has where nobody has said a field, in no unit.
+# MuJoCo's default field, without a unit.
 _UNSAID = mujoco.MjOption().magnetic.copy()
 
 

@@ -1,7 +1,7 @@
 """Reproducible sensor noise, which depends on seed, sensor and simulated time only.
 
 The noise of a measurement depends on nothing but the seed, the sensor and the simulated time. A
-bias that wanders does so in steps of the sensor's period from time zero on.
+drifting bias changes in steps of the sensor's period, from time zero on.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ from teleopctl.robot import Noise
 Array = npt.NDArray[np.float64]
 
 _NONE = Noise()
-# Drawn together, to catch up with a bias that nobody has looked at.
+# Steps that are drawn at once to catch up with a bias that was not measured for a while.
 _BLOCK = 4096
 
 
@@ -25,10 +25,10 @@ class NoiseSource:
     """Noise of one quantity of a sensor: white noise and a drifting bias.
 
     Args:
-        noise: What the description says; None for an exact sensor.
-        seed: Of the run.
-        name: Of the sensor and its part: each has noise of its own.
-        period_s: Between two measurements, in seconds.
+        noise: Noise in the description; None for an exact sensor.
+        seed: Seed of the run.
+        name: Name of the sensor and its quantity, each of which has noise of its own.
+        period_s: Time between two measurements, in seconds.
     """
 
     def __init__(self, noise: Noise | None, seed: int, name: str, period_s: float) -> None:
@@ -48,7 +48,7 @@ class NoiseSource:
         """Return values with the noise of a simulated time added.
 
         Args:
-            values: What an exact sensor measures; left as they are.
+            values: Values that an exact sensor measures; they are not modified.
             time_s: Simulated time in seconds.
         """
         noise = self._noise
@@ -72,7 +72,7 @@ class NoiseSource:
         steps = round(moment * 1e-9 / self._period_s)
         if self._bias is None or self._bias.shape != shape or steps < self._steps:
             start = self._draws(0, 2)
-            # As Gazebo: the bias is of either sign.
+            # As in Gazebo, the bias has either sign.
             sign = np.where(start.random(shape) < 0.5, -1.0, 1.0)
             self._bias = sign * start.normal(noise.bias_mean, noise.bias_stddev, shape)
             self._constant = self._bias.copy()

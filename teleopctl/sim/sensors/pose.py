@@ -12,7 +12,7 @@ from teleopctl.sim.sensors.base import Sensor
 class PoseSensor(Sensor):
     """Pose sensor: position (m) and orientation of a link in the world, without noise.
 
-    It measures for state interfaces alone: see `teleopctl.sim.sensors.interfaces`.
+    The sensor is for state interfaces alone: see `teleopctl.sim.sensors.interfaces`.
     """
 
     message_type = "geometry_msgs/msg/PoseStamped"

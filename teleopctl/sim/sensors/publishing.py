@@ -34,14 +34,14 @@ def make_sensors(
 
     Args:
         descriptions: The ``<sensor>`` tags.
-        warn: Takes one sentence for each sensor that is left out.
-        seed: Of their noise.
-        origin: Where the world's origin is on the earth.
+        warn: Called with a sentence for each sensor that is left out.
+        seed: Seed of the sensors' noise.
+        origin: Position of the world's origin on the earth.
     """
     sensors: list[Sensor] = []
     for description in descriptions:
         if description.type in CAMERA_TYPES:
-            continue  # the camera node draws these, in a process of its own
+            continue  # the camera node renders these, in a process of its own
         line = f" (line {description.line})" if description.line else ""
         where = f"Sensor '{description.name}' on link '{description.link}'{line} is left out"
         try:
@@ -50,7 +50,7 @@ def make_sensors(
         except UnknownPluginError:
             known = ", ".join(sorted((*CAMERA_TYPES, *plugins.available(plugins.SENSORS))))
             warn(f"{where}: nothing simulates the type '{description.type}', only {known}")
-        except Exception as error:  # noqa: BLE001 -- a stranger's sensor stops nothing else
+        except Exception as error:  # noqa: BLE001 -- a sensor of an extension stops nothing else
             warn(f"{where}: {_text_of(error)}")
     for sensor in sensors:
         sensor.seed, sensor.origin = seed, origin
@@ -62,7 +62,7 @@ def add_sensors(spec: mujoco.MjSpec, sensors: list[Sensor], warn: Callable[[str]
     for sensor in list(sensors):
         try:
             sensor.add_to(spec)
-        except Exception as error:  # noqa: BLE001 -- a stranger's sensor stops nothing else
+        except Exception as error:  # noqa: BLE001 -- a sensor of an extension stops nothing else
             sensors.remove(sensor)
             warn(f"Sensor '{sensor.description.name}' is left out: {_text_of(error)}")
 
@@ -71,9 +71,9 @@ class SensorPublisher:
     """Publisher of a robot's simulated sensors; each is measured only while it has subscribers.
 
     Args:
-        node: Who publishes.
-        simulation: What is measured.
-        sensors: What measures; added to the simulation's model.
+        node: Node of the publishers.
+        simulation: Simulation to measure.
+        sensors: Sensors, already added to the simulation's model.
     """
 
     def __init__(self, node: Node, simulation: Simulation, sensors: list[Sensor]) -> None:
@@ -121,7 +121,7 @@ class SensorPublisher:
         for channel in due:
             try:
                 channel.publish(model, data, time_ns)
-            except Exception as error:  # noqa: BLE001 -- a stranger's sensor stops nothing else
+            except Exception as error:  # noqa: BLE001 -- a sensor of an extension stops nothing else
                 self._channels.remove(channel)
                 name = channel.sensor.description.name
                 self._logger.error(f"Sensor '{name}' is read no more: {_text_of(error)}")

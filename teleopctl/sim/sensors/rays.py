@@ -14,13 +14,13 @@ if TYPE_CHECKING:
 
 Array = npt.NDArray[np.float64]
 
-# Shapes in these groups are drawn; others are there for physics alone.
+# Shapes in groups below this number are drawn; others are for physics alone.
 _DRAWN_GROUPS = 3
 _SEEN, _UNSEEN = 0, 1
 _MASK = np.array([1, 0, 0, 0, 0, 0], np.uint8)
-# A sunflower's: no two rays of a cone lie one behind the other.
+# The sunflower's angle: no two rays of a cone have the same azimuth.
 _GOLDEN_ANGLE = math.pi * (3.0 - math.sqrt(5.0))
-# To feel whether a sensor is within a shape; askew, so as not to run along edges.
+# Rays that test whether a sensor is within a shape; askew, so as not to run along edges.
 _FEELERS = np.array([[1, 0.13, 0.07], [0.11, 1, 0.05], [0.03, 0.17, 1]])
 _FEELERS = np.concatenate([_FEELERS, -_FEELERS]) / np.linalg.norm(_FEELERS[0])
 
@@ -41,7 +41,7 @@ def directions(rays: Rays) -> Array:
 def cone(half_angle: float, count: int) -> Array:
     """Return unit vectors that fill a cone along -z evenly, (count, 3).
 
-    The first is the axis, the last ones are at the rim.
+    The first vector is the axis, the last vectors are at the rim.
     """
     number = np.arange(count)
     from_axis = half_angle * np.sqrt(number / (count - 1))
@@ -57,17 +57,17 @@ def cone(half_angle: float, count: int) -> Array:
 class RayCaster:
     """Caster of a fixed set of rays from a site of the model.
 
-    They begin at the distance ``near``, so that nearer things are not seen, and shapes that enclose
-    the sensor on the link that carries it are not either: a lidar looks out of its own housing.
-    Everything else of the robot is seen.
+    Rays begin at the distance ``near`` and meet no nearer shapes. They do not meet shapes of the
+    sensor's own link that enclose the sensor either: a lidar looks out of its own housing. All
+    other shapes of the robot are met.
 
     Args:
-        site: Name of the sensor's site; rays are in its axes.
+        site: Name of the sensor's site, in whose axes the rays are.
         rays: Unit vectors, (n, 3).
-        near: Where they begin, in metres.
-        far: Where they end.
-        solid: Whether they meet what collides, as Gazebo's `ray`, rather than what is drawn, as its
-            `gpu_lidar`.
+        near: Distance at which rays begin, in metres.
+        far: Distance at which rays end, in metres.
+        solid: Whether rays meet collision shapes, as with Gazebo's `ray`, rather than drawn shapes,
+            as with its `gpu_lidar`.
     """
 
     def __init__(self, site: str, rays: Array, near: float, far: float, *, solid: bool) -> None:
@@ -88,7 +88,7 @@ class RayCaster:
         origin, rotation = np.array(site.xpos), site.xmat.reshape(3, 3)
         rays = self._rays @ rotation.T
         before = model.geom_group.copy()
-        # What a ray meets is chosen by groups, which physics does not look at.
+        # The shapes that rays meet are selected by groups, which physics does not use.
         model.geom_group[:] = self._groups
         try:
             far = self._far if np.isfinite(self._far) else mujoco.mjMAXVAL
@@ -107,7 +107,7 @@ class RayCaster:
     def _beyond(
         self, model: mujoco.MjModel, data: mujoco.MjData, origin: Array, ray: Array
     ) -> float:
-        """What a ray meets that begins at the nearest distance."""
+        """Return the distance to the nearest shape beyond ``near`` on a ray; infinite for none."""
         start = origin + self._near * ray
         distance = mujoco.mj_ray(model, data, start, ray, _MASK, True, -1, None)
         return self._near + distance if distance >= 0.0 else np.inf
@@ -120,7 +120,7 @@ class RayCaster:
         groups = np.where(seen, _SEEN, _UNSEEN).astype(np.int32)
         body = model.site(self._site).bodyid[0]
         carrier = model.body_weldid[body]
-        # What stands still may stand in a room, whose walls are welded to the world as it is.
+        # A fixed sensor may be in a room, whose walls are welded to the world like the sensor.
         near_by = model.body_weldid[model.geom_bodyid] == carrier
         own = near_by if carrier != 0 else model.geom_bodyid == body
         for geom in np.flatnonzero(seen & own) if body != 0 else ():
@@ -129,7 +129,7 @@ class RayCaster:
         return groups
 
     def _is_inside(self, model: mujoco.MjModel, data: mujoco.MjData, geom: int) -> bool:
-        """Whether a shape is on all sides of the sensor."""
+        """Whether a shape encloses the sensor: all test rays meet it."""
         origin = np.array(data.site(self._site).xpos)
         place, turn = data.geom_xpos[geom], data.geom_xmat[geom]
         kind = model.geom_type[geom]

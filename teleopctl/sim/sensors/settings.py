@@ -13,7 +13,7 @@ from teleopctl.sim.request_numbers import invalid_number_reason
 if TYPE_CHECKING:
     from teleopctl.node import Node, Parameter
 
-# Then it is what the world's file says.
+# Default of ``gps_origin``: the origin in the world's file counts.
 _UNSAID = [0.0] * 3
 _FIXED_BASE = {"auto": None, "true": True, "false": False}
 
@@ -36,7 +36,7 @@ def sensor_settings(node: Node) -> SensorSettings:
     """Return the values of a node's parameters ``seed`` and ``gps_origin``.
 
     Raises:
-        InvalidParameterError: One of them is something else.
+        InvalidParameterError: A value is invalid.
     """
     seed = node.get_parameter("seed").value
     if isinstance(seed, bool) or not isinstance(seed, int):
@@ -63,7 +63,7 @@ def base_settings(node: Node) -> BaseSettings:
     """Return the values of a node's parameters ``fixed_base`` and ``spawn_pose``.
 
     Raises:
-        InvalidParameterError: One of them is something else.
+        InvalidParameterError: A value is invalid.
     """
     x, y, z, *rpy = float_list_parameter(node, "spawn_pose", "x", "y", "z", "roll", "pitch", "yaw")
     pose = Pose((x, y, z), (rpy[0], rpy[1], rpy[2]))
@@ -75,7 +75,7 @@ def read_fixed_base(value: object) -> bool | None:
     """Convert a value of ``fixed_base``: ``true``, ``false``, or None for ``auto``.
 
     Raises:
-        InvalidParameterError: It is something else.
+        InvalidParameterError: The value is none of these.
     """
     text = str(value).lower()
     if text not in _FIXED_BASE:
@@ -91,10 +91,10 @@ def float_list_parameter(node: Node, name: str, *parts: str) -> list[float]:
     Args:
         node: The node.
         name: Name of the parameter.
-        parts: Names of its numbers, for errors.
+        parts: Names of the numbers, for error messages.
 
     Raises:
-        InvalidParameterError: The parameter is no list of so many finite numbers.
+        InvalidParameterError: The parameter is not a list of one finite number per part.
     """
     return checked_numbers(node.get_parameter(name), *parts)
 
@@ -103,7 +103,7 @@ def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
     """Return the floats of a list parameter, which may not be set yet, one for each named part.
 
     Raises:
-        InvalidParameterError: The parameter is no list of so many finite numbers.
+        InvalidParameterError: The parameter is not a list of one finite number per part.
     """
     values = parameter.value
     fits = not isinstance(values, str) and isinstance(values, Sequence)
