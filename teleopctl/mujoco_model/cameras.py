@@ -224,7 +224,7 @@ class CameraModel:
             ``boxes``, ``boxed_image``, and their ``camera_info`` as ``info`` and ``depth_info``.
         noise: Noise of the image, as a fraction of full white.
         encoding: Encoding of the images: ``rgb8``, ``bgr8`` or ``mono8``.
-        baseline_m: Distance to the left camera of a stereo pair, for ``camera_info``.
+        baseline_m: Distance to the left camera of a stereo pair, in metres, for ``camera_info``.
         rectified: fx, fy, cx, cy, tx, ty of a projection matrix in the description, or None.
         lens: Lens of a wide angle camera; None for a pinhole camera.
     """
@@ -447,7 +447,7 @@ def add_camera(spec: mujoco.MjSpec, camera: CameraModel) -> None:
 
 
 def _quaternion(rpy: tuple[float, float, float]) -> np.ndarray:
-    """Quaternion w x y z of a rotation about the fixed axes x, y, z in this order."""
+    """Return the quaternion w x y z of a rotation about the fixed axes x, y, z in this order."""
     quaternion = np.zeros(4)
     mujoco.mju_euler2Quat(quaternion, np.array(rpy), "XYZ")
     return quaternion

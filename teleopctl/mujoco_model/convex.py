@@ -217,7 +217,7 @@ def _measured(path: Path) -> Hull:
     return Hull(hull / volume, is_open=False)
 
 
-# Any: trimesh's mesh, whose class has no types that hold.
+# Any: trimesh's mesh, whose class has no reliable types.
 def _hull_volume(mesh: Any) -> float:
     """Return the volume of a mesh's convex hull, m³, by MuJoCo: trimesh needs scipy for it.
 
@@ -234,7 +234,7 @@ def _hull_volume(mesh: Any) -> float:
     return float(spec.compile().body_mass[1]) * size**3
 
 
-# Any: trimesh's mesh, whose class has no types that hold.
+# Any: trimesh's mesh, whose class has no reliable types.
 def _open_edges(mesh: Any) -> float:
     """Return the length of all open edges, divided by the sum of the mesh's three extents."""
     sides = float(mesh.extents.sum())

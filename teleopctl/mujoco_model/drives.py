@@ -171,7 +171,7 @@ def add_drives(
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
-        model: The same spec compiled without actuators, for the joints' inertias.
+        model: Model compiled from ``spec`` without actuators, for the joints' inertias.
         joints: The robot's movable joints.
         added_inertias: Inertia by joint, in kg m² or kg, that a joint moves in addition to its
             links while the robot stands on it; see `supported_inertias`.

@@ -119,7 +119,10 @@ def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[st
 
 
 def _unlimited(joints: Joints, driven: Iterable[str]) -> list[str]:
-    """A sentence about driven joints with ``effort="0"``, which simulators read in two ways."""
+    """Return a warning about driven joints with ``effort="0"``, which simulators read in two ways.
+
+    The list is empty without such joints.
+    """
     found = {
         name: joints[name].joint.line
         for name in driven

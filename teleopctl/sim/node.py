@@ -102,7 +102,7 @@ class MujocoSim(Node):
         return _SetParametersResult(successful=True)
 
     def _follow_parameters(self, parameters: list[Parameter]) -> None:
-        """Apply set parameters; not before, since a parameter set with them may be refused."""
+        """Apply parameters once set: before, another one of the same request may be refused."""
         if self._loop is None:
             return
         for parameter in parameters:

@@ -13,7 +13,7 @@ from teleopctl.errors import RefusedError
 
 Array = npt.NDArray[np.float64]
 
-# Count of numbers of a push in a saved state.
+# Number of values of a push in a saved state.
 _ROW = 12
 
 

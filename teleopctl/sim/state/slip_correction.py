@@ -82,7 +82,7 @@ class PhysicsStepper:
         self._m = model
         self.slides = slides
         self._directions = directions
-        # Number of next steps that are all checked for sliding, and of those after that are not.
+        # Number of next steps that are checked for sliding, and of later ones that are not.
         self._seen = self._unseen = 0
         # Not cached with friction directions, which may change the friction of the same shapes.
         self._contacts = _Contacts(kept=not (model.nflex or directions))
