@@ -140,13 +140,13 @@ def check_size(text: str) -> None:
             # PyYAML's composer refuses an unknown alias.
             known = anchors.get(str(event.anchor), (0, 0, 0))
             if known is None:
-                raise _refusal(f"'*{event.anchor}' is a part of what it stands for", event)
+                raise _refusal(f"'*{event.anchor}' refers to a value that contains it", event)
             size, characters, depth = known
             try:
                 values.add(size)
                 texts.add(characters)
             except BudgetError as error:
-                raise _refusal(f"aliases stand for {error}", event) from error
+                raise _refusal(f"aliases expand to {error}", event) from error
             _check_depth(len(pending) + depth, event)
         else:
             continue

@@ -21,8 +21,8 @@ GROUPS = frozenset(
 """The verbs of ``ros2`` that have these options."""
 
 EXPLANATION = (
-    "ROS 2's options --no-daemon and --spin-time SECONDS are accepted and change nothing: no cache "
-    "stands between a command and the graph."
+    "ROS 2's options --no-daemon and --spin-time SECONDS are accepted and have no effect: commands "
+    "read the graph directly, without a cache."
 )
 
 BUFFERING = "--use-python-default-buffering"

@@ -59,7 +59,9 @@ def start_timeouts(
 
 def _checked(option: str, time_s: float, *, detach: bool) -> float:
     if not detach:
-        raise UsageError(f"{option} goes with --detach: nobody waits for a start in the foreground")
+        raise UsageError(
+            f"{option} needs --detach: a launch in the foreground has no start to wait for"
+        )
     if not time_s > 0:
         raise UsageError(f"{option} is {time_s:g}, expected a number above 0")
     return time_s
@@ -72,8 +74,6 @@ def wait_for_clock(node: Node | BareNode) -> None:
     clock.on_time_update(has_come.set)
     try:
         if clock.nanoseconds() == 0:
-            wait_with_notice(
-                has_come.wait, None, lambda: "Nobody publishes the time on /clock yet."
-            )
+            wait_with_notice(has_come.wait, None, lambda: "No publisher of the time on /clock yet.")
     finally:
         clock.forget_on_time_update(has_come.set)

@@ -276,7 +276,7 @@ def _perform(
                 # Its hardware has failed while it was being activated.
                 manager.deactivate_controllers(lost)
                 for spec in lost:
-                    manager.record_failure(spec.controller, "its hardware failed meanwhile")
+                    manager.record_failure(spec.controller, "its hardware has failed")
                 unstarted += [spec.name for spec in lost]
                 started = [spec for spec in started if spec not in lost]
             _run(manager, started)

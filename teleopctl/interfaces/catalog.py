@@ -115,8 +115,8 @@ class Catalog:
         if not files:
             raise InvalidMessageError(
                 f"{folder} has no interface definitions",
-                hint="They stand in msg/Name.msg, srv/Name.srv and action/Name.action, or there "
-                "in Name.idl.",
+                hint="Expected msg/Name.msg, srv/Name.srv and action/Name.action, or Name.idl in "
+                "these folders.",
             )
         for name, path in files.items():
             definitions = _definitions(name, path)

@@ -199,7 +199,7 @@ def _value(text: str, kind: FieldType) -> object:
     if kind.shape is not Shape.SINGLE:
         body = strip_comment(text)
         if not (body.startswith("[") and body.endswith("]")):
-            raise ValueError("the default of an array stands in brackets")
+            raise ValueError("the default of an array needs brackets")
         values = [_value(part, kind.element) for part in _elements(body[1:-1])]
         if len(values) > kind.capacity > 0 or (
             kind.shape is Shape.ARRAY and len(values) != kind.capacity

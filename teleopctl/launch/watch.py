@@ -257,7 +257,7 @@ class Watch:
         gone = {file for file in changed if self._known[file] is None}
         if gone:
             self._restarts.log(
-                "WARNING", f"{_list_names(gone)}: gone; what was made from it goes on"
+                "WARNING", f"{_list_names(gone)}: gone; the processes made from it keep running"
             )
         for file in sorted(changed - gone):
             mistake = _mistake(file)
@@ -293,7 +293,7 @@ class Watch:
         self.watch_sources(restarts.values())
 
     def _keep(self, files: AbstractSet[Path], mistake: str) -> None:
-        kept = "what runs goes on until the next save"
+        kept = "running processes stay until the next save"
         self._restarts.log("ERROR", f"{_list_names(files)} saved; {kept}: {mistake}")
 
     def _is_new(self, file: Path) -> bool:

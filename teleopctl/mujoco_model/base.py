@@ -108,8 +108,8 @@ class FixedBy(Enum):
     """Reason why a robot's root link is fixed to the world."""
 
     NAME = "its name is 'world'"
-    STATIC = "<static> asks"
-    ASKED = "fixed_base asks"
+    STATIC = "<static> is set"
+    ASKED = "fixed_base is set"
     SHAPES = "the robot has no legs or wheels to move about with"
 
 

@@ -137,8 +137,8 @@ def optical_frame(sensor: SensorTag, description: RobotDescription) -> tuple[str
     if named in ("", sensor.link):
         return frame, ""
     return frame, (
-        f"The frame '{named}' of camera '{sensor.name}' does not look where the camera does: its "
-        f"images are in '{frame}'"
+        f"The frame '{named}' of camera '{sensor.name}' has another orientation than the camera: "
+        f"its images are in '{frame}'"
     )
 
 
@@ -362,7 +362,7 @@ def _fault(sensor: SensorTag) -> str:
         return f"it sees nothing between {camera.near:g} m and {camera.far:g} m"
     box = sensor.texts.get("camera/box_type", "2d")
     if box not in _BOXES:
-        return f"its <box_type> is '{box}', and boxes are around what is seen alone: 2d"
+        return f"its <box_type> is '{box}', and boxes are drawn around the visible part only: 2d"
     return ""
 
 

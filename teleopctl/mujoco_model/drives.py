@@ -72,7 +72,7 @@ def assumed_rotors_text(rotors: Mapping[str, float]) -> str:
     listed = ", ".join(f"{name} {inertia:g}" for name, inertia in rotors.items())
     return (
         f'Rotor inertias are assumed, in kg m^2 or kg: {listed}; <param name="armature"> of a '
-        "joint in <ros2_control> says one"
+        "joint in <ros2_control> sets one"
     )
 
 

@@ -322,7 +322,7 @@ def _draft(
     warnings += repair_inertias(spec)
     warnings += unsupported_tags(description.urdf) + unknown_tags(description.urdf)
     warnings += [
-        f"Planar joint '{joint.name}' moves freely: nothing drives it, and its state is not told"
+        f"Planar joint '{joint.name}' moves freely: it has no drive, and its state is not published"
         for joint in description.joints.values()
         if joint.type == "planar"
     ]

@@ -55,9 +55,7 @@ def unsupported_tag(found: TagFinding, where: str) -> UnsupportedTag:
         hint = f" (is it {found.alike}?)" if found.alike else ""
         return UnsupportedTag(found.element, where, called, f"is unknown{hint}")
     if entry.fate == "works":
-        return UnsupportedTag(
-            found.element, where, called, "stands there again: the first is taken"
-        )
+        return UnsupportedTag(found.element, where, called, "is given again: the first is used")
     because = f": {entry.because}" if entry.because else ""
     return UnsupportedTag(
         found.element,

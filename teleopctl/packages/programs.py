@@ -56,8 +56,8 @@ def _executable_of(package: str, name: str) -> PackageProgram:
     if compiled is not None:
         raise NotFoundError(
             f"No executable found: '{name}' of package '{package}' is compiled",
-            hint=f"{compiled.folder / 'CMakeLists.txt'} builds it. Where colcon has done so, "
-            "AMENT_PREFIX_PATH tells where it is: source install/setup.bash.",
+            hint=f"{compiled.folder / 'CMakeLists.txt'} builds it. After colcon build, source "
+            "install/setup.bash, so that AMENT_PREFIX_PATH contains it.",
         )
     names = ", ".join(sorted(offered))
     raise NotFoundError(

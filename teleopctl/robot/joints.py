@@ -116,7 +116,7 @@ class Joints(Mapping[str, JointModel]):
             limits, controlled = _in_control(description)
             return cls(description.joints, limits, {**controlled, **own})
         except InvalidDescriptionError as error:
-            warn(f"Joints are shown without what <ros2_control> says of them: {error.message}")
+            warn(f"Joints are shown without their <ros2_control> settings: {error.message}")
             return cls(description.joints, {}, own)
 
     @property

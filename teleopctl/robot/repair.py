@@ -100,7 +100,7 @@ def _repair_tree(element: XmlElement, notes: _Notes) -> None:
                 element.set(attribute, "0")
     for child in list(element):
         if child.tag == "texture" and not child.get("filename"):
-            notes.add("A <texture> without a file is none", child)
+            notes.add("A <texture> without a file is dropped", child)
             element.remove(child)
         else:
             _repair_tree(child, notes)

@@ -255,7 +255,7 @@ def clear_link_wrenches(
 def _push(simulation: Simulation, request: Any) -> Push | None:
     link = link_of(simulation, request.link_name)
     if not link:
-        raise NotFoundError(f"'{request.link_name}' stands in the world: name one of its links")
+        raise NotFoundError(f"'{request.link_name}' is fixed to the world: name one of its links")
     parts = request.wrench.force, request.wrench.torque, request.reference_point
     force, torque, point = (np.array([part.x, part.y, part.z]) for part in parts)
     if reason := invalid_number_reason([force, torque, point]):

@@ -209,7 +209,7 @@ class MjcfSensor(_OfFile):
         super().__init__(description)
         self.message_type = description.texts.get("mujoco/message", "")
         if self.message_type not in _FILLS:
-            raise InvalidDescriptionError(f"<message> is none of {', '.join(_FILLS)}")
+            raise InvalidDescriptionError(f"<message> is not one of {', '.join(_FILLS)}")
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:

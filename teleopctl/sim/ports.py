@@ -153,7 +153,7 @@ class TopicPorts:
             if waited_s > 0.0
             else f"The controller has gone at {to_seconds(time_ns):.3f} s"
         )
-        self._logger.warning(f"{what}; the joints hold and the simulation goes on without it")
+        self._logger.warning(f"{what}; the joints hold, and the simulation continues without it")
 
     def controller_back(self, time_ns: int) -> None:
         """Log that the controller answers again."""
@@ -184,8 +184,8 @@ class TopicPorts:
         """Log the objects whose physics became unstable and which were reset."""
         names = ", ".join(f"'{thing}'" for thing in dict.fromkeys(things))
         self._logger.error(
-            f"Physics of {names} became unstable before {to_seconds(time_ns):.3f} s: put back to "
-            "its start, while everything else goes on; check its mass and inertia",
+            f"Physics of {names} became unstable before {to_seconds(time_ns):.3f} s: reset to "
+            "the start pose; the rest continues; check its mass and inertia",
             throttle_duration_sec=10.0,
         )
 

@@ -46,7 +46,7 @@ class Sweep:
         if folder.exists() and any(folder.iterdir()):
             raise RefusedError(
                 f"Output folder '{folder}' already exists.",
-                hint="Name another one, remove it, or go on there with --resume.",
+                hint="Choose another folder, remove this one, or continue with --resume.",
             )
         sweep = cls(folder, requests)
         for request in requests:

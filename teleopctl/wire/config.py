@@ -252,7 +252,7 @@ def router_config(listen: Sequence[str] = ()) -> RouterConfig:
     if _mode_of(config) != "router":
         origin = _OVERRIDE if "mode" in overridden else path
         raise UsageError(
-            f"A router cannot start in the mode {_mode_of(config)!r}, which {origin} asks for.",
+            f"A router cannot start in the mode {_mode_of(config)!r}, which {origin} sets.",
             hint=f"{origin} may be meant for sessions only: start the daemon without it.",
         )
     _check(address)

@@ -64,7 +64,7 @@ def test_rows_that_are_no_messages_are_counted_and_the_others_are_read(tmp_path,
     write_database(tmp_path / "x.db3", count=40)
     changed(tmp_path / "x.db3", change)
     findings = [what for _, what in check(tmp_path / "x.db3")]
-    assert any("10 rows of its messages are none" in what for what in findings)
+    assert any("10 rows of its messages are invalid" in what for what in findings)
     recovery = recover(tmp_path / "x.db3", tmp_path / "out")
     assert recovery.message_count == 30
     with open_bag(tmp_path / "x.db3") as bag:

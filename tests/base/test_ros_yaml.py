@@ -32,8 +32,8 @@ def test_what_cannot_be_read_is_a_yaml_error(text):
         ("- " * 100_000 + "a", "nested more than 100 deep"),
         ("[" * 200 + "]" * 200, "nested more than 100 deep"),
         ("a0: &a0 []\n" + "".join(f"a{i}: &a{i} [*a{i - 1}]\n" for i in range(1, 200)), "nested"),
-        ("&a [*a]", r"'\*a' is a part of what it stands for"),
-        ("&a {b: {<<: *a}}", r"'\*a' is a part of what it stands for"),
+        ("&a [*a]", r"'\*a' refers to a value that contains it"),
+        ("&a {b: {<<: *a}}", r"'\*a' refers to a value that contains it"),
         (
             "a0: &a0 [x, x]\n"
             + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for i in range(1, 40)),

@@ -716,6 +716,6 @@ class TestStatesAfterFailures:
         controller.on_activate = activate_while_the_hardware_fails
         ok, message = do_switch(stack, ["a"], asap=False)
         assert not ok
-        assert "a: its hardware failed meanwhile" in message
+        assert "a: its hardware has failed" in message
         assert states(stack) == {"a": State.INACTIVE}
         assert stack.resources.command_interfaces[POSITION].owner is None

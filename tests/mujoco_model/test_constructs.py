@@ -87,7 +87,7 @@ def test_a_planar_joint_is_named_since_nothing_drives_it() -> None:
     built = hanging("planar", limit="", axis="0 0 1")
 
     assert built.warnings == (
-        "Planar joint 'j' moves freely: nothing drives it, and its state is not told",
+        "Planar joint 'j' moves freely: it has no drive, and its state is not published",
     )
     after(built, 1.0)
 

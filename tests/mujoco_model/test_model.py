@@ -513,7 +513,8 @@ def test_images_are_in_a_frame_that_is_turned_as_they_are(
     built = model(link("eye", ""), frames, f'<gazebo reference="eye">{sensor}</gazebo>')
 
     assert built.cameras[0].frame_id == frame
-    told = "The frame 'body' of camera 'e' does not look where the camera does: its images are in "
+    told = "The frame 'body' of camera 'e' has another orientation than the camera: its "
+    told += "images are in "
     ignored = "gz_frame_id" in tag and "body" in tag
     assert built.warnings == ((f"{told}'{frame}'",) if ignored else ())
 

@@ -150,7 +150,7 @@ def test_a_depth_cameras_format_of_depths_is_not_told() -> None:
 def test_what_no_camera_has_and_what_stands_there_twice_is_told() -> None:
     again = camera("<image><format>L16</format></image>", "<update_rat>3</update_rat>")
     assert warnings(again) == (
-        "<image> of sensor 'eye' (line 3) stands there again: the first is taken",
+        "<image> of sensor 'eye' (line 3) is given again: the first is used",
         "<update_rat> of sensor 'eye' (line 4) is unknown (is it update_rate?)",
     )
 

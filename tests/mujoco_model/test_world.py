@@ -116,8 +116,8 @@ def test_what_nobody_knows_in_a_world_is_told_with_its_line(tmp_path: Path) -> N
     model = build(tmp_path, world_urdf(cube(), "\n", odd))
     assert model.warnings == (
         "world.xml: <sponsor> in <robot> is unknown (line 3)",
-        "world.xml: <ros2_control> 'hardware' is left out: what is on joints in a world moves as "
-        "it is pushed",
+        "world.xml: <ros2_control> 'hardware' is left out: models of a world have no "
+        "controllers, and move only when pushed",
     )
     xacro = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
     looped = world_urdf(cube(), "\n<xacro:if value='1'><sponsor/></xacro:if>")

@@ -39,7 +39,7 @@ def test_a_texture_without_a_file_leaves_the_colour(texture: str, whose: str) ->
     else:
         link, notes = read(f'<visual>{BOX}<material name="x"/></visual>', material)
     assert colour(link) == Material("x", (1.0, 0.0, 0.0, 1.0))
-    assert notes == ("A <texture> without a file is none (line 1)",)
+    assert notes == ("A <texture> without a file is dropped (line 1)",)
 
 
 @pytest.mark.parametrize(

@@ -49,7 +49,7 @@ def test_what_yourdfpy_does_not_support_is_no_difference() -> None:
         )
     )
     assert (read.error, read.differences) == ("", ())
-    assert read.summary.endswith("and poses; it does not know 1 capsule")
+    assert read.summary.endswith("and poses; it does not support 1 capsule")
 
 
 COLLADA = """<?xml version="1.0"?>
@@ -184,7 +184,7 @@ def test_the_check_warns_of_a_file_that_two_readers_read_differently(
         "yourdfpy reads it differently:",
         "  Joint 'slide' (line 3): its axis is 0 0 1 here and 0 0 2 in yourdfpy",
         "  Joint 'turn' (line 6): its <mimic> is none here and 1 * 'no_such' + 0 in yourdfpy",
-        "It compiles; --simulate lets it stand for 5 s and moves it",
+        "It compiles; --simulate lets the robot stand for 5 s, then moves it",
     ]
 
 

@@ -92,7 +92,7 @@ def test_gravity_and_pushes_go_on_from_where_they_were(model: RobotModel, tmp_pa
     for row in ([999.0, *[0.0] * 9, 1.0, 0.0], [1.0, *[0.0] * 9, 0.0, 0.0], [1.0]):
         saved = SavedState.of(begun(model))
         saved = SavedState(saved.parts, {**saved.values, "pushes": np.array(row)})
-        with pytest.raises(RefusedError, match="push"):
+        with pytest.raises(RefusedError, match="The saved state is invalid: "):
             saved.put(other)
 
 

@@ -209,7 +209,7 @@ def test_a_reader_that_goes_away_ends_a_stream_quietly(graph):
     [
         (
             "topic pub --once /parameter_event std_msgs/msg/Empty",
-            r"^Nobody subscribes '/parameter_event' yet\. There are .*",
+            r"^No subscription to '/parameter_event' yet\. There are .*",
         ),
         (
             "tf echo map odom",

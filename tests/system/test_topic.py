@@ -120,8 +120,8 @@ def test_info_says_where_a_publisher_offers_less_than_a_subscription_asks_for(ro
     assert done.returncode == 0
     assert done.stderr == (
         "WARNING: /chatter: /mouth and /ear: reliability: BEST_EFFORT publisher and RELIABLE "
-        "subscription. On Zenoh they hear each other, with what the publisher offers; on DDS not "
-        "at all.\n"
+        "subscription. They communicate over Zenoh, with the QoS that the publisher offers; over "
+        "DDS they do not.\n"
     )
     listener.interrupt()
     assert listener.wait() == 130

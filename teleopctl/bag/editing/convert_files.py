@@ -87,7 +87,7 @@ def _parse_input(item: OptionItem, remarks: list[str]) -> InputBag:
     for key, line, value in item.pairs:
         place = f"{item.path}:{line}"
         if key in texts or key in times:
-            raise InvalidFileError(f"{place}: '{key}' stands here twice")
+            raise InvalidFileError(f"{place}: '{key}' is given twice")
         if key in _INPUT_TEXTS:
             if not isinstance(value, str):
                 raise InvalidFileError(f"{place}: '{key}' has to be a text, not {value!r}")
@@ -204,7 +204,7 @@ class _Entry:
             raise InvalidFileError(f"{item.place}: here has to be a mapping", hint=_OUTPUT_EXPECTED)
         for key, line, value in item.pairs:
             if key in self._lines:
-                raise InvalidFileError(f"{item.path}:{line}: '{key}' stands here twice")
+                raise InvalidFileError(f"{item.path}:{line}: '{key}' is given twice")
             self._lines[key] = line
             self._take(key, value)
 
@@ -296,7 +296,7 @@ class _Entry:
         values = self._values
         mode = (values.get("compression_mode") or "").lower()
         if mode not in ("", "none", "file", "message"):
-            self._refuse("compression_mode", "it is none, file or message")
+            self._refuse("compression_mode", "expected none, file or message")
         form = (values.get("compression_format") or "").lower()
         if form not in ("", "zstd", "lz4"):
             self._refuse("compression_format", "it is zstd or lz4")

@@ -123,7 +123,7 @@ def read_curves(
     curves = [curve for reading in readings for curve in reading.curves()]
     if len(curves) > MOST_CURVES:
         raise UsageError(
-            f"{len(curves)} curves in one plot cannot be told apart; {MOST_CURVES} can",
+            f"{len(curves)} curves in one plot: at most {MOST_CURVES} can be distinguished",
             hint=f"Name single elements, such as {fields[0]}[0].",
         )
     return curves

@@ -166,6 +166,6 @@ def read_static_topics(path: Path) -> dict[str, str]:
             )
         name, type_name = pair
         if name in topics:
-            raise InvalidFileError(f"{item.place}: '{name}' stands here twice")
+            raise InvalidFileError(f"{item.place}: '{name}' is given twice")
         topics[name] = full_type_name(type_name)
     return topics

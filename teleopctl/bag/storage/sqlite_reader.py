@@ -190,7 +190,7 @@ class SqliteFileReader(BagFileReader):
             if what != "ok":
                 yield "the database is damaged: " + " ".join(what.split())
         if self._nonsense:
-            yield f"{self._nonsense} rows of its messages are none: a time, a topic or bytes"
+            yield f"{self._nonsense} rows of its messages are invalid: no time, no topic or no data"
 
     def close(self) -> None:
         """Close the database."""

@@ -175,7 +175,7 @@ def send_goal(
     from teleopctl.node import ActionClient, LoggingSeverity, SingleThreadedExecutor
 
     if stdin and values is not None:
-        raise UsageError("--stdin stands in the place of the goal; leave one of them out")
+        raise UsageError("--stdin replaces the goal argument; give one of them")
     check_not_negative(timeout=timeout)
     action = action_class_named(type_name)
     text = sys.stdin.read() if stdin else "{}" if values is None else values
@@ -353,20 +353,22 @@ class _Exchange:
         if response.goals_canceling:
             self._report.say("Goal canceled.")
         elif response.return_code == _ENDED_ALREADY:
-            console.note("The goal ended before the server heard that it was to be canceled.")
+            console.note("The goal ended before the server received the cancel request.")
         else:
             unknown = response.return_code == _UNKNOWN
             raise RefusedError(
                 "Failed to cancel goal",
-                hint="The server does not know it." if unknown else "The server refuses.",
+                hint="The server does not know this goal."
+                if unknown
+                else "The server rejected the request.",
             )
         self._take_result(None)
         return _INTERRUPTED
 
     def _silent(self) -> str:
         return (
-            f"'{self._client.action_name}' has not answered yet: it hears of this when it is done "
-            "with what it does now. Ctrl-C again ends this command and leaves the goal to it."
+            f"'{self._client.action_name}' has not answered yet; it may be busy. Ctrl-C "
+            "again ends this command and leaves the goal to the server."
         )
 
     # Any: the answer to whichever request it is.

@@ -76,12 +76,10 @@ def launch(
     ] = "launch",
     skip_missing: Annotated[
         bool,
-        Option(
-            "--skip-missing", help="Go on without packages and programs that are found nowhere."
-        ),
+        Option("--skip-missing", help="Skip packages and programs that cannot be found."),
     ] = False,
     debug: Annotated[
-        bool, Option("--debug", help="Say what happens inside the launch; ROS 2's -d.")
+        bool, Option("--debug", help="Print debug messages of the launch; ROS 2's -d.")
     ] = False,
     watch: Annotated[
         bool,
@@ -162,8 +160,8 @@ def launch(
         if detach:
             console.note_once(
                 "launch-d",
-                "-d means --detach here; ROS 2's -d, for messages of the launch, is --debug. "
-                "(This is said once.)",
+                "-d means --detach here; ROS 2's -d, for debug messages, is --debug. "
+                "(Printed once.)",
             )
             _start(request, launch_name(file), timeouts)
             return 0

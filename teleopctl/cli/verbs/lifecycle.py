@@ -40,7 +40,7 @@ GROUP = VerbGroup(
 
 ManagedNodeName = Annotated[str, Argument(help="The node.", complete="managed_nodes")]
 HiddenNodes = Annotated[
-    bool, Option("--include-hidden-nodes", help="Ask nodes whose name starts with _, too.")
+    bool, Option("--include-hidden-nodes", help="Include nodes whose name starts with _.")
 ]
 Timeout = Annotated[
     float | None, Option("--timeout", help="Give up after this many seconds.", metavar="SECONDS")

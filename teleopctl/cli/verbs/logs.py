@@ -30,7 +30,7 @@ def logs(
         ),
     ],
     follow: Annotated[
-        bool, Option("--follow", "-f", help="Go on until the process ends, or Ctrl-C.")
+        bool, Option("--follow", "-f", help="Follow the output until the process ends, or Ctrl-C.")
     ] = False,
     lines: Annotated[
         int | None, Option("--lines", "-n", metavar="N", help="Begin with the last N lines.")

@@ -49,7 +49,9 @@ def list_packages(
     as_json: AsJson = False,
     verbose: Annotated[
         bool,
-        Option("-v", "--verbose", help="Tell where each was found, and what it hides."),
+        Option(
+            "-v", "--verbose", help="Print the folder of each package, and which packages it hides."
+        ),
     ] = False,
 ) -> None:
     """List the packages."""

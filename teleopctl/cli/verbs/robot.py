@@ -19,7 +19,7 @@ GROUP = VerbGroup(
     {
         "check": Verb(
             f"{__name__}:check",
-            "Tell how robots' files are read, and whether they stand and move in simulation.",
+            "Check how robot files are read, and whether the robots stand and move in simulation.",
             examples=(
                 "teleopctl robot check my_robot.urdf.xacro",
                 "teleopctl robot check ur.urdf.xacro ur_type:=ur5e name:=ur --simulate",
@@ -194,7 +194,7 @@ def _summary(report: "RobotReport") -> "Iterator[str]":
     if report.refusal is not None:
         yield f"Not simulated: {report.refusal}"
     elif report.trial is None:
-        yield "It compiles; --simulate lets it stand for 5 s and moves it"
+        yield "It compiles; --simulate lets the robot stand for 5 s, then moves it"
     else:
         yield from _outcome(report)
 
@@ -222,9 +222,9 @@ def _outcome(report: "RobotReport") -> "Iterator[str]":
     if trial.unmoved:
         yield f"  not: {', '.join(trial.unmoved)}"
     if trial.blocked:
-        yield f"  not asked, since each way meets the ground or a link: {', '.join(trial.blocked)}"
+        yield f"  not tested, both directions meet the ground or a link: {', '.join(trial.blocked)}"
     if trial.travelled_m is not None:
-        yield f"Its root link came {trial.travelled_m:.3f} m meanwhile"
+        yield f"Its root link moved {trial.travelled_m:.3f} m during the trial"
     yield from _motions(report)
     if (frames := report.frames) is not None:
         shown = frames.links - len(frames.missing)

@@ -59,8 +59,7 @@ def run(
         list[str],
         Argument(
             metavar="[PACKAGE] EXECUTABLE|FILE [ARGS]...",
-            help="What to run, and what is handed to it untouched, such as "
-            "--ros-args -p NAME:=VALUE.",
+            help="Program, and the arguments passed to it, such as --ros-args -p NAME:=VALUE.",
             complete="programs",
         ),
     ],

@@ -49,7 +49,7 @@ GROUP = VerbGroup(
         ),
         "echo": Verb(
             f"{__name__}:echo",
-            "Print what a service is asked and answers.",
+            "Print the requests and responses of a service.",
             examples=("teleopctl service echo /add_two_ints --flow-style",),
         ),
     },
@@ -185,7 +185,7 @@ def call(
         raise RefusedError("rate must be greater than zero")
     check_not_negative(timeout=timeout)
     if stdin and values is not None:
-        raise UsageError("--stdin stands in the place of the request; leave one of them out")
+        raise UsageError("--stdin replaces the request argument; give one of them")
     service_class = service_class_named(service_type)
     text = sys.stdin.read() if stdin else "{}" if values is None else values
     requests = [message_from_values(service_class.Request, each) for each in yaml_documents(text)]

@@ -82,7 +82,7 @@ def step(
     try:
         _standard("StepSimulation", steps=steps)
     except UnavailableError as error:
-        error.hint = "The steps go on; `teleopctl sim pause` ends them."
+        error.hint = "The steps continue; `teleopctl sim pause` ends them."
         raise
     _say(f"Advanced by {steps} step{'s' if steps > 1 else ''}", as_json)
 
@@ -223,7 +223,7 @@ def _send(type_: str, package: str, request: Any, service: str = "") -> Any:
         ]
         if not names:
             raise NotFoundError(
-                "No simulator runs that can be asked for this",
+                "No running simulator offers this service",
                 hint="Start one: teleopctl launch sim.yaml",
             )
         client = node.create_client(get_service(type_name), min(names))
@@ -356,8 +356,8 @@ def sweep(
         Option(
             "--after",
             metavar="EXECUTABLE",
-            help="Time begins when this program of the launch file, which sends commands say, has "
-            "ended.",
+            help="Time starts when this program of the launch file, for example one that sends "
+            "commands, has ended.",
         ),
     ] = None,
     measure: Annotated[
@@ -394,7 +394,7 @@ def sweep(
     ] = None,
     resume: Annotated[
         str | None,
-        Option("--resume", metavar="FOLDER", help="Go on with a sweep that was stopped."),
+        Option("--resume", metavar="FOLDER", help="Continue a sweep that was stopped."),
     ] = None,
     as_json: AsJson = False,
 ) -> int:
@@ -412,7 +412,7 @@ def sweep(
     if cluster is not None and jobs is not None:
         raise UsageError(
             "--jobs is for this machine",
-            hint="On a cluster the workers say how many: dask worker --nthreads N ADDRESS",
+            hint="On a cluster the workers set the number: dask worker --nthreads N ADDRESS",
         )
     if send is not None and cluster is None:
         raise UsageError("--send goes with --cluster: here all files are at hand")

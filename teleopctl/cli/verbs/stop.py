@@ -62,7 +62,7 @@ def stop(
                 return 1
     for entry in gone:
         if entry.is_death_shown:
-            console.warn(f"{entry.qualified_name} {entry.ending}, as has been told")
+            console.warn(f"{entry.qualified_name} {entry.ending}, as reported before")
             continue
         console.warn(f"{entry.qualified_name} {entry.ending}; its last lines:")
         console.note(log_tail(entry.record.log_file))

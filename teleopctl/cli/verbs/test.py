@@ -32,7 +32,7 @@ def test(
         Option("--package-name", metavar="NAME", help="Package of the test, in the report."),
     ] = None,
     verbose: Annotated[
-        bool, Option("--verbose", "-v", help="Say what happens inside the launch.")
+        bool, Option("--verbose", "-v", help="Print debug messages of the launch.")
     ] = False,
     show_args: Annotated[
         bool,

@@ -31,12 +31,14 @@ if TYPE_CHECKING:
 GROUP = VerbGroup(
     "Watch transforms between frames.",
     {
-        "echo": Verb(f"{__name__}:echo_transform", "Print where one frame stands in another."),
+        "echo": Verb(f"{__name__}:echo_transform", "Print the transform between two frames."),
         "list": Verb(f"{__name__}:list_frames", "List the frames."),
-        "monitor": Verb(f"{__name__}:monitor", "Print how late transforms come, and from whom."),
+        "monitor": Verb(
+            f"{__name__}:monitor", "Print the delay of transforms and their broadcasters."
+        ),
         "static": Verb(
             f"{__name__}:publish_static",
-            "Publish where a frame stands once and for all.",
+            "Publish a static transform.",
             negative_numbers=True,
             examples=("teleopctl tf static --z 0.5 --frame-id world --child-frame-id table",),
         ),
@@ -128,7 +130,7 @@ _WAIT_S = 1.0
 
 def list_frames(
     show_parents: Annotated[
-        bool, Option("-p", "--show-parents", help="Show in which frame each one stands.")
+        bool, Option("-p", "--show-parents", help="Show the parent of each frame.")
     ] = False,
     count_frames: Annotated[
         bool, Option("-c", "--count-frames", help="Print only how many there are.")
@@ -260,7 +262,7 @@ def publish_static(
         Option("--frame-id", help="The parent frame.", metavar="FRAME", complete="frames"),
     ] = None,
     child_frame_id: Annotated[
-        str | None, Option("--child-frame-id", help="The frame that stands in it.", metavar="FRAME")
+        str | None, Option("--child-frame-id", help="Child frame.", metavar="FRAME")
     ] = None,
     x: Annotated[float | None, _number("--x", "Position in metres.")] = None,
     y: Annotated[float | None, _number("--y", "Position in metres.")] = None,
@@ -311,7 +313,7 @@ def view(
     ] = None,
     tf_topic: Annotated[str, Option("--tf_topic", help="The topic of moving frames.")] = "/tf",
     tf_static_topic: Annotated[
-        str, Option("--tf_static_topic", help="The topic of frames that stand still.")
+        str, Option("--tf_static_topic", help="Topic of static transforms.")
     ] = "/tf_static",
     as_json: AsJson = False,
 ) -> None:

@@ -85,7 +85,7 @@ class _Planned(Action):
                 raise NotFoundError(
                     f"component {plan.plugin} (package {plan.package}) is not here; "
                     "those in C++ cannot be loaded",
-                    hint=f"{error.hint} --skip-missing goes on without it.",
+                    hint=f"{error.hint} --skip-missing skips it.",
                 ) from error
         self.take(plan)
 

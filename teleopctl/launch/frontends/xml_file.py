@@ -91,7 +91,7 @@ class XmlTag(Element):
                 fields[tag.name] = tag
         for name, tags in lists.items():
             if name in fields:
-                raise tags[0].error(f"'{name}' stands here as an attribute and as a tag")
+                raise tags[0].error(f"'{name}' is given as an attribute and as a tag")
             fields[name] = _Tags(tags, tags[0].place, tags[0].path)
         if "children" in keys:
             fields.setdefault("children", _Tags(children, self.place, self.path))
@@ -212,7 +212,7 @@ def _split(attributes: dict[str, Element]) -> dict[str, Element]:
     for name, key in separators.items():
         element, separator = attributes[name], attributes[key]
         if not separator.value:
-            raise separator.error("expected a text that stands between the items, got nothing")
+            raise separator.error("expected the text between the items, got nothing")
         items = element.value.split(separator.value)
         divided[name] = Attribute(
             [Attribute(item, element.place, element.path) for item in items],

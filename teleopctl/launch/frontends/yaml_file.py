@@ -54,7 +54,7 @@ def _element(loader: Any, node: yaml.Node, file: Path, path: str, depth: int) ->
             below = f"{path}.{key}" if path else key
             if key in entries:
                 line = key_node.start_mark.line + 1
-                raise LaunchError(f"{file}:{line}: '{below}': the key stands here twice")
+                raise LaunchError(f"{file}:{line}: '{below}': the key is given twice")
             entries[key] = _element(loader, value_node, file, below, depth + 1)
         return Element(entries, place, path)
     if isinstance(node, yaml.SequenceNode):

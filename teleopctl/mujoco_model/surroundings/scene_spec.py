@@ -227,7 +227,7 @@ class _Builder:
         for shape in part.shapes:
             if shape.kind in ("plane", "heightmap") and not still:
                 self.warnings.append(
-                    f"A {shape.kind} of '{body.name}' is left out: only what stands has one"
+                    f"A {shape.kind} of '{body.name}' is left out: only static models may have one"
                 )
                 continue
             slabs = self._slabs(shape) if still and shape.touches else []
@@ -307,7 +307,7 @@ class _Builder:
         bodies = model.bodies.values()
         if len(bodies) > 1 and not (model.static or all(body.self_collides for body in bodies)):
             self.warnings.append(
-                f"The parts of '{model.name}' touch one another, whatever <self_collide> says"
+                f"The parts of '{model.name}' collide with one another; <self_collide> is ignored"
             )
         sensors = [sensor.element for body in bodies for sensor in body.sensors]
         sensors += [sensor.element for joint in model.joints for sensor in joint.sensors]

@@ -209,8 +209,8 @@ def _import(
     warnings += repair_inertias(things) + unsupported_tags(description.urdf)
     warnings += unknown_tags(description.urdf)
     warnings += [
-        f"<ros2_control> '{system.name}' is left out: what is on joints in a world moves as it is "
-        "pushed"
+        f"<ros2_control> '{system.name}' is left out: models of a world have no controllers, and "
+        "move only when pushed"
         for system in description.ros2_control
     ]
     warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]

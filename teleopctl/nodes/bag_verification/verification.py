@@ -106,9 +106,7 @@ def verify_bag(
             if wanted is not None:
                 parameters[name] = wanted
             elif name not in parameters:
-                remarks.append(
-                    f"The bag does not say which {name} it was; the default one is taken"
-                )
+                remarks.append(f"The bag does not record its {name}; the default is used")
         run = _Run(session, parameters, tolerance, on_message)
         run.read(read_topics(bag, run.wanted))
     run.run()
@@ -358,8 +356,8 @@ class _Run:
     def _say_skipped(self, stream: ComparedStream) -> None:
         count, first_s = len(stream.skipped_ns), to_seconds(stream.skipped_ns[0])
         self.remarks.append(
-            f"{stream.name} has no message for {count} states, from {first_s:.3f} s on: nobody "
-            "sent any, by the recorder's count"
+            f"{stream.name} has no message for {count} states, from {first_s:.3f} s on: none "
+            "was published, by the recorder's count"
         )
 
     def _say_commands(self) -> None:

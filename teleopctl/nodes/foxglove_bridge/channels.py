@@ -118,8 +118,8 @@ class Channels:
         others = {publisher.type_hash for publisher in graph.publishers(topic, type_name)} - {ours}
         if others:
             self._node.get_logger().warning(
-                f"{topic}: its publisher means another version of {type_name} than this program "
-                "knows (type hashes differ), so that it is shown without its definition"
+                f"{topic}: its publisher uses another version of {type_name} than this program "
+                "(type hashes differ), so the topic is shown without its definition"
             )
             return None
         return Schema(name=type_name, encoding="ros2msg", data=text.encode())

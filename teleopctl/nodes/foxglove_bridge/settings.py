@@ -83,7 +83,7 @@ class BridgeSettings:
             self._declare(
                 "ignore_unresponsive_param_nodes",
                 True,
-                "Ask no more for parameters of a node that has not answered",
+                "Stop requesting parameters from a node that has not answered",
             )
         )
         self.backlog = self._integer(

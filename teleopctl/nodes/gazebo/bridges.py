@@ -242,7 +242,9 @@ def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
             in_ros.pass_to(sides[0], _without_stamp if stamps else None)
     if same or not bridges:
         listed = ", ".join(same) or "its topics"
-        node.get_logger().info(f"The simulator speaks ROS 2: no bridge is needed for {listed}")
+        node.get_logger().info(
+            f"The simulator publishes ROS 2 topics itself: no bridge is needed for {listed}"
+        )
 
 
 class _Side:

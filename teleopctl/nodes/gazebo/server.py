@@ -160,7 +160,7 @@ class GazeboServer(Node):
         self._robot, self._description = robot, description
         if any(robot.pose) and description.root == "world":
             self.get_logger().warning(
-                "The robot stands where its description puts it: its root link is the world"
+                "The pose is ignored: the root link of the robot is the world"
             )
         if not self.get_publishers_info_by_topic(_TOPIC):
             # It was read from a file; others take it from where ROS has it.
@@ -241,7 +241,8 @@ def gz() -> int:
     if command not in ("sim", "gazebo"):
         raise UsageError(
             f"gz {command}: of gz's subcommands there is `gz sim`, with MuJoCo",
-            hint="The simulator speaks ROS 2: `teleopctl topic list`, `teleopctl service list`.",
+            hint="The simulator has topics and services of ROS 2: `teleopctl topic list`, "
+            "`teleopctl service list`.",
         )
     return _run(sim_request(words[1:] if words[0] == command else words))
 

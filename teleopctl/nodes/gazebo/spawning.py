@@ -161,7 +161,7 @@ def remove() -> int:
 
 
 def _add_pose(parser: argparse.ArgumentParser) -> None:
-    pose = parser.add_argument_group("where it stands, in metres and radians")
+    pose = parser.add_argument_group("initial pose, in metres and radians")
     for name in _NUMBERS:
         pose.add_argument(f"-{name}", f"--{name}", type=float, default=0.0)
 

@@ -106,7 +106,9 @@ class SecondReading(NamedTuple):
         if self.meshes:
             same += f", and {self.meshes} mesh{'es' if self.meshes > 1 else ''} of the same size"
         if self.capsules:
-            same += f"; it does not know {self.capsules} capsule{'s' if self.capsules > 1 else ''}"
+            same += (
+                f"; it does not support {self.capsules} capsule{'s' if self.capsules > 1 else ''}"
+            )
         return same
 
 

@@ -123,14 +123,14 @@ def parse_new_style(arguments: Sequence[str]) -> tuple[str, str, Transform]:
     """
     parser = ArgumentParser(
         prog="static_transform_publisher",
-        description="Publish where one frame stands in another, in metres and radians.",
+        description="Publish a static transform, in metres and radians.",
         epilog=f"Old, deprecated arguments: {_OLD_USAGE}",
         allow_abbrev=False,
     )
     for name in (*_MOVES, *_TURNS, *_ANGLES):
         parser.add_argument(f"--{name}", type=float, metavar="NUMBER")
     parser.add_argument("--frame-id", required=True, help="the parent frame")
-    parser.add_argument("--child-frame-id", required=True, help="the frame that stands in it")
+    parser.add_argument("--child-frame-id", required=True, help="the child frame")
     found = vars(parser.parse_args(list(arguments)))
     x, y, z = (found[name] or 0.0 for name in _MOVES)
     has_quaternion = any(found[name] is not None for name in _TURNS)

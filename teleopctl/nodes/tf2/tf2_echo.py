@@ -47,7 +47,7 @@ def main(args: list[str] | None = None) -> int:
 
 def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
-        prog="tf2_echo", description="Print where one frame stands in another, again and again."
+        prog="tf2_echo", description="Print the transform between two frames repeatedly."
     )
     parser.add_argument("source_frame", help="the frame in which the other is expressed")
     parser.add_argument("target_frame", help="the frame that is looked for")

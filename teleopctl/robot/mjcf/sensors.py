@@ -40,9 +40,9 @@ def camera_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
         name, body = m.camera(number).name, int(m.cam_bodyid[number])
         place = mjcf.place(body)
         if m.cam_mode[number] != _FIXED:
-            why = "it follows something, and only what is fixed has a frame"
+            why = "it tracks a body, and only fixed cameras have a frame"
         elif m.cam_projection[number] != _PERSPECTIVE:
-            why = "its projection is orthographic, which camera_info cannot say"
+            why = "its projection is orthographic, which camera_info cannot describe"
         elif place is None:
             why = f"'{m.body(body).name}' is not of the robot, and moves"
         else:

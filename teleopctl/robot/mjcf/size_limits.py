@@ -134,7 +134,7 @@ def _check_size(element: etree._Element, path: Path) -> None:
             if str(name).startswith(_USER_NUMBERS):
                 for number in _numbers(str(value)):
                     if number > _MOST_USER_NUMBERS:
-                        words = f"asks for {number:.6g} numbers in {name}"
+                        words = f"requests {number:.6g} numbers in {name}"
                         raise _refusal(element, path, words, _MOST_USER_NUMBERS)
 
 

@@ -93,7 +93,7 @@ class YamlEntry:
                     hint=did_you_mean(name, allowed) or f"It may have: {', '.join(allowed)}",
                 )
             if name in found:
-                raise entry.refuse("stands there twice")
+                raise entry.refuse("is given twice")
             found[name] = entry
         return found
 
@@ -264,7 +264,7 @@ def _thing(name: str, entry: YamlEntry) -> SceneModel:
             raise entry.refuse(f"lacks its {required}")
     mass = parts["mass"].number(positive=True) if "mass" in parts else None
     if mass is not None and shape in _STANDS:
-        raise parts["mass"].refuse(f"is not for a {shape}, which stands")
+        raise parts["mass"].refuse(f"is not allowed for a {shape}, which is static")
     shapes = _shapes(shape, entry, parts)
     rgba = _color(parts["color"]) if "color" in parts else None
     friction = parts["friction"].number() if "friction" in parts else None

@@ -210,7 +210,7 @@ def _see_names(file: SdfFile, elements: list[Any]) -> None:
     for element in elements:
         name = element.get("name") or ""
         if not name or name in taken:
-            what = f"name '{name}' stands there twice" if name else "it has no name"
+            what = f"name '{name}' is given twice" if name else "it has no name"
             raise InvalidDescriptionError(f"{file.place(element)}: <{element.tag}>: {what}")
         taken.add(name)
 

@@ -138,11 +138,9 @@ def move(
             bodies.twist(entity.index) if twist is None else twist,
         )
     elif twist is not None and twist.any():
-        raise RefusedError(f"'{entity.name}' stands still: it has no velocity")
+        raise RefusedError(f"'{entity.name}' is static: it has no velocity")
     elif pose is not None and entity.is_robot:
-        raise RefusedError(
-            f"The robot '{entity.name}' stands in the world: it cannot be put elsewhere"
-        )
+        raise RefusedError(f"The robot '{entity.name}' is fixed to the world: it cannot be moved")
     elif pose is not None:
         simulation.set_static_pose(entity.body, pose)
     simulation.refresh()

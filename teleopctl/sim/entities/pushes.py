@@ -109,11 +109,11 @@ def read_pushes(model: Any, saved: Array) -> list[Push]:
     """
     found = []
     if saved.size % _ROW:
-        raise RefusedError("The state makes no sense: its pushes are cut off")
+        raise RefusedError("The saved state is invalid: its wrenches are incomplete")
     for row in saved.reshape(-1, _ROW):
         body, steps, ramp = (int(row[place]) for place in (0, -2, -1))
         if not (0 <= body < model.nbody and steps > 0 and ramp >= 0):
-            raise RefusedError("The state makes no sense: it has a push that is none")
+            raise RefusedError("The saved state is invalid: it contains an invalid wrench")
         force, torque, point = np.split(row[1:10], 3)
         found.append(Push(model.body(body).name, force, torque, point, steps, ramp))
     return found

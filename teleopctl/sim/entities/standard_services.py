@@ -56,7 +56,7 @@ def _refusal(simulation: Simulation, wrench: Any) -> str:
     """Return why a wrench cannot be applied; empty if it can."""
     link = wrench.wrench.header.frame_id
     if not link or not simulation.has_link(link):
-        return f"There is no link '{link}': wrench.header.frame_id names what is pushed"
+        return f"There is no link '{link}': wrench.header.frame_id must name a link"
     if reason := invalid_number_reason(np.concatenate(_vectors(wrench))):
         return f"A number of the wrench on '{link}' {reason}"
     duration, ramp = to_nanoseconds(wrench.duration), to_nanoseconds(wrench.ramp_down_duration)
@@ -99,7 +99,7 @@ def offer_standard_services(node: Node, find_running: FindRunning) -> None:
     services = SimulationServices(node, find_running)
 
     def end() -> None:
-        node.get_logger().info("Asked to quit")
+        node.get_logger().info("Shutdown requested")
         # On the wall clock: simulated time may stand still.
         node.create_timer(_FAREWELL_S, lambda: node.context.try_shutdown(), clock=Clock())
 

@@ -175,7 +175,7 @@ class MujocoServices:
             self._node.get_logger().info(f"World set to '{keyframe}'; time restarts")
             return f"World set to '{keyframe}'; time restarts"
         where = f"the keyframe '{keyframe}'" if keyframe else "the initial positions"
-        self._node.get_logger().info(f"World reset to {where}; time goes on")
+        self._node.get_logger().info(f"World reset to {where}; time continues")
         return "World reset"
 
     def _save(self, running: RunningSimulation, request: Any) -> str:
@@ -183,7 +183,9 @@ class MujocoServices:
         if not name:
             raise RefusedError("A state needs a name, or the path of a file, as its keyframe")
         if overrides.joint_states.name or overrides.free_joints:
-            raise RefusedError("A state is saved as it is: state_overrides are for reset_world")
+            raise RefusedError(
+                "state_overrides are for reset_world only: a state is saved unchanged"
+            )
         if name in running.simulation.model.keyframes:
             raise RefusedError(f"The model has a keyframe '{name}': choose another name")
         state = running.call(lambda: SavedState.of(running.simulation))

@@ -156,8 +156,8 @@ class RobotModelDisplay(Display):
             hint="Whether the robot comes from the topic or from a file",
         ),
         Property("Description File", "", hint="A URDF, xacro or MJCF file, for the source File"),
-        Property("Visual Enabled", True, hint="Draw what the robot looks like"),
-        Property("Collision Enabled", False, hint="Draw what the robot collides with"),
+        Property("Visual Enabled", True, hint="Draw the visual geometry"),
+        Property("Collision Enabled", False, hint="Draw the collision geometry"),
         Property("Alpha", 1.0, low=0.0, high=1.0, hint="1 is opaque"),
         Property("TF Prefix", "", hint="Prefix of the links' frames in tf"),
     )

@@ -104,7 +104,7 @@ def test_several_outputs_and_what_has_no_effect_are_told(read):
         ("output_bag: []", InvalidFileError, ":1: 'output_bag' is not known"),
         ("output_bags:\n- all: true", InvalidFileError, ":2: an output has no 'uri'"),
         ("output_bags:\n- uri: x\n  al: true", InvalidFileError, ":3: 'al' is not known"),
-        ("output_bags:\n- uri: x\n  uri: y", InvalidFileError, ":3: 'uri' stands here twice"),
+        ("output_bags:\n- uri: x\n  uri: y", InvalidFileError, ":3: 'uri' is given twice"),
         ("output_bags:\n- uri: 5", InvalidFileError, ":2: 'uri' has to be a text, not 5"),
         (
             "output_bags:\n- uri: x\n  topics: /a",

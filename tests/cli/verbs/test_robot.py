@@ -66,7 +66,7 @@ def test_a_file_is_told_as_check_urdf_does_and_then_what_the_simulator_makes_of_
         "  The simulator is the hardware of 'hardware' (mock_components/GenericSystem)",
         "  Mesh 'package://no_such/x.stl' is left out: Package 'no_such' not found",
         "  Rotor inertias are assumed, in kg m^2 or kg: b_shoulder 0.02; "
-        '<param name="armature"> of a joint in <ros2_control> says one',
+        '<param name="armature"> of a joint in <ros2_control> sets one',
         "Without effect:",
         "  <kp> of 'upper' (line 7) has no effect: contacts are as stiff as steps of physics "
         "allow, and DART does not read it",

@@ -9,7 +9,7 @@ from teleopctl.launch.model.plan import ProcessPlan
 from teleopctl.launch.watch import files_read, sources_of
 
 XACRO = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
-KEPT = r"^\[ERROR\] \[launch\]: {} saved; what runs goes on until the next save: "
+KEPT = r"^\[ERROR\] \[launch\]: {} saved; running processes stay until the next save: "
 FILES = {
     "words/package.xml": "<package><name>words</name></package>",
     "words/words/__init__.py": "WORD = 'one'\n",
@@ -103,7 +103,9 @@ def test_what_is_saved_starts_again_and_no_handler_takes_that_for_an_end(ros, fo
     )
     launch.wait_for_line(r"^\[INFO\] \[robot_state_publisher-1\]: process started")
     (folder / "arm.xacro").unlink()
-    launch.wait_for_line(r"^\[WARNING\] \[launch\]: arm.xacro: gone; what was made from it goes on")
+    launch.wait_for_line(
+        r"^\[WARNING\] \[launch\]: arm.xacro: gone; the processes made from it keep running"
+    )
 
     assert launch.stdout.count("[launch.user]: a start") == 2
     assert "[launch.user]: an end" not in launch.stdout

@@ -51,7 +51,7 @@ TOO_MUCH = {
         "<mesh name='m'> has 8.1e+07 points"
     ),
     '<sensor><user dim="1000000000"/></sensor>': "<user> has 1e+09 numbers",
-    '<size nuser_body="1000000000"/>': "<size> asks for 1e+09 numbers in nuser_body",
+    '<size nuser_body="1000000000"/>': "<size> requests 1e+09 numbers in nuser_body",
 }
 
 

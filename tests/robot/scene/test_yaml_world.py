@@ -84,13 +84,16 @@ def test_what_bounces_rises_to_the_square_of_it(tmp_path: Path) -> None:
         ("things:\n  a: {shape: box, size: [1, 1, -1]}", ":2: 'size'[2] should be a positive"),
         ("things:\n  a: {shape: box, size: [1, 1, .nan]}", "should be a positive number"),
         ("things:\n  a: {shape: sphere, radius: 1, mass: -2}", "'mass' should be a positive"),
-        ("things:\n  a: {shape: plane, mass: 2}", "'mass' is not for a plane, which stands"),
+        (
+            "things:\n  a: {shape: plane, mass: 2}",
+            "'mass' is not allowed for a plane, which is static",
+        ),
         ("things:\n  a: {shape: mesh, file: none.stl}", "'file' is not found: "),
         ("things:\n  a: {shape: sphere, radius: 1, color: puce}", "'color' is 'puce'"),
         ("things:\n  a: {shape: sphere, radius: 1, bounce: 1.5}", "'bounce' should be from 0 to 1"),
         ("thinks: {}", ":1: the world has no 'thinks'"),
         ("lights: [{kind: lamp}]", ":1: 'kind' is 'lamp', should be directional"),
-        ("things:\n  a: {shape: sphere, radius: 1}\n  a: {shape: plane}", "stands there twice"),
+        ("things:\n  a: {shape: sphere, radius: 1}\n  a: {shape: plane}", "is given twice"),
     ],
 )
 def test_a_mistake_is_told_with_its_line(tmp_path: Path, text: str, message: str) -> None:

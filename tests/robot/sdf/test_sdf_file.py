@@ -356,7 +356,7 @@ def test_what_nobody_reads_is_told_with_its_lines(tmp_path: Path) -> None:
                   "<pose relative_to='a'/></link>"),
             "frame 'a' is, in the end, relative to itself",
         ),
-        (model("m", "<link name='l'/>\n<link name='l'/>"), ":3: <link>: name 'l' stands there"),
+        (model("m", "<link name='l'/>\n<link name='l'/>"), ":3: <link>: name 'l' is given twice"),
         (model("m", "<link/>"), ":2: <link>: it has no name"),
         (
             model("m", "<link name='l'/><joint name='j' type='fixed'><parent>l</parent>"

@@ -145,9 +145,9 @@ def test_what_stands_still_can_be_put_elsewhere_and_what_lay_on_it_falls(
     room = bounds_of(simulation, wall_, in_world=True)
     assert room is not None
     assert room.high == pytest.approx([5.1, 0.1, 0.2])
-    with pytest.raises(RefusedError, match="'wall' stands still"):
+    with pytest.raises(RefusedError, match="'wall' is static"):
         move(simulation, wall_, None, np.ones(6))
-    with pytest.raises(RefusedError, match="'test' stands in the world"):
+    with pytest.raises(RefusedError, match="'test' is fixed to the world"):
         move(simulation, find(simulation, "test"), np.array([1.0, 0.0, 0.0, *UPRIGHT]), None)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from teleopctl.cli.verb import Verb, VerbGroup
 
 GROUP = VerbGroup(
-    "Record, play and look at sessions.",
+    "Record, play and inspect bags.",
     {
         "record": Verb(
             f"{__name__}.record:record",

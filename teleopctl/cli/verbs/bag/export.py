@@ -64,7 +64,7 @@ def export(
     task: Annotated[
         str, Option("--task", help="With lerobot: what was done, in words.", metavar="TEXT")
     ] = "teleoperation",
-    form: Annotated[str, Option("--format", help="What is written.", choices=_FORMATS)] = "csv",
+    form: Annotated[str, Option("--format", help="Output format.", choices=_FORMATS)] = "csv",
     as_json: AsJson = False,
 ) -> None:
     """Write a bag for other programs: tables, films, or a data set of LeRobot.
@@ -175,7 +175,7 @@ def _export_lerobot(
     from teleopctl.bag import LeRobotOptions, export_lerobot
 
     if fps is not None and not fps.is_integer():
-        raise UsageError(f"LeRobot's rates are whole numbers; {fps:g} is none")
+        raise UsageError(f"LeRobot's rates are whole numbers, not {fps:g}")
     options = LeRobotOptions(state, action, cameras, int(fps or 30), task)
     summary = export_lerobot(bag, folder, options)
     lines = [f"{folder}: frames {summary.frames} at {options.fps} Hz, one episode"]

@@ -66,7 +66,7 @@ def convert_bag(
         ),
     ] = None,
     storage: Annotated[
-        str, Option("-s", "--storage", help="Form of what is written.", choices=_STORAGES)
+        str, Option("-s", "--storage", help="Storage format of the output.", choices=_STORAGES)
     ] = "mcap",
     as_json: AsJson = False,
     *,
@@ -113,7 +113,7 @@ def cut_bag(
     from teleopctl.bag import OutputBag
 
     if time_range.is_whole:
-        raise UsageError("Say what to keep: --start-offset or --from, --duration or --until")
+        raise UsageError("Give the range to keep: --start-offset or --from, --duration or --until")
     options = files.writer_options()
     with _open_bags([bag_path], [storage]) as bags:
         start_ns, end_ns = time_range.log_times(bags)
@@ -227,7 +227,7 @@ def recover_bag(
         Option(
             "-o",
             "--output",
-            help="A folder for what can be read; the bag itself is left as it is then.",
+            help="Folder for the recovered bag; the damaged bag stays unchanged.",
             metavar="FOLDER",
         ),
     ] = None,

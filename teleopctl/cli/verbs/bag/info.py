@@ -84,7 +84,9 @@ def list_plugins(
     plugin_type: Annotated[
         str, Argument(help="Which ones.", metavar="KIND", choices=tuple(_PLUGINS))
     ],
-    verbose: Annotated[bool, Option("-v", "--verbose", help="Say what each one is for.")] = False,
+    verbose: Annotated[
+        bool, Option("-v", "--verbose", help="Print what each of them is for.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """List the forms of files, messages and compression that bags may have."""

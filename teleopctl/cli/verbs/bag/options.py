@@ -119,9 +119,9 @@ class TimeRangeOptions(OptionSet):
     def check(self) -> None:
         """Raise a UsageError if two options exclude each other, or a length is negative."""
         if self.start_offset is not None and self.start is not None:
-            raise UsageError("--start-offset and --from say the same thing; give one of them")
+            raise UsageError("--start-offset and --from both set the start; give one of them")
         if self.duration is not None and self.until is not None:
-            raise UsageError("--duration and --until say the same thing; give one of them")
+            raise UsageError("--duration and --until both set the end; give one of them")
         if (self.start_offset or 0) < 0 or (self.duration or 0) < 0:
             raise UsageError("--start-offset and --duration cannot be negative")
 

@@ -99,7 +99,7 @@ def record(
         bool, Option("--ignore-leaf-topics", help="Leave out topics without subscriptions.")
     ] = False,
     no_discovery: Annotated[
-        bool, Option("--no-discovery", help="Record only what is there at the start.")
+        bool, Option("--no-discovery", help="Record only topics that exist at the start.")
     ] = False,
     polling_interval: Annotated[  # noqa: ARG001 - the graph tells of its changes by itself
         int,

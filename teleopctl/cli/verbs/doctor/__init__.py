@@ -5,7 +5,7 @@ from __future__ import annotations
 from teleopctl.cli.verb import Verb, VerbGroup
 
 GROUP = VerbGroup(
-    "Look for what is wrong; without a verb: check.",
+    "Check the setup for problems; without a verb: check.",
     {
         "check": Verb(
             f"{__name__}.check:check",

@@ -191,7 +191,7 @@ def check_types(graph: Graph) -> Iterator[Finding]:
                 yield Finding(
                     f"The {word} {name} has several types: {', '.join(types)}. "
                     f"{_by(endpoints, lambda endpoint: endpoint.type_name)}",
-                    "Those of different types do not hear each other: rename one.",
+                    "Endpoints of different types do not communicate: rename one topic.",
                 )
             for type_name in types:
                 alike = [each for each in endpoints if each.type_name == type_name]

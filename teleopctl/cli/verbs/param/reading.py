@@ -32,7 +32,7 @@ def list_parameters(
         bool, Option("--param-type", help="Show the type of each parameter.")
     ] = False,
     include_hidden: Annotated[
-        bool, Option("--include-hidden-nodes", help="Ask nodes whose name starts with _, too.")
+        bool, Option("--include-hidden-nodes", help="Include nodes whose name starts with _.")
     ] = False,
     name_filter: Annotated[
         str | None,
@@ -40,7 +40,11 @@ def list_parameters(
     ] = None,
     prefixes: Annotated[
         list[str] | None,
-        Option("--param-prefixes", help="List only what is below these.", metavar="PREFIX..."),
+        Option(
+            "--param-prefixes",
+            help="List only parameters with these prefixes.",
+            metavar="PREFIX...",
+        ),
     ] = None,
     timeout: Timeout = 0.0,
     service_timeout: ServiceTimeout = SERVICE_TIMEOUT_S,

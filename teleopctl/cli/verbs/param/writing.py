@@ -328,7 +328,7 @@ def load_parameters(
     parameter_file: Annotated[str, Argument(help="A parameter file.")],
     no_use_wildcard: Annotated[
         bool,
-        Option("--no-use-wildcard", help="Leave out what is meant for several nodes (/**)."),
+        Option("--no-use-wildcard", help="Ignore parameters for several nodes (/**)."),
     ] = False,
     *,
     options: ParameterServiceOptions,

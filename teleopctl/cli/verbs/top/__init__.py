@@ -19,7 +19,7 @@ _SHORTEST_PERIOD_S = 0.1
 
 def top(
     period: Annotated[
-        float, Option("--period", help="Seconds between two looks.", metavar="SECONDS")
+        float, Option("--period", help="Seconds between updates.", metavar="SECONDS")
     ] = 1.0,
 ) -> int:
     """Watch processes, topics, controllers and the log on one screen.

@@ -43,7 +43,7 @@ class Top(App[None]):
 
     Args:
         node: Asks and subscribes; it needs no executor.
-        period_s: Seconds between two looks.
+        period_s: Seconds between updates.
     """
 
     TITLE = "teleopctl top"

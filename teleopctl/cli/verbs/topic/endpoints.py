@@ -120,7 +120,9 @@ def _duration(duration_ns: int) -> str:
     return "Infinite" if duration_ns >= INFINITE_NS else f"{duration_ns} nanoseconds"
 
 
-ON_ZENOH = "On Zenoh they hear each other, with what the publisher offers; on DDS not at all."
+ON_ZENOH = (
+    "They communicate over Zenoh, with the QoS that the publisher offers; over DDS they do not."
+)
 
 
 class QosPair(NamedTuple):

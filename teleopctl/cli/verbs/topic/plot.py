@@ -80,7 +80,7 @@ class Traces:
                 if trace is None:
                     if len(self._traces) >= MOST_TRACES:
                         raise UsageError(
-                            f"More than {MOST_TRACES} lines in one drawing cannot be told apart",
+                            f"More than {MOST_TRACES} lines in one drawing cannot be distinguished",
                             hint=f"Name single elements, such as {path}",
                         )
                     label = printable_line(f"{path} {self._labels.get(path, '')}".rstrip())

@@ -235,7 +235,7 @@ def _wait_for_subscribers(
             return f"'{topic}' has {came} of {count} subscribers yet."
         heard = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
         there_is = what_there_is("topics that anybody subscribes", [topic], heard)
-        return f"Nobody subscribes '{topic}' yet. {there_is}"
+        return f"No subscription to '{topic}' yet. {there_is}"
 
     if not wait_with_notice(
         lambda time_s: node.wait_for_match(EntityKind.MS, topic, type_name, count, time_s),

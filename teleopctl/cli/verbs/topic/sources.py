@@ -195,9 +195,9 @@ def _warn_of_other_versions(
     others = sorted({p.full_name for p in publishers if p.type_hash != ours})
     if others:
         console.warn(
-            f"{', '.join(others)} on {topic} means another version of {type_name} than this "
-            "program knows (type hashes differ), so its messages do not arrive; does ROS_DISTRO "
-            "name its distribution?"
+            f"{', '.join(others)} on {topic} uses another version of {type_name} than this "
+            "program (type hashes differ), so its messages do not arrive; is ROS_DISTRO set to "
+            "its distribution?"
         )
 
 

@@ -191,8 +191,8 @@ class ToleranceVerdict(Enum):
     PATH_VIOLATED = "an error is larger than the path allows"
     WAITING = "the trajectory has ended, the robot is not there yet"
     REACHED = "the robot is at the goal"
-    GOAL_LATE = "the robot has not come to the goal in time"
-    TIMED_OUT = "no new trajectory has come in time"
+    GOAL_LATE = "the robot has not reached the goal in time"
+    TIMED_OUT = "no new trajectory was received in time"
 
 
 def check_tolerances(

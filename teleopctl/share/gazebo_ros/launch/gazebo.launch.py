@@ -19,7 +19,7 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                "gui", default_value="true", description="Whether to say where the picture is."
+                "gui", default_value="true", description="Whether to print the address of the page."
             ),
             DeclareLaunchArgument(
                 "server", default_value="true", description="Whether to simulate."

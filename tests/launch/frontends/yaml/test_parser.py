@@ -33,7 +33,7 @@ def write(tmp_path):
         ),
         ("launch:\n- node:\n  pkg: a", 2, "expected one action, got a mapping with node, pkg"),
         ("launch:\n- let: {name: a, value: '$(var x'}", 2, "has no closing '\\)'"),
-        ("launch:\n- let: {name: a, name: b}", 2, "stands here twice"),
+        ("launch:\n- let: {name: a, name: b}", 2, "is given twice"),
         ("launch:\n- let: {a: [}", 2, "not YAML"),
         ("launch:\n- group: {children: [], scoped: maybe}", 2, "expected true or false"),
         ("launch:\n- let: {name: a, value: !!int x}", 2, "not YAML: 'x' is no !!int"),
