@@ -1,11 +1,11 @@
 """Launch files of ROS 2: reading, evaluation, and supervision of the processes.
 
-A front end reads a file (`frontends`) into steps with actions (`actions`, over `model`), which are
-evaluated with the launch arguments into a plan of processes and of what waits for events
-(`evaluation`). The plan is carried out (`execution`), in the foreground or, through ``python -m
+A front end reads a file (`frontends`) into steps with actions (`actions`, over `model`). With the
+launch arguments, the steps are evaluated into a plan of processes, timers and event handlers
+(`evaluation`). The plan is executed (`execution`) in the foreground or, through ``python -m
 teleopctl.launch``, in the background; on each event the evaluation returns the next steps.
 
-An action of one's own derives from ``Action``, a substitution is a ``Substitution``.
+A custom action derives from ``Action``, a custom substitution is a ``Substitution``.
 """
 
 from __future__ import annotations

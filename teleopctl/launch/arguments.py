@@ -26,7 +26,7 @@ from teleopctl.launch.model.action import Step
 from teleopctl.launch.model.template import Call, Template
 from teleopctl.packages import resolve_uri
 
-# They expand a robot description, start a program, or write a file.
+# Substitutions that expand a robot description, start a program, or write a file.
 _COSTLY = frozenset(
     (
         "command",
@@ -44,7 +44,7 @@ _COSTLY = frozenset(
 
 
 class _Declared(NamedTuple):
-    """An argument, and whether it stands under a condition."""
+    """A declared launch argument, and whether its declaration depends on a condition."""
 
     argument: DeclareArgument
     may_be_missing: bool
@@ -79,7 +79,7 @@ def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str
 
 
 def _of_descriptions(values: Iterable[str], declared: Collection[str]) -> Iterator[str]:
-    """Yield what the robot descriptions among the given values take themselves."""
+    """Yield lines for the undeclared xacro arguments of robot descriptions among the values."""
     from teleopctl.robot import xacro_arguments
 
     for value in values:
@@ -109,7 +109,8 @@ def argument_names(file: Path) -> list[str]:
 def undeclared_argument_warnings(file: Path, arguments: Mapping[str, str]) -> list[str]:
     """Return a warning for each given argument that a launch file and its includes do not declare.
 
-    For a file that can be, the plan's warnings say so.
+    Returns no warnings if the files cannot be read. A file that can be evaluated does not need this
+    function: the warnings of its plan include these.
     """
     from teleopctl.robot import xacro_arguments
 
@@ -129,7 +130,7 @@ def _describe(default: Template) -> str:
     calls = [part for part in default.parts if not isinstance(part, str)]
     if all(call.source.startswith("$(") for call in calls):
         return default.source
-    # A program's, which has no text as a whole.
+    # A default of a Python launch file, which has no text as a whole.
     parts = (f"'{part}'" if isinstance(part, str) else part.source for part in default.parts)
     return " + ".join(parts)
 
@@ -169,7 +170,7 @@ def _declared_in(
             try:
                 path = included_path(evaluated_text(action.file, context), context.file)
             except TeleopctlError:
-                continue  # which file it is depends on what is known only at the start
+                continue  # the file depends on values that are known only at the start
             for argument, is_conditional in _not_given(
                 _declared(path, context, depth + 1), action.arguments
             ):
@@ -185,7 +186,7 @@ def _not_given(
 
 def _try_to_set(context: LaunchContext, name: str, value: Template) -> None:
     if _is_costly(value):
-        return  # for a default that only names a file elsewhere
+        return  # too costly for a value that only helps to find included files
     try:
         context.scope.variables[name] = evaluated_text(value, context)
     except TeleopctlError:

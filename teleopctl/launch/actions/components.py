@@ -26,7 +26,7 @@ class LoadComponents(Action):
     """``load_composable_node``: loads components into a container once the container runs.
 
     Attributes:
-        container: The container's name.
+        container: Name of the container node.
         components: The components, in order.
     """
 
@@ -48,7 +48,7 @@ class LoadComponents(Action):
         """Start the service calls that load the components whose conditions hold.
 
         Raises:
-            NotFoundError: The container is one of teleopctl's, and a component is not there.
+            NotFoundError: The container is one of teleopctl's, and a component does not exist.
         """
         name = launch.text(self.container)
         name = name if name.startswith("/") else f"/{name}"
@@ -69,7 +69,7 @@ class LoadComponents(Action):
 
 @dataclass(frozen=True, slots=True)
 class _Planned(Action):
-    """Finds out what one component will be."""
+    """Action that evaluates one component to a plan."""
 
     part: ComponentPart
     is_looked_for: bool
@@ -95,8 +95,8 @@ class NodeContainer(Action):
     """``node_container``: starts a component container and loads components into the container.
 
     Attributes:
-        node: The process.
-        components: What is loaded into it, in order.
+        node: Process of the container.
+        components: Components to load into the container, in order.
     """
 
     keys = (*Node.keys, *_LISTS)

@@ -32,10 +32,10 @@ class AppendEnvironment(Action):
     """``append_env``: appends or prepends a value to an environment variable, with a separator.
 
     Attributes:
-        name: The variable.
-        value: What is added.
-        prepend: Whether it comes first.
-        separator: What stands between; by default what stands between the folders of a path.
+        name: Name of the variable.
+        value: Text to add.
+        prepend: Whether to put the text in front of the present value.
+        separator: Text between the two; by default the separator of ``PATH``.
     """
 
     keys = ("name", "value", "prepend", "separator")

@@ -18,13 +18,13 @@ class LaunchFileOf(Action):
     """Base of launch actions that include a launch file of a package, with their keys as arguments.
 
     Attributes:
-        arguments: Those that are given, by key.
+        arguments: Launch arguments that the entry gives, as key and value.
     """
 
     package: ClassVar[str]
     file: ClassVar[str]
     required: ClassVar[tuple[str, ...]] = ()
-    # Keys that the file's argument is not called.
+    # Names of launch arguments that differ from their keys, by key.
     names: ClassVar[dict[str, str]] = {}
 
     arguments: tuple[tuple[str, Template], ...]

@@ -43,7 +43,7 @@ class Log(Action):
 
 
 class _LogAt(Log):
-    """A line of the level that its name says."""
+    """Base of the actions that log a message at a fixed level."""
 
     __slots__ = ()
     keys = ("message",)

@@ -24,10 +24,10 @@ class Group(Action):
     """``group``: runs actions under one condition; if scoped, their settings end with the group.
 
     Attributes:
-        scoped: Whether what the steps set ends with them.
-        forwarding: Whether they see what was set before, where scoped.
-        keep: Launch variables that are set for them, as name and value.
-        steps: The steps.
+        scoped: Whether settings of the steps end with the group.
+        forwarding: Whether a scoped group starts with the settings made before it.
+        keep: Launch configurations to set for the steps, as name and value.
+        steps: Steps of the group.
     """
 
     keys = ("children", "scoped", "forwarding", "keep")
@@ -64,10 +64,10 @@ class TimedEntities(Action):
     """``timer``: runs actions after a period of wall time.
 
     Attributes:
-        period: Seconds from now, or from the start of the launch.
-        steps: The steps.
+        period: Delay in seconds from the evaluation of the action, or from the launch's start.
+        steps: Steps to run when the timer fires.
         is_cancelled: Returns whether the timer was cancelled.
-        cancel_on_shutdown: Whether they are not to be taken when the launch ends.
+        cancel_on_shutdown: Whether a shutdown cancels the timer; None for true.
     """
 
     keys = ("period", "children", "cancel_on_shutdown")
@@ -155,8 +155,9 @@ def set_included_arguments(
 def included_path(text: str, including: Path) -> Path:
     """Return the path of the launch file that an ``include`` names.
 
-    That is a path, a file beside the including one or in the current folder, or a built-in one; so
-    a ``sim.yaml`` of one's own includes the built-in ``sim.yaml`` by its name.
+    A relative path is looked for beside the including file, then in the current folder, then among
+    the built-in files. The including file itself is skipped, so that a user's ``sim.yaml`` can
+    include the built-in ``sim.yaml`` by its name.
     """
     path = resolve_uri(text)
     if path.is_absolute():
@@ -171,9 +172,9 @@ class For(Action):
     """``for``: runs actions a number of times.
 
     Attributes:
-        length: How often.
-        name: What ``$(index NAME)`` calls the number of the turn, counted from 0.
-        steps: The steps.
+        length: Number of iterations.
+        name: Name by which ``$(index NAME)`` reads the index of the iteration, from 0.
+        steps: Steps to run in each iteration.
     """
 
     keys = ("len", "name", "children")
@@ -203,8 +204,9 @@ class ForEach(Action):
     """``for_each``: runs actions once for each of several sets of values.
 
     Attributes:
-        sets: YAML mappings with semicolons between; ``$(for-var NAME)`` is a value of the turn's.
-        steps: The steps.
+        sets: YAML mappings separated by semicolons; ``$(for-var NAME)`` reads a value of the
+            iteration's mapping.
+        steps: Steps to run in each iteration.
     """
 
     keys = ("values", "children")

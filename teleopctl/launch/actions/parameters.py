@@ -72,7 +72,7 @@ def _refuse_together(entity: Entity, key: str, *others: str) -> None:
 
 
 def _value(element: Element, type_name: str | None) -> Element:
-    """The value, as its language types it; a text that is to be of a certain type stays one."""
+    """Return a value typed by its language; a text with an explicit scalar type stays a text."""
     is_text = isinstance(element.value, str)
     if type_name is None or (type_name.startswith("list_of_") and is_text):
         return element.typed()
@@ -85,5 +85,5 @@ def _parameter_value(element: Element) -> ParameterTree:
     if isinstance(element.value, bool | int | float):
         return element.value
     template = element.template()
-    # YAML has typed it already: quoted digits are a text. Only what a substitution gives is open.
+    # YAML has typed the value: quoted digits are a text. Only results of substitutions are untyped.
     return "".join(map(str, template.parts)) if template.is_literal else template

@@ -84,7 +84,7 @@ class Node(StartProcess):
         "ros_args",
         *_PROCESS_KEYS,
     )
-    # ROS 2 before Foxy, ROS 1, and launch files in Python.
+    # Keys of ROS 2 before Foxy, of ROS 1, and of launch files in Python.
     renamed: ClassVar[Mapping[str, str]] = {
         "arguments": "args",
         "executable": "exec",
@@ -119,8 +119,8 @@ class LifecycleNode(Action):
     """``lifecycle_node``: starts a managed node, and activates the node if ``autostart`` is set.
 
     Attributes:
-        node: Its process.
-        autostart: Whether it is configured and activated once it is there.
+        node: Process of the node.
+        autostart: Whether to configure and activate the node once it is in the graph.
     """
 
     keys = (*Node.keys, "autostart")

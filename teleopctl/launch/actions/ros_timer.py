@@ -11,7 +11,7 @@ from teleopctl.launch.actions.nesting import TimedEntities
 from teleopctl.launch.model.action import Launch, Step
 from teleopctl.launch.model.events import ShutdownBegan
 
-# How often it is looked whether somebody has cancelled a timer of simulated time.
+# Interval at which a timer of simulated time checks whether it was cancelled.
 _LOOK_EVERY_S = 0.2
 
 
@@ -27,7 +27,7 @@ class RosTimer(TimedEntities):
             return
         seconds, cancel = self.settings(launch)
         timer = _SimulatedTimer(seconds, self.steps, self.is_cancelled, cancel, launch.emit)
-        # What is set behind it does not reach its steps.
+        # The steps of the timer do not see settings of later actions.
         with launch.scoped():
             launch.register(timer)
         launch.work(timer)
@@ -35,13 +35,13 @@ class RosTimer(TimedEntities):
 
 @dataclass(frozen=True, slots=True)
 class _TimeHasCome:
-    """An event: a timer of simulated time has fired."""
+    """Event: a timer of simulated time has fired."""
 
     timer: object
 
 
 class _SimulatedTimer:
-    """Waits for a time of ``/clock``, beside the processes, and answers when it has come."""
+    """Work that waits for a time of ``/clock``, and handler that then returns the timer's steps."""
 
     wants_output = False
 

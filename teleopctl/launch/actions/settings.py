@@ -123,7 +123,7 @@ class Reset(Action):
     """``reset``: removes all launch configurations, namespace, parameters and remappings.
 
     Attributes:
-        keep: Variables to set afterwards, as name and value.
+        keep: Launch configurations to set afterwards, as name and value.
     """
 
     keys = ("keep",)
@@ -182,7 +182,7 @@ class SetParameter(Action):
 
 
 def _evaluated(value: ParameterTree, launch: Launch) -> ParameterTree:
-    """What a value is now: its substitutions give texts, whose type is still open."""
+    """Return a value with its substitutions evaluated to texts, which are typed later."""
     if isinstance(value, list):
         return [_evaluated(item, launch) for item in value]
     return literal(launch.text(value)) if isinstance(value, Template) else value

@@ -21,7 +21,7 @@ from teleopctl.launch.model.template import Template
 if TYPE_CHECKING:
     from teleopctl.robot import ExpandedXacro
 
-# What only a semantic description of MoveIt has (SRDF), whose root is called ``robot``, too.
+# Tags that only MoveIt's semantic description (SRDF) has; its root tag is ``robot``, too.
 _SEMANTIC = re.compile("<(?:group|group_state|end_effector|virtual_joint|disable_collisions)[ />]")
 
 
@@ -29,9 +29,9 @@ class EvaluationPoint(NamedTuple):
     """Scope and launch file at one point of a launch's evaluation, to continue from there later.
 
     Attributes:
-        scope: Launch variables, environment, namespace and so on: the same object, so that what is
-            set there afterwards is seen.
-        file: The launch file.
+        scope: Launch configurations, environment, namespace and so on; not a copy, so that later
+            changes to the scope are included.
+        file: Path of the launch file.
     """
 
     scope: Scope
@@ -43,18 +43,18 @@ class LaunchContext:
 
     Args:
         arguments: Launch arguments from the command line.
-        log_directory: The launch's folder for logs.
+        log_directory: Log folder of the launch.
 
     Attributes:
-        arguments: The launch arguments that the command line gave.
-        declared: Names of the launch arguments that have been declared, by a launch file or by a
-            robot description that is handed them.
-        node_names: How many nodes have a full name, where the launch file gives it.
-        event: What has happened and is being answered; None in the first walk over the files.
-        launch: The evaluation that this is the state of, once there is one.
-        shown_as: What a front end with classes of its own shows in its place; None until it does.
-        characters: How many all texts have that were evaluated for the start, or for one event.
-        included: How many files were included, likewise.
+        arguments: Launch arguments from the command line.
+        declared: Names of the launch arguments that were declared by a launch file, or by a robot
+            description to which they were passed.
+        node_names: Number of nodes with each full name, as far as the launch file gives names.
+        event: Event that is being handled; None during the evaluation of the launch files.
+        launch: Evaluation that this context belongs to; None before the evaluation is created.
+        shown_as: Object with which the Python front end represents this context; None until then.
+        characters: Number of characters evaluated for the start, or for one event.
+        included: Number of files included for the start, or for one event.
     """
 
     def __init__(self, arguments: Mapping[str, str], log_directory: Path) -> None:
@@ -149,13 +149,13 @@ class LaunchContext:
         """Return an environment variable for a process started at this point; None if unset."""
         if name in self.scope.environment:
             return self.scope.environment[name]
-        return os.environ.get(name)  # which on Windows knows it in any letter case
+        return os.environ.get(name)  # ignores letter case on Windows
 
     def count_included(self) -> None:
         """Count one more included launch file; raise beyond the budget.
 
         Raises:
-            LaunchError: They are too many, as of files that include each other twice.
+            LaunchError: Too many files are included, such as files that include each other twice.
         """
         try:
             self.included.add()
@@ -180,7 +180,7 @@ class LaunchContext:
         """Return the URDF of a description file, expanded once per set of xacro arguments.
 
         Raises:
-            TeleopctlError: When the file is missing or does not parse, or is no robot.
+            TeleopctlError: The file is missing, does not parse, or describes no robot.
         """
         return self._expanded(file, mappings).text
 
@@ -188,11 +188,11 @@ class LaunchContext:
         """Return the given launch arguments that only the robot's xacro file declares, by name.
 
         Args:
-            file: The xacro file.
-            mappings: Its arguments that the launch file gives, which are not among them.
+            file: Path of the xacro file.
+            mappings: Xacro arguments that the launch file passes; they are left out of the result.
 
         Raises:
-            TeleopctlError: As `robot_description`.
+            TeleopctlError: Same as for `robot_description`.
         """
         from teleopctl.robot import xacro_arguments
 
@@ -218,7 +218,7 @@ class LaunchContext:
         """Return the description file and all files that it includes.
 
         Raises:
-            TeleopctlError: As `robot_description`.
+            TeleopctlError: Same as for `robot_description`.
         """
         return self._expanded(file, mappings).files
 
@@ -261,12 +261,12 @@ def _read_robot(file: Path, mappings: Mapping[str, str]) -> ExpandedXacro:
     try:
         expanded = read_model(file, dict(mappings))
     except InvalidDescriptionError as error:
-        # It names the file at fault, which is not the launch file.
+        # The message names the faulty file, which is not the launch file.
         error.place = str(file)
         raise
     text = expanded.text
     if "<robot" in text and not _SEMANTIC.search(text):
-        # A mistake is reported here, once, instead of by each node that would read it.
+        # An error is reported here, once, instead of by each node that reads the description.
         try:
             RobotDescription.from_urdf(text)
         except TeleopctlError as error:
@@ -280,7 +280,7 @@ def _query_nodes() -> frozenset[str]:
     try:
         session = open_session("client")
     except RouterNotRunning:
-        return frozenset()  # where no router is, no node is known to anybody
+        return frozenset()  # nodes discover each other through the router
     try:
         return frozenset(query_graph(session).node_names(include_hidden=True))
     finally:

@@ -1,8 +1,8 @@
 """Temporary changes of this process's environment variables while a launch file is evaluated.
 
-ROS 2's launch changes its own environment, so that functions of a launch file, ``xacro`` and
-other readers of variables see what was set before. Here they see it as well, but only while they
-run: a process of another group that starts later begins with what there was before.
+ROS 2's launch changes its own environment, so that functions of a launch file, ``xacro`` and other
+code read the variables that earlier actions have set. Here the changes are made only while such
+code runs: a process of another group that starts later gets the original environment.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ class EnvironmentOverlay:
 
     def __init__(self) -> None:
         self._before: dict[str, str | None] = {}
-        # What code of others began with, as long as some runs.
+        # Environment at the start of the user code that is running.
         self._seen: dict[str, str] = {}
         self._depth = 0
 

@@ -1,9 +1,9 @@
 """Evaluation of a launch file and its arguments: the steps at the start, and those on each event.
 
-The whole file is walked over before the first process starts, as in ROS 2. So nearly everything
-that can go wrong goes wrong then: unknown packages, missing arguments, robot descriptions that do
-not parse. What waits for an event or a timer is evaluated when it comes, with the launch variables
-of the place where it stands.
+The whole file is evaluated before the first process starts, as in ROS 2. So nearly all errors are
+reported then: unknown packages, missing arguments, robot descriptions that do not parse. Steps that
+wait for an event or a timer are evaluated when the event happens or the timer fires, with the
+launch configurations of the point at which they were registered.
 """
 
 from __future__ import annotations
@@ -55,10 +55,10 @@ class DryRun(NamedTuple):
     """Result of evaluating in advance what a timer or an event will lead to.
 
     Attributes:
-        when: The event in words.
-        follow_up: What it does then.
-        error: Why not more is known of it, or None.
-        then: What that leads to.
+        when: Text that describes the event.
+        follow_up: Steps that follow the event.
+        error: Error that ended the dry run, or None.
+        then: Dry runs of the timers and handlers that these steps add.
     """
 
     when: str
@@ -70,7 +70,7 @@ class DryRun(NamedTuple):
 def missing_resources(dry_run: Iterable[DryRun]) -> Iterator[TeleopctlError]:
     """Yield the errors about missing packages, programs and files in dry runs.
 
-    Other errors may be none when the time has come.
+    Other errors are left out: they may not occur when the event really happens.
     """
     for each in dry_run:
         if isinstance(each.error, NotFoundError):
@@ -101,19 +101,19 @@ def evaluate(
     """Evaluate a launch file to a plan of its first steps; later events go to the `Evaluation`.
 
     Args:
-        file: The parsed file.
+        file: Parsed launch file.
         arguments: Launch arguments by name.
-        log_directory: The launch's folder for logs and parameter files.
-        request: How it is to be launched; by default as a request has it.
-        again: An earlier evaluation of the file, whose processes run; this one has no effects.
-        is_shown: Whether nothing is going to be started, so that a file that ends the launch before
-            that is no mistake.
+        log_directory: Folder for logs and parameter files of the launch.
+        request: Options of the launch; by default those of a new `LaunchRequest`.
+        again: Earlier evaluation of the file, whose processes run. The new evaluation then has no
+            effects outside.
+        is_shown: Whether the plan is only shown, so that a shutdown before the start is no error.
 
     Returns:
         The plan of the first steps, and the evaluation that handles later events.
 
     Raises:
-        TeleopctlError: When anything in it cannot be evaluated; the message has file and line.
+        TeleopctlError: Part of the file cannot be evaluated; the message has file and line.
     """
     context = LaunchContext(arguments, log_directory)
     request = request or LaunchRequest(file=str(file.path))
@@ -142,7 +142,7 @@ def shutdown_before_start(reason: str, hint: str | None = None) -> LaunchError:
 
 
 class _Registered(NamedTuple):
-    """A handler, and where the evaluation stood when it was registered."""
+    """An event handler, and the point of the evaluation at which it was registered."""
 
     handler: Handler
     moment: EvaluationPoint
@@ -161,18 +161,18 @@ class TimedSteps(NamedTuple):
 class Evaluation:
     """Evaluation of a launch: the launch files before the start, then each event and timer.
 
-    It implements `Launch` for actions, and `Respondent` for the supervisor.
+    This class implements `Launch` for actions, and `Respondent` for the supervisor.
 
     Args:
-        context: What substitutions look at.
-        builder: Makes the processes.
+        context: State that substitutions are evaluated with.
+        builder: Evaluates actions to process plans.
 
     Attributes:
-        context: What substitutions look at.
-        is_trial: Whether this is a look ahead, which is to have no effects outside.
-        is_ending: Whether the launch ends: nothing is started any more.
-        skips_missing: Whether to go on without what is found nowhere.
-        files_read: The user's files that were read for the start, where somebody wants to know.
+        context: State that substitutions are evaluated with.
+        is_trial: Whether this is a dry run, which must have no effects outside.
+        is_ending: Whether the launch shuts down, so that no more processes are started.
+        skips_missing: Whether to skip actions whose packages, programs or files are not found.
+        files_read: The user's files that were read for the start; empty without ``--watch``.
     """
 
     def __init__(self, context: LaunchContext, builder: ProcessBuilder) -> None:
@@ -189,7 +189,7 @@ class Evaluation:
         self.files_read: frozenset[Path] = frozenset()
         self._handlers: list[_Registered] = []
         self._follow_up = FollowUp()
-        # Whose thread evaluates just now, and where events go that happen elsewhere.
+        # Id of the thread that evaluates, and function that takes events of other threads.
         self._evaluates: int | None = None
         self._happened: Callable[[object], None] | None = None
 
@@ -331,7 +331,7 @@ class Evaluation:
         outlives_shutdown: bool = False,
     ) -> None:
         """Run steps after a delay, in the present scope, unless they are cancelled."""
-        # What they set is theirs, and what is set behind them does not reach them.
+        # The steps get a copy: settings do not pass between them and the actions after the timer.
         moment = EvaluationPoint(self.scope.copy(), self.file)
         timer = TimedSteps(max(0.0, seconds), steps, moment, is_cancelled, outlives_shutdown)
         self._follow_up.timers.append((timer.seconds, timer))
@@ -349,7 +349,7 @@ class Evaluation:
         """Unregister an event handler.
 
         Raises:
-            ValueError: It is not registered.
+            ValueError: The handler is not registered.
         """
         found = next((entry for entry in self._handlers if entry.handler is handler), None)
         if found is None:
@@ -438,7 +438,7 @@ class Evaluation:
         """Evaluate in advance the steps of timers and handlers; yield a dry run for each.
 
         Args:
-            follow_up: What was returned last.
+            follow_up: Result of the last `take_follow_up`.
         """
         for _, timer in follow_up.timers:
             assert isinstance(timer, TimedSteps)
@@ -454,7 +454,7 @@ class Evaluation:
         context = self.context.copy()
         trial = Evaluation(context, self._builder.copy(context))
         trial.is_trial = True
-        # What leads to what leads to more is counted as a whole.
+        # Nested dry runs share one budget of steps.
         trial._trials, trial._steps = self._trials + 1, self._steps
         trial.skips_missing = self.skips_missing
         error = None

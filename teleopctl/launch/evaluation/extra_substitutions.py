@@ -1,11 +1,13 @@
 """Substitutions of launch files that ROS 2 does not have: files, nodes, controllers, worlds.
 
-``$(node-exists /name)`` queries the graph, ``$(first-file A B …)`` is the first of some files
-that exists, ``$(file-param FILE NODE NAME DEFAULT)`` is what a parameter file says about a node,
-``$(file-controllers FILE [NAMESPACE])`` the controllers that it configures,
-``$(file-namespace FILE)`` the namespace in which it has its controller manager, and
-``$(world-file FILE)`` is the path of a file of what stands around a robot, which has been looked
-through. Those about robots are in `robot_substitutions`; the names stand in `teleopctl.plugins`.
+- ``$(node-exists /name)``: whether a node is in the graph.
+- ``$(first-file A B …)``: the first of the files that exists.
+- ``$(file-param FILE NODE NAME DEFAULT)``: a node's parameter in a parameter file.
+- ``$(file-controllers FILE [NAMESPACE])``: the controllers that a parameter file configures.
+- ``$(file-namespace FILE)``: the namespace of the controller manager in a parameter file.
+- ``$(world-file FILE)``: the absolute path of a world file, which is checked.
+
+Substitutions for robots are in `robot_substitutions`; names are registered in `teleopctl.plugins`.
 """
 
 from __future__ import annotations
@@ -22,7 +24,7 @@ from teleopctl.packages import resolve_uri
 if TYPE_CHECKING:
     from teleopctl.node import ParameterFile
 
-# How the type of a controller ends among the manager's parameters: NAME.type.
+# Suffix of the controller manager's parameter NAME.type with the type of a controller.
 _TYPE = ".type"
 _MANAGER = "/controller_manager"
 
@@ -47,7 +49,7 @@ def read_parameters(file: str) -> ParameterFile:
     try:
         return read_parameter_file(path)
     except InvalidFileError as error:
-        error.place = str(path)  # its message names it
+        error.place = str(path)  # the message names the file
         raise
 
 
@@ -64,9 +66,10 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
 def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
     """Return the controllers that a parameter file defines, separated by spaces, in start order.
 
-    A type stands below the controller manager's section or in a section of the controller's own;
-    ROS 2's spawner reads both. A broadcaster only reads, so that states are seen before anything
-    moves. A controller that commands another one, as the names of its joints say, comes after it.
+    The type of a controller is in the controller manager's section or in the controller's own
+    section; ROS 2's spawner reads both. Broadcasters start first, so that states are published
+    before anything moves. A controller that commands another one (chaining), as interface names in
+    its parameters show, starts after the other one.
     """
     file = read_parameters(arguments[0])
     namespace = arguments[1].rstrip("/") if len(arguments) > 1 else ""
@@ -87,7 +90,10 @@ def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
 def _commanded_first(
     names: Sequence[str], parameters: Mapping[str, Mapping[str, object]]
 ) -> Sequence[str]:
-    """Put controllers behind those whose interfaces, ``NAME/…``, their parameters name."""
+    """Return controllers in an order in which each follows those that it commands.
+
+    A controller commands another one if its parameters name interfaces ``NAME/…`` of the other.
+    """
     chains = {
         name: [other for other in dict.fromkeys(_first_words(parameters[name])) if other in names]
         for name in names
@@ -97,11 +103,11 @@ def _commanded_first(
     try:
         return list(TopologicalSorter(chains).static_order())
     except CycleError:
-        return names  # the controller manager refuses one of them, with its reason
+        return names  # the controller manager refuses one of them, and reports the reason
 
 
 def _first_words(parameters: Mapping[str, object]) -> Iterator[str]:
-    """What stands before the first slash, in texts and lists of texts."""
+    """Yield the part before the first slash of each text, also in lists of texts."""
     for value in parameters.values():
         for text in value if isinstance(value, list) else [value]:
             if isinstance(text, str) and "/" in text:
@@ -120,7 +126,7 @@ def defines_controllers(file: ParameterFile) -> bool:
 def namespaces_of_managers(file: ParameterFile) -> list[str]:
     """Return the namespaces in which a parameter file has sections of controller managers.
 
-    Sections with wildcards, which suit any, are not among them.
+    Sections with wildcards are left out, since they apply to any namespace.
     """
     managers = (section for section, _ in file.sections if section.endswith(_MANAGER))
     return list(dict.fromkeys(m.removesuffix(_MANAGER) for m in managers if "*" not in m))
@@ -131,9 +137,9 @@ def _file_namespace(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
-    """The absolute path of a world file, after a look at it; empty for none.
+    """Check a world file, and return its absolute path; empty for an empty argument.
 
-    A mistake is reported here, once, instead of by each node that reads the file.
+    An error is reported here, once, instead of by each node that reads the file.
     """
     if not arguments[0]:
         return ""
@@ -143,7 +149,7 @@ def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
     try:
         return str(read_world(path).path)
     except TeleopctlError as error:
-        error.place = str(path)  # its message names it
+        error.place = str(path)  # the message names the file
         raise
 
 

@@ -24,7 +24,7 @@ _EXPECTED = {"bool": "true or false", "int": "an integer", "float": "a number"}
 
 
 class _QuotingDumper(_DUMPER):  # type: ignore[misc]
-    """Quotes every text, so that no reader takes ``1e3`` or ``on`` for something else."""
+    """YAML dumper that quotes every text, so that no reader takes ``1e3`` for a number."""
 
 
 def _represent_text(dumper: Any, text: str) -> yaml.ScalarNode:
@@ -48,8 +48,8 @@ def parameter_value(entry: ParameterEntry, context: LaunchContext) -> object:
     """Evaluate a parameter of a launch file to its typed value.
 
     Raises:
-        TeleopctlError: It cannot be evaluated, is not of the type that is demanded, or is none that
-            a parameter can have.
+        TeleopctlError: The value cannot be evaluated, does not have the type that the entry
+            demands, or has a type that no parameter can have.
     """
     value = _tree_value(entry.value, entry.type_name, context)
     reason = parameter_value_problem(value)
@@ -75,11 +75,11 @@ def convert(text: str, type_name: str) -> object:
     """Convert a text to the type that a parameter's ``type:`` names.
 
     Args:
-        text: What the launch file says.
-        type_name: ``bool``, ``int``, ``float``, ``str``, or ``list_of_`` one of these.
+        text: Text from the launch file.
+        type_name: ``bool``, ``int``, ``float``, ``str``, or ``list_of_`` and one of these.
 
     Raises:
-        LaunchError: When the text is not of that type.
+        LaunchError: The text is not of that type.
     """
     if type_name.startswith("list_of_"):
         items = values.typed(text)
@@ -106,7 +106,7 @@ def unify_types(items: list[Any]) -> list[Any]:
     """Convert the items of a list parameter to one type: integers beside floats become floats.
 
     Raises:
-        LaunchError: When the items have types that do not go together.
+        LaunchError: The items have types that cannot be combined.
     """
     kinds = {type(item) for item in items}
     if kinds == {int, float}:

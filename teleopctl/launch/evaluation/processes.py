@@ -39,7 +39,7 @@ from teleopctl.packages import find_executable, resolve_uri
 
 _NODES: Final = ("teleopctl.nodes", "--builtin")
 
-# The command, and the module that runs it with the words that come before those of the command.
+# By command: the module that replaces the command, and the words in front of its arguments.
 COMMANDS: Final[dict[str, tuple[str, ...]]] = {
     "gazebo": (*_NODES, "gazebo_ros", "gazebo"),
     "gz": (*_NODES, "ros_gz_sim", "gz"),
@@ -73,7 +73,7 @@ def replace_missing_shell_command(line: str, path: str | None) -> str:
     return line if ours == [name] else f"{shlex.join(ours)}{space}{rest}"
 
 
-# Programs that do their work and end: a launch is up when they have finished.
+# Programs that end by themselves: a launch is up when they have finished.
 _PROGRAMS_THAT_END = frozenset(
     ("controller_manager", name) for name in ("spawner", "spawner.py", "unspawner", "unspawner.py")
 )
@@ -87,12 +87,12 @@ class ProcessBuilder:
     """Evaluates ``node`` and ``executable`` actions of a launch to process plans.
 
     Args:
-        context: What substitutions look at.
-        request: How it is to be launched.
+        context: State that substitutions are evaluated with.
+        request: Options of the launch.
 
     Attributes:
-        actions: What each process so far was made from, by its name.
-        files: Parameter files to write, as path and content.
+        actions: Actions that the processes were made from, by process name.
+        files: Contents of the parameter files to write, by path.
     """
 
     def __init__(self, context: LaunchContext, request: LaunchRequest) -> None:
@@ -115,8 +115,8 @@ class ProcessBuilder:
         """Evaluate a ``node`` or ``executable`` action to a process plan.
 
         Raises:
-            TeleopctlError: When the package, the program or a parameter file does not exist, or
-                a value cannot be read.
+            TeleopctlError: The package, the program or a parameter file does not exist, or a value
+                cannot be read.
         """
         shell = self._value(action.shell, "shell", values.boolean, default=False)
         package, program, target, command = self._program(action, shell=shell)
@@ -203,7 +203,7 @@ class ProcessBuilder:
 
     def notify_action(self, event: ProcessEvent) -> None:
         """Call the event callback of the action that an event's process was made from."""
-        # A recorder is none of the launch file's.
+        # The recorder has no action: it is not part of the launch file.
         action = self.actions.get(event.plan.name)
         if action is not None and action.told is not None:
             action.told(event)
@@ -217,7 +217,7 @@ class ProcessBuilder:
         ]
 
     def _program(self, action: ProcessPart, *, shell: bool) -> tuple[str, str, str, list[str]]:
-        """Return package and target (empty for others), program, and how the command begins."""
+        """Return package and target (both empty without package), program, and first words."""
         if action.node is not None and action.node.package is not None:
             package = self._text(action.node.package)
             program = self._text(action.node.executable)
@@ -245,7 +245,7 @@ class ProcessBuilder:
         return "", name, "", ours
 
     def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
-        # In the order of ROS 2, in which the first one of two that exclude each other counts.
+        # In the order of ROS 2: the first of two conflicting arguments has precedence.
         words: list[str] = []
         if node.ros_arguments is not None:
             words += self._words(node.ros_arguments, "ros_args")
@@ -294,7 +294,7 @@ class ProcessBuilder:
     def _parameter_arguments(
         self, entries: tuple[ParameterEntry | ParameterFileEntry, ...], process_name: str
     ) -> list[str]:
-        """Return ``--params-file`` arguments; parameters between two files share a file."""
+        """Return ``--params-file`` arguments; inline parameters between two files share a file."""
         words: list[str] = []
         inline: list[tuple[str, object]] = []
         count = 0
@@ -330,7 +330,7 @@ class ProcessBuilder:
         return self._value(file.allow_substs, "allow_substs", values.boolean, default=False)
 
     def _evaluated_file(self, path: Path, process_name: str) -> Path:
-        """Evaluate the substitutions in a parameter file, and return where the result will be."""
+        """Evaluate the substitutions in a parameter file; return the path of the result."""
         try:
             text = self._text(parse(read_text(path)))
             ros_yaml.load(text)
@@ -375,12 +375,12 @@ class ProcessBuilder:
         pattern = self._request.prefix_filter
         if pattern is None:
             return True
-        # Our programs are started by way of Python: their name stands behind the package's.
+        # teleopctl's programs are started by Python: their name follows the package's name.
         words = command[: command.index("--ros-args")] if "--ros-args" in command else command
         return any(re.fullmatch(f"(?:.*/)?(?:{pattern})", word) for word in words)
 
     def _outputs(self, output: Template | OutputTable | None) -> tuple[Output, Output]:
-        """Return where stdout and stderr go."""
+        """Return the destinations of stdout and stderr."""
         if self._request.show_all_output:
             return BOTH, BOTH
         overridden = self._context.environment_value("OVERRIDE_LAUNCH_PROCESS_OUTPUT")
@@ -398,7 +398,7 @@ class ProcessBuilder:
         return self._value(text, "emulate_tty", values.flag, default=False)
 
     def _configured_prefix(self, program: str) -> str:
-        """What the launch variables say, as ``ros2 launch`` sets them."""
+        """Return the prefix that launch configurations set, as ``ros2 launch`` does; or empty."""
         variables = self._context.scope.variables
         matches = re.match(variables.get("launch-prefix-filter", ""), Path(program).name)
         return variables.get("launch-prefix", "") if matches else ""

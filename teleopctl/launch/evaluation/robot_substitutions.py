@@ -44,10 +44,10 @@ AS_DESCRIBED = "as_described"
 def file_and_mappings(words: Sequence[str]) -> tuple[Path, dict[str, str]]:
     """Split words such as ``FILE name:=value`` into description file and xacro arguments.
 
-    As on the command line of ``xacro``, the file may stand anywhere among them.
+    The file may stand at any position, as on the command line of ``xacro``.
 
     Raises:
-        LaunchError: An argument is something else.
+        LaunchError: The file is missing, or another argument is not ``name:=value``.
     """
     files = [word for word in words if ":=" not in word]
     for word in files[1:]:
@@ -62,7 +62,7 @@ def expand(words: Sequence[str], context: LaunchContext) -> str:
     """Return the URDF of a description file, expanded with ``name:=value`` arguments.
 
     Raises:
-        TeleopctlError: An argument is something else, or the file cannot be expanded.
+        TeleopctlError: An argument is not ``name:=value``, or the file cannot be expanded.
     """
     return context.robot_description(*file_and_mappings(words))
 
@@ -78,7 +78,7 @@ def _robot(words: Sequence[str], context: LaunchContext) -> str:
 
 
 def _robot_arguments(words: Sequence[str], context: LaunchContext) -> str:
-    """YAML's flow list, which the parameter of the page's node is."""
+    """Return the arguments as a YAML flow list, for a parameter of the web page's node."""
     file, mappings = file_and_mappings(words)
     arguments = {**context.arguments_for_robot(file, mappings), **mappings}
     return json.dumps([f"{name}:={value}" for name, value in arguments.items()])
@@ -114,16 +114,16 @@ SIMULATED_ROBOT = Substitution(_simulated_robot, 2, None)
 XACRO = Substitution(expand, 1, None)
 
 
-# By which the nodes of one launch find one another.
+# Topic and node name by which the nodes of one launch find each other.
 _DESCRIPTION = "robot_description"
 _NODE = "controller_manager"
 
 
 def _robot_remappings(words: Sequence[str], context: LaunchContext) -> str:
-    """ROS arguments with the plug-in's ``<remapping>``, for the node that runs its controllers.
+    """Return ROS arguments with the plug-in's ``<remapping>`` rules, for the controller manager.
 
-    Behind NAMESPACE names may follow, as controllers know them: then those arguments by which
-    another node, there or in no namespace, finds these, whatever they have become.
+    With names of topics after NAMESPACE, as controllers use them, the result is for another node
+    instead: it maps these names, in that namespace or in none, to the remapped topics.
     """
     from teleopctl.robot import RobotDescription, controller_remappings
 
@@ -158,10 +158,10 @@ def _robot_remappings(words: Sequence[str], context: LaunchContext) -> str:
 
 
 def _ends(rule: str, namespace: str) -> tuple[str, str]:
-    """The two names of a rule, as the controller manager has them.
+    """Return both names of a remapping rule, expanded as in the controller manager.
 
     Raises:
-        TeleopctlError: It is no rule, or one for the names of nodes.
+        TeleopctlError: The rule is invalid, or would rename nodes.
     """
     from teleopctl.node import expand_name, parse_ros_arguments
 
@@ -202,7 +202,7 @@ def _say(context: LaunchContext, *sentences: str) -> None:
 
 
 def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
-    """The file that the description names, else the last argument, else a file made for it."""
+    """Return the description's controller file, else the last argument, else a generated file."""
     from teleopctl.robot import controller_parameter_files
 
     *robot, otherwise = words
@@ -215,7 +215,7 @@ def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
             raise LaunchError(f"{robot[0]}: <plugin> of ros2_control: {_NO_FILE.format(path)}")
     own = resolve_uri(named[0]).absolute()
     if not otherwise and not defines_controllers(read_parameters(str(own))):
-        # Those of the robot are loaded by launch files, from files that nothing here names.
+        # Launch files load the robot's controllers, from files that the description does not name.
         return str(_made_for(description, plugins, context, own))
     others = f"; not read: {', '.join(named[1:])}" if named[1:] else ""
     _say(context, f"Controllers of the description: {named[0]}{others}")
@@ -225,7 +225,7 @@ def _robot_controllers(words: Sequence[str], context: LaunchContext) -> str:
 def _described(
     words: Sequence[str], context: LaunchContext
 ) -> tuple[RobotDescription, MotionPlugins]:
-    """Return a description with the hardware that is wanted, and what its plug-ins become."""
+    """Return a description with the wanted hardware, and replacements of its motion plug-ins."""
     from teleopctl.robot import MotionPlugins, RobotDescription, motion_plugins
 
     text, _ = with_hardware(words, context)
@@ -235,7 +235,7 @@ def _described(
 
 
 def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
-    """The controllers' file, or one with the values of its variables and what plug-ins add."""
+    """Return the controller file, or a copy with values of variables and plug-ins' controllers."""
     import yaml
 
     from teleopctl.robot import MotionPlugins
@@ -247,7 +247,7 @@ def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
         _say(context, *plugins.remarks, *_names_of_managers(description))
     path = resolve_uri(controllers_file)
     if not path.is_file():
-        return controllers_file  # who reads it says so
+        return controllers_file  # the node that reads the file reports this
     text = path.read_text(encoding="utf-8")
     more, name = "", "controllers_with_values.yaml"
     if plugins.controllers:
@@ -266,7 +266,7 @@ def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
 
 
 def _names_of_managers(description: RobotDescription) -> Iterator[str]:
-    """Say where a plug-in of ros2_control calls its controller manager otherwise."""
+    """Yield remarks on ros2_control plug-ins that give the controller manager another name."""
     for plugin in description.gazebo.plugins:
         for tag in ("controller_manager_name", "controller_manager_prefix_node_name"):
             name = plugin.parameter(tag).strip()
@@ -275,17 +275,17 @@ def _names_of_managers(description: RobotDescription) -> Iterator[str]:
 
 
 def _filled(text: str, path: Path, robot: Sequence[str], context: LaunchContext) -> str:
-    """Return what a parameter file says once its substitutions have their values.
+    """Return the text of a parameter file with its substitutions evaluated.
 
-    ROS 2 evaluates them where the launch file says ``allow_substs``; here they are launch
-    arguments, and arguments of the robot description with the values that it is expanded with.
+    ROS 2 evaluates the substitutions where the launch file says ``allow_substs``. Here variables
+    are launch arguments, and arguments of the robot description with the values of its expansion.
 
     Raises:
-        LaunchError: A variable has no value, or a substitution is wrong.
+        LaunchError: A variable has no value, or a substitution is invalid.
     """
     if "$(" not in text:
         return text
-    text = _COMMENT_LINE.sub("", text)  # which leaves the numbers of the lines
+    text = _COMMENT_LINE.sub("", text)  # line numbers stay the same
     try:
         template = parse(text)
         used = list(_variables(template))
@@ -306,7 +306,7 @@ def _filled(text: str, path: Path, robot: Sequence[str], context: LaunchContext)
 
 
 def _variables(template: Template) -> Iterator[tuple[str, Call]]:
-    """Yield the variables of a text, with where they stand."""
+    """Yield the names of the variables in a text, each with its ``$(var …)`` call."""
     for part in template.parts:
         if isinstance(part, Call):
             if (name := Template((part,), part.source).variable) is not None:
@@ -326,7 +326,7 @@ def _without_value(missing: Mapping[str, Call], text: str, path: Path) -> Launch
 
 
 def _arguments_of_robot(words: Sequence[str], context: LaunchContext) -> Mapping[str, str]:
-    """The arguments of a description and their values, where these are plain."""
+    """Return the arguments of a description with their values; without defaults that have ``$``."""
     from teleopctl.robot import xacro_arguments
 
     file, hardware, *more = words
@@ -340,9 +340,9 @@ def _arguments_of_robot(words: Sequence[str], context: LaunchContext) -> Mapping
 
 
 def _robot_namespace(words: Sequence[str], context: LaunchContext) -> str:
-    """Gazebo's plug-in says where its controller manager is, and the file what it is called.
+    """Return the controller manager's namespace, from Gazebo's plug-in or the controller file.
 
-    The file counts where it has nothing for the plug-in's.
+    The file decides if it has no section for the plug-in's namespace.
     """
     from teleopctl.robot import controller_namespace
 
@@ -377,9 +377,10 @@ def _made_for(
     context: LaunchContext,
     own: Path | None = None,
 ) -> Path:
-    """Write parameters of controllers that move every joint that can be commanded.
+    """Write a parameter file of controllers for every joint that can be commanded; return its path.
 
-    They come behind those of a file of the robot's own, if there is one, whose rate then holds.
+    The parameters follow those of the robot's own file, if given. An ``update_rate`` in that file
+    has precedence.
     """
     import yaml
 
@@ -387,7 +388,7 @@ def _made_for(
 
     file = context.log_directory / "controllers.yaml"
     file.parent.mkdir(parents=True, exist_ok=True)
-    # In whatever namespace they run.
+    # For any namespace of the controllers.
     sections = {
         f"/**/{n}": values for n, values in default_controllers(description, plugins).items()
     }
@@ -409,15 +410,16 @@ def chosen_controllers(
     """Return the controllers and parameter file that ``sim.yaml`` would choose for a robot.
 
     Args:
-        model: The robot's file.
-        arguments: Those of ``sim.yaml`` and of the description.
-        folder: Where to write what has to be written.
+        model: Path of the robot description.
+        arguments: Arguments of ``sim.yaml`` and of the description, by name.
+        folder: Folder for generated parameter files.
 
     Returns:
-        They, or None where nothing is to be controlled.
+        The controllers with their parameter file, or None if the description has no
+        ``<ros2_control>``.
 
     Raises:
-        TeleopctlError: The description or a file of controllers is wrong.
+        TeleopctlError: The description or a controller file is invalid.
     """
     from teleopctl.robot import ChosenControllers
 

@@ -1,6 +1,6 @@
 """ROS 2's substitutions for launch files, such as ``$(var x)`` and ``$(find-pkg-share p)``.
 
-Their names stand in `teleopctl.plugins`; those of ours are in
+The names are registered in `teleopctl.plugins`; teleopctl's own substitutions are in
 `teleopctl.launch.evaluation.extra_substitutions`.
 """
 
@@ -29,10 +29,10 @@ _COMMAND_TIMEOUT_S = 60.0
 
 
 class _Expression(Substitution):
-    """``$(eval …)``: one quoted argument is the expression, else what stands there.
+    """``$(eval …)``: the expression is one quoted argument, or all arguments as written.
 
-    A second quoted argument names modules, of which every expression may use ``math`` and none
-    another one.
+    A second quoted argument lists modules. Only ``math`` is allowed, which every expression can
+    use.
     """
 
     def arguments(self, call: Call, context: LaunchContext) -> list[str]:
@@ -132,7 +132,7 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     if not words:
         raise LaunchError("$(command …): the command is empty")
     if _is_plain_xacro(words):
-        # What every launch file in the world does; it needs no xacro on the PATH here.
+        # The usual call in launch files; expanded here, so that no xacro needs to be on the PATH.
         return expand(words[1:], context)
     words = replace_missing_command(words, context.environment_value("PATH"))
     on_stderr = arguments[1] if len(arguments) > 1 else "fail"
@@ -182,7 +182,7 @@ def _any(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _flags(arguments: Sequence[str]) -> list[bool]:
-    """Read every argument, so that a wrong one is reported even where others decide."""
+    """Convert all arguments, so that an invalid one is reported even if others decide."""
     return [values.boolean(argument) for argument in arguments]
 
 
@@ -195,7 +195,7 @@ def _not_equals(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def _are_equal(left: str, right: str) -> bool:
-    """Whether two texts are the same truth value or number, or else the same text."""
+    """Return whether two texts are the same truth value or number, or else the same text."""
     words = (left.lower(), right.lower())
     if all(word in ("true", "false", "1", "0") for word in words):
         return values.flag(left) == values.flag(right)

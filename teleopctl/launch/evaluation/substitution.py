@@ -18,11 +18,11 @@ class Substitution:
     """Base of substitutions, such as ``$(find-pkg-share …)``: a function from arguments to text.
 
     Args:
-        function: Makes the text from the evaluated arguments and the launch's context. What it
-            raises ends the launch with the file and line of the substitution.
-        least: Least number of arguments.
-        most: Greatest number of arguments; None for any number.
-        words: Whether it stands for several words, or for none, where it is one of a command line.
+        function: Returns the text for the evaluated arguments and the launch's context. Its
+            exceptions end the launch with file and line of the substitution.
+        least: Minimum number of arguments.
+        most: Maximum number of arguments; None for any number.
+        words: Whether the text is split into words, or none, as a whole word of a command line.
     """
 
     def __init__(
@@ -42,7 +42,7 @@ class Substitution:
         """Evaluate the arguments of a substitution's call, and return the resulting text.
 
         Raises:
-            LaunchError: It has the wrong number of arguments, or fails.
+            LaunchError: The call has the wrong number of arguments, or fails.
         """
         self._check_count(call)
         arguments = self.arguments(call, context)
@@ -71,8 +71,8 @@ def evaluated_text(template: Template, context: LaunchContext) -> str:
     """Return a launch file's text with all substitutions, such as ``$(var x)``, evaluated.
 
     Raises:
-        TeleopctlError: When a substitution is unknown, has the wrong number of arguments or fails,
-            or the text is over the budget.
+        TeleopctlError: A substitution is unknown, has the wrong number of arguments or fails, or
+            the text exceeds the budget.
     """
     try:
         text = template.render(lambda call: _evaluate(call, context))
@@ -86,7 +86,7 @@ def evaluated_words(word: Template, context: LaunchContext) -> list[str]:
     """Return a word of a command line, evaluated: several words for some substitutions.
 
     Raises:
-        TeleopctlError: As for `evaluated_text`.
+        TeleopctlError: Same as for `evaluated_text`.
     """
     text = evaluated_text(word, context)
     (part, *more) = word.parts or ("",)
