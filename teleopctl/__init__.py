@@ -51,8 +51,8 @@ provisional until kinematics is added: a release may change them, as its changel
 PYTEST_DONT_REWRITE
 """
 
-# PYTEST_DONT_REWRITE in the docstring: pytest would warn that it cannot rewrite its plug-in, if
-# Python imported teleopctl at its start (``teleopctl python -m pytest``).
+# PYTEST_DONT_REWRITE in the docstring: without it, pytest warns that it cannot rewrite the plug-in
+# when Python imports teleopctl at its start (``teleopctl python -m pytest``).
 
 from __future__ import annotations
 

@@ -47,7 +47,7 @@ def open_node(name: str, *, namespace: str = "") -> Iterator[Node]:
             executor.spin()
         except ExternalShutdownException:
             pass
-        except Exception as error:  # noqa: BLE001 -- whatever a callback raises
+        except Exception as error:  # noqa: BLE001 -- any exception of a callback
             failures.append(error)
 
     thread = threading.Thread(target=spin, name=name, daemon=True)

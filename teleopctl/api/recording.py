@@ -33,7 +33,7 @@ def read_bag(
         end_ns: Log time at which to end, exclusive.
 
     Raises:
-        NotFoundError: There is no such bag, or it lacks a topic.
+        NotFoundError: The bag does not exist, or lacks a topic.
         InvalidFileError: The bag cannot be read.
         InvalidMessageError: A named topic cannot be decoded.
 
@@ -62,7 +62,7 @@ def read_raw_bag(
         end_ns: Log time at which to end, exclusive.
 
     Raises:
-        NotFoundError: There is no such bag.
+        NotFoundError: The bag does not exist.
         InvalidFileError: The bag cannot be read.
 
     Example:

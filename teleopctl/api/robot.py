@@ -53,7 +53,7 @@ class RobotJoint:
         effort: Largest effort.
         mimic: Name of the joint that this one follows, or None.
         multiplier: Factor of the followed position.
-        offset: Added to the multiplied position.
+        offset: Position that is added to the product (rad or m).
 
     Example:
         >>> robot = load_robot("package://teleop_description/urdf/teleop.urdf.xacro")
@@ -82,7 +82,7 @@ class RobotMesh:
 
     Attributes:
         link: Name of the link.
-        path: The mesh file; it need not exist.
+        path: Path of the mesh file, which need not exist.
         T_link_mesh: Pose of the mesh in the link's frame, (4, 4).
         scale: Factors along x, y and z that apply before the pose.
 
@@ -114,7 +114,7 @@ class Robot:
         repairs: One sentence for each repair of the description.
 
     Raises:
-        InvalidDescriptionError: The text is no URDF, or its links form no tree.
+        InvalidDescriptionError: The text is not URDF, or the links do not form a tree.
 
     Example:
         >>> robot = Robot('''<robot name="pole"><link name="base"/><link name="tip"/>
@@ -221,11 +221,11 @@ def load_robot(path: Path | str, **arguments: str) -> Robot:
     """Read a robot from a URDF, xacro, SDF or MJCF file; return a `Robot`.
 
     Args:
-        path: A URDF, xacro, SDF or MJCF file, as a path or as ``package://PACKAGE/PATH``.
+        path: Path of a URDF, xacro, SDF or MJCF file, or ``package://PACKAGE/PATH``.
         arguments: Values of the arguments of a xacro file (``<xacro:arg>``).
 
     Raises:
-        InvalidDescriptionError: The file cannot be read, or takes no such argument.
+        InvalidDescriptionError: The file cannot be read, or does not declare an argument.
         NotFoundError: The package or the file does not exist.
 
     Example:

@@ -26,7 +26,7 @@ class RobotSimulation:
         robot: The robot, or a description file for `load_robot`.
         world: World file around the robot (URDF, xacro, SDF, MJCF or YAML), or None.
         control_rate_hz: Control periods per simulated second; `step` advances by one period.
-        timestep_s: Longest physics step in seconds; by default that of the model, 1 ms.
+        timestep_s: Longest physics step in seconds; by default the model's, 1 ms.
         fixed_base: Whether the root link is fixed to the world; None decides by the robot's shape.
 
     Attributes:
@@ -112,7 +112,7 @@ class RobotSimulation:
             efforts: Efforts (N m or N) by joint.
 
         Raises:
-            NotFoundError: The robot has no such joint, or it takes no commands.
+            NotFoundError: The robot has no such joint, or the joint takes no commands.
         """
         given = {"position": positions, "velocity": velocities, "effort": efforts}
         for kind, commands in given.items():
@@ -141,7 +141,7 @@ class RobotSimulation:
         """Return the pose of a link in the world, (4, 4).
 
         Raises:
-            NotFoundError: There is no such link.
+            NotFoundError: The simulation has no such link.
         """
         if not self._simulation.has_link(link):
             raise NotFoundError(f"the simulation has no link '{link}'")

@@ -14,9 +14,9 @@ class DefinitionLine(NamedTuple):
     """Line of a message definition, with its comment and what nested type it belongs to.
 
     Attributes:
-        text: As it is written.
-        code: Without its comment; empty where it is nothing else.
-        message: Full name of the message that the field there holds, or None.
+        text: The line as in the definition.
+        code: The line without its comment; empty if it has only a comment.
+        message: Full name of the message type of the line's field, or None.
     """
 
     text: str
@@ -28,15 +28,15 @@ def definition_lines(type_name: str) -> Iterator[DefinitionLine]:
     """Yield the lines of a type's definition, with ``---`` between sections.
 
     Args:
-        type_name: Full name of a message, a service or an action.
+        type_name: Name of a message, service or action type.
 
     Raises:
-        TeleopctlError: There is no such type.
+        TeleopctlError: The type does not exist.
     """
     name = normalize(type_name)
     package = split(name)[0]
     definition = known_types().find(name)
-    # What was not written down is put as most files have it: a type of the same package without it.
+    # A text composed from fields has full type names; as in most files, this package is left out.
     own = f"{package}/" if definition is not None and definition.text is None else ""
     for line in definition_text(name).splitlines():
         text = line.rstrip().removeprefix(own)

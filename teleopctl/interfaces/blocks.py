@@ -1,10 +1,10 @@
 """Arrays and sequences of numbers, bools and bytes, as messages store them in slots.
 
-A slot holds a block in the form it came in, and programs get the form that ROS 2 gives them when
-they read it: ``array.array`` for a sequence of numbers, a numpy array for a fixed array of
-numbers, a list for bools and bytes. What was received is a memoryview of the received bytes.
+A slot stores a block in the type in which it was assigned; a received block is a memoryview of the
+received bytes. When programs read the field, they get the type of ROS 2's messages: ``array.array``
+for a sequence of numbers, a numpy array for a fixed array of numbers, a list for bools and bytes.
 
-numpy takes longer to import than most commands run, so that it is imported only for values that
+The import of numpy takes longer than most commands run, so numpy is imported only for values that
 are numpy arrays.
 """
 
@@ -34,10 +34,10 @@ TYPE_CODES: dict[str, Any] = {
     "float32": "f",
     "float64": "d",
 }
-"""How ``array``, ``struct`` and memoryview call the types that are kept as numbers."""
+"""Type codes of ``array``, ``struct`` and memoryview for types that are stored as numbers."""
 
 BLOCK_CODES: dict[str, Any] = TYPE_CODES | {"bool": "?", "byte": "c"}
-"""The same with the types whose sequences programs see as lists."""
+"""`TYPE_CODES`, and the codes of the types whose sequences programs read as lists."""
 
 ITEM_SIZES: dict[str, int] = {
     code: memoryview(bytes(8)).cast(code).itemsize for code in BLOCK_CODES.values()
@@ -59,7 +59,7 @@ def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
     return view if code == "B" else view.cast(code)
 
 
-# Any, here and below: a block comes in several forms, of which no checker knows a common one.
+# Any, here and below: a block has one of several types, without a common type for type checkers.
 
 
 def byteswapped(base: str, data: memoryview) -> Any:
@@ -128,7 +128,7 @@ def equal(one: Any, other: Any) -> bool:
     first, second = memoryview(one), memoryview(other)
     if first.nbytes != second.nbytes:
         return False
-    if first.format in ("f", "d"):  # where equal bytes are not equal values: -0.0 and NaN
+    if first.format in ("f", "d"):  # bytes do not decide: 0.0 equals -0.0, and NaN no value
         return bool(first == second)
     return first.tobytes() == second.tobytes()
 

@@ -15,10 +15,10 @@ from teleopctl.interfaces.typenames import KINDS, normalize, split
 if TYPE_CHECKING:
     from pathlib import Path
 
-# Paths are texts where a definition is read: pathlib's import takes longer than all of it.
+# Definitions are read by path strings: the import of pathlib takes longer than reading one.
 _BUILT_IN = os.path.join(os.path.dirname(__file__), "definitions")
 
-# Definitions that changed after Jazzy, for the distributions that have the changed ones.
+# Folders of definitions that changed after Jazzy, by distribution that has the changes.
 _CHANGED = {
     "kilted": [os.path.join(_BUILT_IN, "_kilted")],
     "lyrical": [os.path.join(_BUILT_IN, "_lyrical"), os.path.join(_BUILT_IN, "_kilted")],
@@ -28,13 +28,13 @@ _CHANGED = {
 class Catalog:
     """Parsed definitions of message, service and action types, found by type name.
 
-    Looked up in this order: what was added by hand, rosbags' table of the distribution, the files
-    that come with teleopctl, and the ROS packages of the user. Of a name only the file that
-    belongs to it is read.
+    Order of lookup: definitions added by the methods, rosbags' table of the distribution, the
+    definition files of teleopctl, and the user's ROS packages. A lookup reads only the definition
+    file of the type.
 
     Args:
-        distribution_name: The ROS 2 distribution; that of the environment if None.
-        cached: Whether the user's cache folder is used.
+        distribution_name: Name of the ROS 2 distribution; None for that of the environment.
+        cached: Whether to use the user's cache folder.
     """
 
     def __init__(self, distribution_name: str | None = None, *, cached: bool = True) -> None:
@@ -43,7 +43,7 @@ class Catalog:
         self._built_in = [*_CHANGED.get(self.distribution, ()), _BUILT_IN]
         self._definitions: dict[str, Definition] = {}
         self._used: set[str] = set()
-        # The files of the definitions that were read from one.
+        # Paths of definitions that were read from files, by type name.
         self._files: dict[str, str] = {}
         self._folders: dict[str, str | None] = {}
         self._lock = RLock()
@@ -54,7 +54,7 @@ class Catalog:
         Types derived from a service or action are found too.
 
         Raises:
-            TeleopctlError: There is a definition, but it cannot be understood.
+            TeleopctlError: The definition exists, but cannot be parsed.
         """
         with self._lock:
             found = self._definitions.get(type_name) or self._load(type_name)
@@ -66,12 +66,12 @@ class Catalog:
         """Add a type by the text of its definition.
 
         Args:
-            type_name: ``package/kind/Name``.
+            type_name: Full name of the type, ``package/kind/Name``.
             text: Content of the definition file.
-            where: What the errors call the text; the type's name by default.
+            where: Name of the text in error messages; the type's name by default.
 
         Raises:
-            TeleopctlError: The text cannot be understood, or the type is in use with another
+            TeleopctlError: The text cannot be parsed, or the type is in use with another
                 definition.
         """
         from teleopctl.interfaces.services import split_definition
@@ -102,14 +102,14 @@ class Catalog:
         """Add all definitions in the ``msg``, ``srv`` and ``action`` folders of a package.
 
         Args:
-            folder: Holds ``msg``, ``srv`` or ``action``.
+            folder: Folder that contains ``msg``, ``srv`` or ``action``.
             package: Name of the package.
 
         Returns:
-            The names of its types.
+            Full names of the package's types.
 
         Raises:
-            InvalidMessageError: There is no definition in the folder, or one cannot be understood.
+            InvalidMessageError: The folder has no definition, or a definition cannot be parsed.
         """
         files = dict(_files(str(folder), package))
         if not files:
@@ -150,8 +150,8 @@ class Catalog:
     def package_names(self, package: str, kind: str | None = None) -> list[str]:
         """Return the sorted names of a package's types of a kind, or all; empty if unknown.
 
-        The user's packages are looked through for what nobody else has: a package, or its
-        definitions of one kind.
+        The user's packages are searched only if no other source has the package, or its
+        definitions of that kind.
         """
         start = f"{package}/" if kind is None else f"{package}/{kind}/"
         with self._lock:
@@ -163,7 +163,7 @@ class Catalog:
                 for name in self._definitions
                 if name.startswith(start) and "_" not in split(name)[2]
             }
-            # One that was read from a file of the user's says nothing of the others there.
+            # Single types read from the user's files: the package may have more types.
             is_known = names or any(name not in self._files for name in loaded)
             names.update(loaded)
             if not is_known and (folder := self._folder(package)) is not None:
@@ -217,18 +217,19 @@ class Catalog:
                 return path
         if (users := self._folder(package)) is None:
             return None
-        # A build makes an .idl file of each of the others.
+        # A build generates an .idl file from each .msg, .srv and .action file.
         for ending in (kind, "idl"):
             if os.path.isfile(path := os.path.join(users, kind, f"{stem}.{ending}")):
                 return path
         return None
 
     def _folder(self, package: str) -> str | None:
-        """Return the folder of a ROS package of the user's; looked for once."""
+        """Return the folder of a ROS package of the user, or None; searched once per package."""
         if package not in self._folders:
             from teleopctl.packages import lookup_package
 
-            self._folders[package] = None  # what looks for packages may import, and an import ask
+            # Set first: package lookup may import modules, whose import may call this method again.
+            self._folders[package] = None
             found = lookup_package(package)
             self._folders[package] = None if found is None else str(found.folder)
         return self._folders[package]
@@ -243,7 +244,7 @@ def _files(folder: str, package: str) -> Iterator[tuple[str, str]]:
             path = os.path.join(place, name)
             if ending in (kind, "idl") and os.path.isfile(path):
                 if ending == "idl" and f"{stem}.{kind}" in names:
-                    continue  # a build makes it of the other
+                    continue  # generated by a build from the other file
                 yield f"{package}/{kind}/{stem}", path
 
 

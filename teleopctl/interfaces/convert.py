@@ -1,9 +1,9 @@
 """Checks and conversions of the values that programs assign to fields.
 
-A converter takes what was given and returns what the field stores, or raises TypeError or
-ValueError with a text like ``expected uint32, got 'abc'``. Whoever calls it knows the field and
-puts its name before the text. Sequences of numbers are stored as ``array.array``, numpy array or
-memoryview of bytes, whichever came, so that a large block of data is never copied without need.
+A converter takes the assigned value and returns the value that the field stores, or raises
+TypeError or ValueError with a text like ``expected uint32, got 'abc'``. The caller puts the field's
+name before the text. Sequences of numbers are stored in the type in which they were assigned
+(``array.array``, numpy array or memoryview of bytes), so that large blocks of data are not copied.
 """
 
 from __future__ import annotations
@@ -48,7 +48,8 @@ def converter(kind: FieldType, message_class: Callable[[str], type]) -> Converte
 
     Args:
         kind: Type of the field.
-        message_class: Gives the class of a message type; called at the first conversion.
+        message_class: Function that returns the class of a message type by its full name; called
+            at the first conversion.
     """
     if kind.shape is Shape.SINGLE:
         return _single(kind, message_class)
@@ -164,7 +165,7 @@ def _message(kind: FieldType, message_class: Callable[[str], type]) -> Converter
 
 
 def _list(kind: FieldType, convert_element: Converter) -> Converter:
-    plain = kind.base in STRINGS or kind.is_nested  # elements that conversion leaves as they are
+    plain = kind.base in STRINGS or kind.is_nested  # conversion does not change elements
 
     def convert(value: Any) -> list[Any]:
         if is_numpy_array(value):
@@ -181,7 +182,7 @@ def _list(kind: FieldType, convert_element: Converter) -> Converter:
                 converted.append(convert_element(element))
             except (TypeError, ValueError) as error:
                 raise type(error)(f"element {index}: {error}") from None
-        # As in ROS 2 a list that is right already stays the caller's own.
+        # As in ROS 2, a list whose elements need no conversion is stored without a copy.
         return given if plain else converted
 
     return convert
@@ -208,7 +209,7 @@ def _numbers(kind: FieldType) -> Converter:
         elif isinstance(value, bytes | bytearray | memoryview):
             if ITEM_SIZES[code] != 1:
                 raise TypeError(expected(kind, value))
-            # Bytes never change, so that a view is safe; the others are copied.
+            # bytes are immutable, so that a view is safe; bytearray and memoryview are copied.
             stored = as_block(kind.base, value if isinstance(value, bytes) else bytes(value))
         elif is_numpy_array(value):
             stored = _from_numpy(kind, value)
@@ -229,7 +230,7 @@ def _fixed_numbers(kind: FieldType) -> Converter:
     def convert(value: Any) -> array.array[Any] | memoryview | NumberArray:
         stored = convert_numbers(value)
         check_length(kind, len(stored))
-        # The message has its own copy; a memoryview is one of bytes that never change.
+        # The message stores its own copy, except of a memoryview, whose bytes are immutable.
         own: array.array[Any] | memoryview | NumberArray = stored
         if is_numpy_array(stored):
             own = stored.copy()
@@ -244,7 +245,7 @@ def _collect(kind: FieldType, values: Iterable[Any], code: str) -> array.array[A
     given = values if isinstance(values, list | tuple) else list(values)
     try:
         stored = array.array(code, given)
-        # Of what float32 cannot hold, array makes an infinity without a word.
+        # array converts values out of float32's range to infinity without an error.
         if code != "f" or not (math.inf in stored or -math.inf in stored):
             return stored
     except (TypeError, ValueError, OverflowError):

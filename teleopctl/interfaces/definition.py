@@ -9,7 +9,7 @@ from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces.typenames import KINDS
 
 PLACEHOLDER = "structure_needs_at_least_one_member"
-"""Name of the one uint8 that stands on the wire, and in the hash, for a type without fields."""
+"""Name of the uint8 that a type without fields has on the wire and in the type hash."""
 
 INTEGER_RANGES = {
     "int8": (-(2**7), 2**7 - 1),
@@ -27,7 +27,7 @@ STRINGS = frozenset({"string", "wstring"})
 PRIMITIVES = frozenset({*INTEGER_RANGES, *FLOATS, *STRINGS, "bool", "byte"})
 
 IDL_ONLY = "idl::"
-"""Begins the name of a type that IDL has and messages have not, such as ``idl::wchar``."""
+"""Prefix of base types that IDL has but messages do not have, such as ``idl::wchar``."""
 
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8"} | {
     "float32": "float",
@@ -48,8 +48,8 @@ class FieldType(NamedTuple):
     """Type of a field: base type, multiplicity and bounds.
 
     Attributes:
-        base: A primitive (``uint8``, ``string``, …) or ``package/msg/Name``.
-        shape: One value, a fixed array, or a sequence with or without a bound.
+        base: Primitive type (``uint8``, ``string``, …) or message type (``package/msg/Name``).
+        shape: Single value, fixed array, or sequence with or without a bound.
         capacity: Length of the array or bound of the sequence, else 0.
         string_capacity: Bound of a bounded string in characters, else 0.
     """
@@ -130,10 +130,10 @@ class Definition(NamedTuple):
     """Definition of a message, or of one section of a service or an action.
 
     Attributes:
-        type_name: ``package/kind/Name``.
-        fields: In the order of the definition.
-        constants: In the order of the definition.
-        text: The definition as written, or None where only its content is known.
+        type_name: Full name of the type, ``package/kind/Name``.
+        fields: Fields in the order of the definition.
+        constants: Constants in the order of the definition.
+        text: Text of the definition; None if only fields and constants are known.
     """
 
     type_name: str

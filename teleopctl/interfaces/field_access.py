@@ -15,16 +15,16 @@ if TYPE_CHECKING:
 _STEP = r"\.?(?P<name>[A-Za-z_]\w*)|\.?\[(?:(?P<index>-?\d+)|(?P<first>-?\d*):(?P<end>-?\d*))\]"
 
 
-# Any: a message's class is made from its definition, and the path decides on the value.
+# Any: message classes are made from definitions, and the path determines the value.
 def field_reader(path: str) -> Callable[[Any], Any]:
     """Return a function that returns the value at a field path of a message.
 
     Args:
-        path: Such as ``pose.position``, ``transforms[0].header`` or ``ranges[:10]``.
+        path: Field path, such as ``pose.position``, ``transforms[0].header`` or ``ranges[:10]``.
 
     Raises:
-        TeleopctlError: The path is malformed. The returned function raises it as well, when a
-            message has no such field.
+        TeleopctlError: The path is malformed. The returned function also raises TeleopctlError,
+            when a message has no such field.
     """
     import re
 
@@ -81,9 +81,9 @@ def _known_fields(value: object) -> str | None:
 MOST_FIELDS = 500
 MOST_ELEMENTS = 64
 
-# Where messages name the elements of the arrays beside these lists, or below them.
+# Fields with the names of the elements of arrays in the same message, or in nested messages.
 _NAMES = ("name", "names", "joint_names", "interface_names")
-# What tells one message of an array from the next.
+# Fields that identify a message in an array.
 _OWN_NAMES = ("child_frame_id", "name", "joint_name")
 
 
@@ -91,9 +91,9 @@ class NumericField(NamedTuple):
     """Number in a message, or array of numbers: field path, label and length.
 
     Attributes:
-        path: As `field_reader` takes it.
-        label: What the message calls it, such as the joint's name; empty if it does not.
-        length: How many numbers it is; None is a single one.
+        path: Field path for `field_reader`.
+        label: Name that the message has for the number, such as the joint's name; empty if none.
+        length: Length of the array; None for a single number.
     """
 
     path: str
@@ -101,15 +101,15 @@ class NumericField(NamedTuple):
     length: int | None = None
 
 
-# Any: a message, whose class is made from its definition.
+# Any: a message, whose class is made from its definition at run time.
 def numeric_fields(message: Any) -> list[NumericField]:
     """Return the numeric and boolean fields of a message, those of its header last.
 
-    An array is listed as a whole and by its elements, `MOST_ELEMENTS` of them at most; after
-    `MOST_FIELDS` the list ends.
+    An array is listed as a whole and by its first `MOST_ELEMENTS` elements; the list ends after
+    `MOST_FIELDS` fields.
 
     Args:
-        message: The message; a new one of its class shows all but what is in sequences.
+        message: Message to list; a message with default values has no elements of sequences.
     """
     found: list[NumericField] = []
     _collect(message, "", "", (), found)

@@ -5,7 +5,8 @@ from __future__ import annotations
 from teleopctl.interfaces.definition import FLOATS, INTEGER_RANGES, STRINGS, Field, Shape
 from teleopctl.interfaces.typenames import split
 
-# ROS 2's classes assert; Python programs expect TypeError and ValueError. These are both.
+# ROS 2's message classes raise AssertionError, and Python programs expect TypeError or ValueError:
+# these classes are both.
 
 
 class FieldTypeError(AssertionError, TypeError):
@@ -20,9 +21,9 @@ def field_error(type_name: str, field: Field, error: Exception) -> Exception:
     """Return the exception for a value that a message's field cannot hold.
 
     Args:
-        type_name: The message.
-        field: Its field.
-        error: What is wrong, as a converter says it.
+        type_name: Full name of the message type.
+        field: Field that cannot hold the value.
+        error: Error of the field's converter.
     """
     kind = FieldTypeError if isinstance(error, TypeError) else FieldValueError
     rule = _rule(field, of_type=kind is FieldTypeError)
@@ -38,7 +39,7 @@ def unknown_fields_error(type_name: str, given: list[str], known: list[str]) -> 
 
 
 def _rule(field: Field, *, of_type: bool) -> str:
-    """Say what a field takes, as the assertions of rosidl_generator_py do."""
+    """Return the values that a field allows, in the words of rosidl_generator_py's assertions."""
     kind = field.type
     if kind.shape is not Shape.SINGLE:
         return " ".join(("a set or sequence", *_rules_of_elements(field)))

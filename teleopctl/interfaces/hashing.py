@@ -10,13 +10,13 @@ from teleopctl.base.typed import Any
 from teleopctl.interfaces.definition import Definition, Field
 
 NOT_SUPPORTED = "TypeHashNotSupported"
-"""What stands in keys and tokens of ROS 2 Humble in the place of a hash."""
+"""Text in keys and tokens of ROS 2 Humble in place of a type hash."""
 
 Lookup = Callable[[str], Definition]
 
 NESTED_ID = 1
 BOUNDED_TEXT = 4
-"""Added to the id of a string type when it has a bound."""
+"""Added to the id of a string type that has a bound."""
 
 # A char of a definition file is a uint8 here; ids 12 to 14 exist for IDL files only.
 BASE_IDS = {
@@ -37,15 +37,15 @@ BASE_IDS = {
     "wstring": 18,
 }
 SHAPE_STEP = 48
-"""Added once for an array, twice for a bounded and three times for an unbounded sequence."""
+"""Added to the id once for an array, twice for a bounded, three times for an unbounded sequence."""
 
 
 def type_description(definition: Definition, lookup: Lookup) -> dict[str, object]:
     """Return the type description that is hashed, as dictionaries in hash order.
 
     Args:
-        definition: The type.
-        lookup: Gives the definition of a type by name.
+        definition: Definition of the type.
+        lookup: Function that returns the definition of a type by its full name.
 
     Returns:
         ``type_description`` and, sorted by name, all ``referenced_type_descriptions``.
@@ -70,9 +70,10 @@ def type_hash(definition: Definition, lookup: Lookup) -> str:
 
 
 def _json(value: object) -> str:
-    """What ``json.dumps`` makes of a description; its import takes longer than all hashes.
+    """Return a description as JSON, as ``json.dumps`` would.
 
-    Names and types have no character that would have to be escaped.
+    The import of json takes longer than all hashes. Names and types have no characters that must be
+    escaped.
     """
     if isinstance(value, dict):
         return f"{{{', '.join(f'{_json(key)}: {_json(each)}' for key, each in value.items())}}}"

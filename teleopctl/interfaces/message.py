@@ -27,19 +27,19 @@ if TYPE_CHECKING:
     from teleopctl.interfaces.slot_types import AbstractType
 
 ClassLookup = Callable[[str], type["Message"]]
-# What publishers, subscriptions, clients and services are generic over.
+# Type variables of publishers, subscriptions, clients and services.
 MessageT = TypeVar("MessageT", bound="Message")
 RequestT = TypeVar("RequestT", bound="Message")
 ResponseT = TypeVar("ResponseT", bound="Message")
 Maker: TypeAlias = tuple[Callable[[Any, Any], None], Callable[[], Any]]
-"""How a field gets its default: the function that stores, and the one that makes the value."""
+"""Functions for the default of a field: the first stores a value, the second makes the default."""
 
 
 _DEFAULT = "__DEFAULT"
 
 
 class _SlotTypes:
-    """The types of a class's fields, made when somebody asks."""
+    """Descriptor that returns the slot types of a class's fields, made at each access."""
 
     def __get__(self, _: Message | None, owner: type[Message]) -> tuple[AbstractType, ...]:
         from teleopctl.interfaces.slot_types import slot_types
@@ -50,7 +50,7 @@ class _SlotTypes:
 class MessageClass(type):
     """Metaclass of messages: constants are read-only, defaults are readable.
 
-    The default of a field ``speed`` that has one is ``SPEED__DEFAULT``, a new value each time.
+    The default value of a field ``speed`` is ``SPEED__DEFAULT``, a new value at each access.
     """
 
     def __setattr__(cls, name: str, value: object) -> None:
@@ -61,7 +61,7 @@ class MessageClass(type):
         super().__setattr__(name, value)
 
     def __getattr__(cls, name: str) -> Any:  # Any: of the field's type
-        if name == f"_Metaclass_{cls.__name__}__constants":  # where ros2cli looks for them
+        if name == f"_Metaclass_{cls.__name__}__constants":  # ros2cli reads constants by this name
             constants = cls.__dict__["__definition__"].constants
             return {constant.name: constant_value(constant) for constant in constants}
         if name.endswith(_DEFAULT) and (definition := cls.__dict__.get("__definition__")):
@@ -74,18 +74,19 @@ class MessageClass(type):
 class Message(metaclass=MessageClass):
     """Base of all message classes.
 
-    Each field has a slot named ``_field`` and a property named as the field. What is assigned is
-    checked at once. A block of numbers lies in the slot as it came, often a memoryview of received
-    bytes, and becomes what ROS 2 programs expect only when it is read (see ``blocks``).
+    Each field has a slot named ``_field`` and a property named as the field. Assigned values are
+    checked at once. The slot stores a block of numbers as assigned, often as a memoryview of
+    received bytes; reading the property converts it to the type of ROS 2's messages (see
+    ``blocks``).
 
     Attributes:
-        TYPE_NAME: ``package/kind/Name``.
-        SLOT_TYPES: Types of the fields in order, as ``rosidl_parser.definition`` has them.
-        __definition__: What the class was made from.
+        TYPE_NAME: Full name of the type, ``package/kind/Name``.
+        SLOT_TYPES: Types of the fields in order, with the API of ``rosidl_parser.definition``.
+        __definition__: Definition from which the class was made.
     """
 
     __slots__ = ()
-    __hash__ = None  # type: ignore[assignment] # messages change
+    __hash__ = None  # type: ignore[assignment] # messages are mutable
 
     TYPE_NAME: ClassVar[str]
     SLOT_TYPES = _SlotTypes()
@@ -100,7 +101,7 @@ class Message(metaclass=MessageClass):
         for name, value in fields.items():
             if name in self.__makers__:
                 setattr(self, name, value)
-            elif name != "check_fields":  # of rclpy's classes; ours always check
+            elif name != "check_fields":  # argument of rclpy's classes; these always check
                 unknown = [each for each in fields if each not in self.__makers__]
                 raise unknown_fields_error(self.TYPE_NAME, unknown, list(self.__makers__))
 
@@ -130,8 +131,9 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
     """Make a class for a message type.
 
     Args:
-        definition: The type.
-        lookup: Gives the class of a nested type; called when such a value is first needed.
+        definition: Definition of the type.
+        lookup: Function that returns the class of a nested type by its full name; called when a
+            value of the type is first needed.
     """
     fields = definition.fields
     namespace: dict[str, Any] = {
@@ -156,7 +158,7 @@ def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
     return cls
 
 
-# Any: the field decides.
+# Any: the type depends on the field.
 def stored(message: Message, field: Field) -> Any:
     """Return the raw value in the slot of a field, without conversion."""
     return getattr(message, f"_{field.attribute}")
@@ -217,7 +219,7 @@ def _getter(kind: FieldType, slot: MemberDescriptorType) -> Callable[[Any], Any]
 
 
 def _size_check(definition: Definition, lookup: ClassLookup) -> Callable[[], None]:
-    """What raises TeleopctlError where messages of a type are too large; it looks only once."""
+    """Return a function that raises TeleopctlError if a type is too large; it checks only once."""
     is_checked = False
 
     def check() -> None:

@@ -17,7 +17,7 @@ from teleopctl.interfaces.definition import (
 )
 from teleopctl.interfaces.typenames import is_lower_name
 
-# The import of re takes longer than the reading of a file: only what few lines have is left to it.
+# The import of re takes longer than parsing a file, so re is used only for syntax of few lines.
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ")
 _ALIASES = {
     "Header": "std_msgs/msg/Header",
@@ -34,13 +34,13 @@ def split_sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
         text: Content of the file.
         kind: ``msg`` (one section), ``srv`` (request, response) or ``action`` (goal, result,
             feedback).
-        where: What the errors call the text.
+        where: Name of the text in error messages.
 
     Returns:
-        The texts of the sections, each with the number of its first line.
+        Pairs of the text of a section and the number of its first line.
 
     Raises:
-        InvalidDefinitionError: The number of sections is not that of the kind.
+        InvalidDefinitionError: The number of sections does not match the kind.
     """
     parts = [text] if kind == "msg" else split_at_dashes(text)
     if len(parts) != _SECTIONS[kind]:
@@ -73,17 +73,17 @@ def parse(
     """Parse a message definition, or one section of a service or action.
 
     Args:
-        text: The definition.
-        type_name: The name that the type gets.
-        package: The package in which types named without one are looked for.
-        where: What the errors call the text; the type's name by default.
-        first_line: The number that the errors give to its first line.
+        text: Text of the definition.
+        type_name: Full name of the type.
+        package: Package of the types that the text names without a package.
+        where: Name of the text in error messages; the type's name by default.
+        first_line: Number of the text's first line in error messages.
 
     Returns:
-        The definition, ``text`` included.
+        The definition, with ``text``.
 
     Raises:
-        InvalidDefinitionError: A line cannot be understood; the message names it.
+        InvalidDefinitionError: A line cannot be parsed; the message has the line.
     """
     fields: dict[str, Field] = {}
     constants: list[Constant] = []
@@ -115,7 +115,7 @@ def line_of_first_field(text: str, type_name: str, package: str) -> int:
 
 
 class _Words(NamedTuple):
-    """What a line says: ``base<=text_bound[array] name rest``."""
+    """Parts of a line: ``base<=text_bound[array] name rest``."""
 
     base: str
     text_bound: str
@@ -125,7 +125,7 @@ class _Words(NamedTuple):
 
 
 def _words(line: str) -> _Words | None:
-    """Take a line apart; None where it begins with no type and name."""
+    """Return the parts of a line; None if the line does not begin with a type and a name."""
     kind, *others = line.split(None, 1)
     rest = others[0] if others else ""
     length = next((at for at, letter in enumerate(rest) if not _is_of_word(letter)), len(rest))
@@ -239,8 +239,8 @@ def message_type_of_line(line: str, package: str) -> str | None:
     """Return the message type of the field on a line; None if the line has none.
 
     Args:
-        line: A line that can be understood.
-        package: In which types named without one are looked for.
+        line: Line of a definition that has been parsed without an error.
+        package: Package of the types that the line names without a package.
     """
     words = _words(line) if line.strip() else None
     if words is None or words.base in PRIMITIVES:

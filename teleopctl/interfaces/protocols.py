@@ -39,7 +39,7 @@ class ActionType(Protocol[Goal_co, Result_co, Feedback_co]):
 
     TYPE_NAME: ClassVar[str]
 
-    # Any: a class of each action's own.
+    # Any: each action has its own class.
     @property
     def Impl(self) -> Any:  # noqa: N802 (the name of the nested class)
         """Classes of the action's messages and services on the wire."""
@@ -80,8 +80,8 @@ class FeedbackMessage(Protocol[Feedback_co]):
 class Strings(Protocol):
     """List, tuple or set of strings, but not a single string.
 
-    A single string is a sequence of strings too; what tells it apart is that it asks for a string
-    where other collections can be asked whether they contain anything.
+    A single string is a sequence of strings too. The argument of ``__contains__`` excludes it: a
+    string accepts only strings there, other collections accept any object.
     """
 
     def __contains__(self, value: object, /) -> bool: ...

@@ -20,14 +20,14 @@ def split_definition(text: str, type_name: str, where: str | None = None) -> lis
 
     Args:
         text: Content of the ``.msg``, ``.srv`` or ``.action`` file.
-        type_name: ``package/kind/Name``; the kind decides how the text is read.
-        where: What the errors call the text; the type's name by default.
+        type_name: Full name, ``package/kind/Name``; the kind determines the syntax of the text.
+        where: Name of the text in error messages; the type's name by default.
 
     Returns:
-        The type itself last; before it, what it is made of.
+        Definitions of the parts and derived types, and the definition of the type itself last.
 
     Raises:
-        TeleopctlError: The text cannot be understood.
+        TeleopctlError: The text cannot be parsed.
     """
     package, kind, _ = split(type_name)
     place = where or type_name
@@ -50,8 +50,8 @@ def service_of_event(type_name: str, text: str) -> str | None:
     rosbag2 writes the ``.srv`` file of a service as the definition of its events.
 
     Args:
-        type_name: ``package/srv/Name_Event``.
-        text: What should define it.
+        type_name: Full name of the type, ``package/srv/Name_Event`` for an event type.
+        text: Definition text of the type.
     """
     service = type_name.removesuffix("_Event")
     is_event = service != type_name and split(type_name)[1] == "srv"
@@ -61,10 +61,10 @@ def service_of_event(type_name: str, text: str) -> str | None:
 def service_types(name: str, text: str | None = None) -> list[Definition]:
     """Return the definitions of a service's event type and of the service.
 
-    Those of request and response are not among them.
+    The definitions of request and response are not included.
 
     Args:
-        name: ``package/srv/Name``.
+        name: Full name of the service, ``package/srv/Name``.
         text: Content of the ``.srv`` file, kept in the service's definition.
     """
     request, response = FieldType(f"{name}_Request"), FieldType(f"{name}_Response")
@@ -91,10 +91,10 @@ def service_types(name: str, text: str | None = None) -> list[Definition]:
 def action_types(name: str, text: str) -> list[Definition]:
     """Return the definitions of an action and of the types derived from it, such as SendGoal.
 
-    Those of goal, result and feedback are not among them.
+    The definitions of goal, result and feedback are not included.
 
     Args:
-        name: ``package/action/Name``.
+        name: Full name of the action, ``package/action/Name``.
         text: Content of the ``.action`` file, kept in the action's definition.
     """
     goal, result, feedback = (FieldType(f"{name}_{part}") for part in ACTION_PARTS[:3])

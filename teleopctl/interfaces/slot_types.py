@@ -11,7 +11,7 @@ from teleopctl.interfaces.typenames import split
 if TYPE_CHECKING:
     from teleopctl.interfaces.definition import Definition, FieldType
 
-# What IDL calls the primitive types whose names differ.
+# IDL names of the primitive types whose names differ.
 _IDL_NAMES = {"bool": "boolean", "byte": "octet", "char": "uint8", "float32": "float"}
 _IDL_NAMES["float64"] = "double"
 
@@ -65,8 +65,8 @@ class NamespacedType(AbstractNestableType):
     """Message type, by its namespaced name.
 
     Args:
-        namespaces: Package and kind.
-        name: Its name there.
+        namespaces: Package and kind of the type.
+        name: Name of the type without package and kind.
     """
 
     def __init__(self, namespaces: list[str] | tuple[str, ...], name: str) -> None:

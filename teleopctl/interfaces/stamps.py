@@ -1,8 +1,8 @@
 """Conversions between nanoseconds and ``builtin_interfaces`` Time and Duration.
 
 Both messages have ``int32 sec`` and ``uint32 nanosec``, and mean ``sec + nanosec / 10**9`` seconds
-with nanosec below 10**9. So the seconds of a negative time are rounded down, as in rcl: -0.25 s is
-sec -1, nanosec 750000000.
+with nanosec below 10**9. The seconds of a negative time are therefore rounded down, as in rcl:
+-0.25 s is sec -1, nanosec 750000000.
 """
 
 from __future__ import annotations
@@ -28,7 +28,7 @@ def set_stamp(stamp: Stamp, nanoseconds: int) -> None:
     """Set a Time or Duration to nanoseconds.
 
     Raises:
-        ValueError: The message refuses it: the seconds do not fit into 32 bits.
+        ValueError: The seconds do not fit into 32 bits.
     """
     stamp.sec, stamp.nanosec = divmod(nanoseconds, NANOSECONDS_PER_SECOND)
 

@@ -1,8 +1,8 @@
 """Messages of a ROS 2 distribution from rosbags' tables, without importing its type store.
 
-The stores of rosbags build hundreds of classes when they are imported. All that is wanted of them
-is a table of fields and constants, so that table is kept in a file in the user's cache folder and
-read from there; the store is imported when there is no such file, or one that does not fit.
+The stores of rosbags create hundreds of classes when they are imported. Only their table of fields
+and constants is needed, which is therefore cached in a file in the user's cache folder. The store
+is imported if the file does not exist, or does not match the installed rosbags.
 """
 
 from __future__ import annotations
@@ -35,8 +35,8 @@ _FORMAT = 2
 _LONGEST_PLACE = 150  # file names may have 255 bytes
 _BASE, _NAME, _ARRAY, _SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype
 
-# rosbags drops the default values of its definitions. These are the ones that are not the zero of
-# their type; one that is given by a constant holds where the distribution has that constant.
+# rosbags drops the default values of definitions. These are the defaults other than zero; a default
+# that is the value of a constant applies to the distributions that have the constant.
 _DEFAULTS: dict[tuple[str, str], object] = {("geometry_msgs/msg/Quaternion", "w"): 1.0}
 _DEFAULT_CONSTANTS = {("sensor_msgs/msg/NavSatStatus", "status"): "STATUS_UNKNOWN"}
 
@@ -47,7 +47,7 @@ def distribution() -> str:
     """Return the ROS 2 distribution whose types are used: ``ROS_DISTRO``, else Jazzy.
 
     Raises:
-        UsageError: ``ROS_DISTRO`` names one whose types are not known.
+        UsageError: The types of the distribution in ``ROS_DISTRO`` are not known.
     """
     name = os.environ.get("ROS_DISTRO") or DEFAULT_DISTRIBUTION
     if name == "rolling":
@@ -69,8 +69,8 @@ class StandardTypes:
     """Message definitions of a ROS 2 distribution, loaded on demand.
 
     Args:
-        name: The distribution.
-        cached: Whether the user's cache folder is used.
+        name: Name of the distribution.
+        cached: Whether to use the user's cache folder.
     """
 
     def __init__(self, name: str, *, cached: bool = True) -> None:
@@ -109,12 +109,12 @@ class StandardTypes:
         return table
 
 
-# Any: pairs and triples of what rosbags' tables hold.
+# Any: nested pairs and triples of rosbags' tables.
 def parse_type_row(type_name: str, table_row: Any) -> Definition:
     """Return a type's `Definition` (fields, constants) from rosbags' table entry for that type.
 
     Raises:
-        TypeError, ValueError or LookupError: The row has another form.
+        TypeError, ValueError or LookupError: The row has an unexpected structure.
     """
     raw_constants, raw_fields = table_row
     constants = tuple(Constant(str(name), str(base), value) for name, base, value in raw_constants)
@@ -158,30 +158,30 @@ def cache_folder() -> Path:
     return Path(cache_dir())
 
 
-# Paths are texts here: pathlib's import takes longer than reading a table.
+# Paths are strings here: the import of pathlib takes longer than reading a table.
 
 
 def _cache_file(module: str) -> str:
-    # Each environment has its own, or two that are used in turn would always make theirs anew.
+    # One file per environment; with a shared file, environments used in turn would overwrite it.
     site = os.path.abspath(os.path.join(_stores(), "..", "..", ".."))[-_LONGEST_PLACE:]
     place = "".join(c if c.isascii() and c.isalnum() else "-" for c in site)
-    # Readable by this version of Python alone; json takes longer to import than this to read.
+    # Only this version of Python reads the file; importing json takes longer than reading it.
     return os.path.join(cache_dir(), f"{module}{place}.{sys.implementation.cache_tag}")
 
 
 @cache
 def _stores() -> str:
     """Return the folder of rosbags' type tables."""
-    # What importlib.util.find_spec does, which takes longer to import than this to read a table.
+    # As importlib.util.find_spec, whose import takes longer than reading a table.
     spec = next(filter(None, (finder.find_spec("rosbags", None) for finder in sys.meta_path)))
     assert spec.submodule_search_locations is not None
     return os.path.join(spec.submodule_search_locations[0], "typesys", "stores")
 
 
 def _fingerprint() -> list[list[Any]]:
-    """Return what changes when another version of rosbags is installed.
+    """Return values that change when another version of rosbags is installed.
 
-    Reading the version itself takes longer than reading the whole cache.
+    Reading the version of rosbags takes longer than reading the whole cache.
     """
     folder = _stores()
     with os.scandir(folder) as entries:
@@ -203,13 +203,13 @@ def _read_cache(module: str) -> Table | None:
 
 
 def _write_cache(module: str, table: Table) -> None:
-    """Write the cache file; where that is not possible, the next start imports again."""
+    """Write the cache file; if that fails, the next start imports the store again."""
     import json
     import tempfile
     from pathlib import Path
 
     path = Path(_cache_file(module))
-    # To and from JSON, for the enumerations of rosbags become plain numbers by that.
+    # Through JSON, which converts the enumerations of rosbags to plain numbers.
     content = json.loads(json.dumps({"format": _FORMAT, "rosbags": _fingerprint(), "types": table}))
     try:
         path.parent.mkdir(parents=True, exist_ok=True)

@@ -1,14 +1,14 @@
 """Message, service and action types of this process, by name.
 
-Classes are made when they are asked for, and each name has one class for good. The functions are
-safe to call from any thread.
+Classes are made on first use, and the class of a name never changes. The functions are safe to call
+from any thread.
 """
 
 from __future__ import annotations
 
 import copyreg
 import os
-from _thread import RLock  # threading takes as long to import as the rest of it
+from _thread import RLock  # importing threading would double the import time
 from collections.abc import Callable, Mapping
 from functools import cache
 from types import SimpleNamespace
@@ -50,7 +50,7 @@ class ServiceBase:
 class ActionBase:
     """Base of action classes, which hold their message classes.
 
-    ``Impl`` holds what an action is on the wire: ``SendGoalService``, ``GetResultService``,
+    ``Impl`` has the types of an action on the wire: ``SendGoalService``, ``GetResultService``,
     ``FeedbackMessage``, ``CancelGoalService`` and ``GoalStatusMessage``.
     """
 
@@ -58,14 +58,14 @@ class ActionBase:
     Goal: ClassVar[type[Message]]
     Result: ClassVar[type[Message]]
     Feedback: ClassVar[type[Message]]
-    Impl: ClassVar[Any]  # Any: a class of the action's own
+    Impl: ClassVar[Any]  # Any: each action has its own class
 
     def __init__(self) -> None:
         raise NotImplementedError("An action has no instances; make a Goal.")
 
 
-# Any, here and below: which class it is depends on the name. Programs that know their types import
-# them (`from std_msgs.msg import String`); type checkers know those.
+# Any, here and below: the class depends on the name. Programs with fixed types import the classes
+# (`from std_msgs.msg import String`), for which type checkers have stubs.
 
 
 def get_message(type_name: str) -> type[Any]:
@@ -76,7 +76,8 @@ def get_message(type_name: str) -> type[Any]:
             action such as ``package/srv/Name_Request``.
 
     Raises:
-        InvalidTypeNameError: There is no such message.
+        InvalidTypeNameError: The name is malformed, or that of a service or action.
+        InvalidMessageError: The type does not exist.
     """
     found = _classes.get(type_name)
     if found is not None and issubclass(found, Message):
@@ -89,7 +90,7 @@ def get_message(type_name: str) -> type[Any]:
     with _lock:
         if name not in _classes:
             made = make_class(definition, get_message)
-            # A class that was made here is found by its name, and by no import.
+            # Classes made here cannot be imported: pickle finds them by type name.
             copyreg.pickle(made, _reduce)
             _classes[name] = made
         return _classes[name]
@@ -115,7 +116,8 @@ def get_service(type_name: str) -> type[Any]:
             as ``package/action/Name_SendGoal``.
 
     Raises:
-        InvalidTypeNameError: There is no such service.
+        InvalidTypeNameError: The name is malformed, or not that of a service.
+        InvalidMessageError: The type does not exist.
     """
     name = normalize(type_name, "srv")
     if not _is_service(name):
@@ -138,7 +140,8 @@ def get_action(type_name: str) -> type[Any]:
         type_name: ``package/action/Name`` or ``package/Name``.
 
     Raises:
-        InvalidTypeNameError: There is no such action.
+        InvalidTypeNameError: The name is malformed, or not that of an action.
+        InvalidMessageError: The type does not exist.
     """
     name = normalize(type_name, "action")
     if not _is_action(name):
@@ -164,7 +167,7 @@ def get_class(type_name: str) -> type[Any]:
     """Return the class of a message, service or action type.
 
     Raises:
-        TeleopctlError: There is no such type.
+        TeleopctlError: The type does not exist.
     """
     name = normalize(type_name)
     if _is_action(name):
@@ -180,10 +183,10 @@ def type_hash(type_name: str) -> str:
         type_name: Full name of a message, a service, an action or a type derived from them.
 
     Returns:
-        The hash, or ``TypeHashNotSupported`` in the distribution that has none.
+        The hash, or ``TypeHashNotSupported`` in Humble, which has no hashes.
 
     Raises:
-        TeleopctlError: The type, or one that it uses, is not known.
+        TeleopctlError: The type, or a type that it uses, is not known.
     """
     definition = _definition(normalize(type_name))
     if known_types().distribution in _WITHOUT_HASHES:
@@ -195,7 +198,7 @@ def type_description(type_name: str) -> dict[str, Any]:  # Any: JSON's values
     """Return the type description of a type, as dictionaries.
 
     Raises:
-        TeleopctlError: The type, or one that it uses, is not known.
+        TeleopctlError: The type, or a type that it uses, is not known.
     """
     return hashing.type_description(_definition(normalize(type_name)), _definition)
 
@@ -209,7 +212,7 @@ def definition_text(type_name: str) -> str:
     """Return the definition text of a type.
 
     Raises:
-        TeleopctlError: There is no such type.
+        TeleopctlError: The type does not exist.
     """
     return _definition(normalize(type_name)).render()
 
@@ -217,11 +220,11 @@ def definition_text(type_name: str) -> str:
 def definition_file(type_name: str) -> Path:
     """Return a file with a type's definition.
 
-    A type of rosbags' tables, or one that was learnt from a node, has none: its definition is
+    A type from rosbags' tables, or from another node's description, has no file: its definition is
     written into the user's cache folder.
 
     Raises:
-        TeleopctlError: There is no such type.
+        TeleopctlError: The type does not exist.
     """
     name = normalize(type_name)
     text = definition_text(name)
@@ -243,7 +246,7 @@ def complete_definition_text(type_name: str) -> str:
     The parts are separated as in ROS bags: a line of 80 equals signs, then ``MSG: package/Name``.
 
     Raises:
-        TeleopctlError: The type, or one that it uses, is not known.
+        TeleopctlError: The type, or a type that it uses, is not known.
     """
     return _complete_text(normalize(type_name), _definition)
 
@@ -251,14 +254,14 @@ def complete_definition_text(type_name: str) -> str:
 def described_definition_text(description: TypeDescription, type_name: str | None = None) -> str:
     """Return the complete definition text of a type from another node's description.
 
-    What this process knows of the type plays no part and does not change.
+    The known types of this process are neither used nor changed.
 
     Args:
-        description: As another node sent it; not trusted.
-        type_name: One of the types that it describes; by default the one that it is about.
+        description: Type description received from another node; not trusted.
+        type_name: Full name of a type in the description; by default the described type.
 
     Raises:
-        TeleopctlError: The description makes no sense, or lacks a type.
+        TeleopctlError: The description is invalid, or lacks a type.
     """
     from teleopctl.interfaces.foreign.description import definitions
 
@@ -286,15 +289,15 @@ def add_definitions(folder: str | Path, package_name: str) -> list[str]:
     """Add the types of a package.
 
     Args:
-        folder: Holds ``msg``, ``srv`` or ``action``.
-        package_name: The package the types belong to.
+        folder: Folder that contains ``msg``, ``srv`` or ``action``.
+        package_name: Name of the package.
 
     Returns:
-        The names of the types.
+        Full names of the added types.
 
     Raises:
-        TeleopctlError: There is nothing in the folder, a definition cannot be understood, or a
-            type is already in use with another definition.
+        TeleopctlError: The folder has no definition, a definition cannot be parsed, or a type is
+            already in use with another definition.
     """
     added = known_types().add_folder(folder, package_name)
     type_hash.cache_clear()
@@ -305,7 +308,7 @@ def add_definition_text(type_name: str, text: str) -> None:
     """Add a type by its definition text.
 
     Raises:
-        TeleopctlError: The text cannot be understood, or the type is already in use with another
+        TeleopctlError: The text cannot be parsed, or the type is already in use with another
             definition.
     """
     known_types().add_text(normalize(type_name), text)
@@ -315,13 +318,13 @@ def add_definition_text(type_name: str, text: str) -> None:
 def add_description(description: TypeDescription) -> None:
     """Add another node's type to the known types; raise if it contradicts a known one.
 
-    Nothing known is replaced: of a known type the fields have to be the same.
+    Known types are not replaced; their fields must equal those of the description.
 
     Args:
-        description: As another node sent it; not trusted.
+        description: Type description received from another node; not trusted.
 
     Raises:
-        InvalidMessageError: The description makes no sense, or contradicts what is known.
+        InvalidMessageError: The description is invalid, or contradicts a known type.
     """
     from teleopctl.interfaces.foreign.description import definitions
 

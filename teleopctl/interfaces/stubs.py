@@ -1,9 +1,9 @@
 """Type stubs of interface packages: ``.pyi`` files for classes that are made at run time.
 
-A stub says of each class what is true of the made one: the types that its fields have when they
-are read, those that may be assigned, its constants and its keyword arguments. Single numbers are
-meant strictly, as by rclpy: numpy's scalars are converted by our classes but refused by rclpy's,
-so that a program that passes the type checker runs with both.
+The stub of a class has the types of its fields when they are read, the types that may be assigned,
+its constants and its keyword arguments. Single numbers are strict, as in rclpy: teleopctl's classes
+convert numpy scalars, but those of rclpy reject them, so that a program that passes the type
+checker runs with both.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ from teleopctl.interfaces.typenames import split
 Lookup = Callable[[str], Definition | None]
 
 _HEAD = "# Written by teleopctl from the definitions of the package.\n"
-# Names that no field, constant or type of a package can have. A stub imports those that it uses.
+# Names that no field, constant or type of a package can have. A stub imports only the used names.
 _IMPORTS = {
     "_builtins": "import builtins as _builtins",
     "_numpy": "import numpy as _numpy",
@@ -51,17 +51,17 @@ def write_stubs(
     """Write type stubs of packages.
 
     Args:
-        folder: Gets a folder for each package; made if needed.
-        type_names: Messages, services and actions, without what is derived from them.
-        lookup: Gives the definitions of these, and of what is derived from them.
-        suffix: Ends the names of the folders; with ``-stubs`` type checkers find them in
+        folder: Folder in which each package gets a folder; created if needed.
+        type_names: Full names of messages, services and actions, without derived types.
+        lookup: Function that returns the definition of a type or derived type by its full name.
+        suffix: End of the folders' names; with ``-stubs`` type checkers find the stubs in
             ``site-packages``.
 
     Returns:
-        The names of the packages.
+        Sorted names of the packages.
 
     Raises:
-        TeleopctlError: A definition cannot be understood.
+        TeleopctlError: A definition cannot be parsed.
         OSError: The files cannot be written.
     """
     modules: dict[tuple[str, str], list[str]] = {}
@@ -80,8 +80,8 @@ def module_stub(type_names: Iterable[str], lookup: Lookup) -> str:
     """Return the stub of a module such as ``std_msgs.msg``.
 
     Args:
-        type_names: The types of the module, without what is derived from them.
-        lookup: Gives the definitions of these, and of what is derived from them.
+        type_names: Full names of the module's types, without derived types.
+        lookup: Function that returns the definition of a type or derived type by its full name.
     """
     writer = _Writer(lookup)
     body = "".join(writer.module(type_names))
@@ -98,7 +98,7 @@ class _Writer:
     """Writes the classes of one module.
 
     Attributes:
-        modules: The other modules whose classes are named.
+        modules: Other modules whose classes the stub uses.
     """
 
     def __init__(self, lookup: Lookup) -> None:
@@ -143,7 +143,7 @@ class _Writer:
         inner = margin + _INDENT
         for constant in definition.constants:
             yield f"{inner}{constant.name}: {_constant(constant)}\n"
-        # A field hides the builtin of its name from the annotations of its class.
+        # A field hides the builtin of the same name in the annotations of the class.
         hidden = {field.attribute for field in definition.fields}
         arguments = []
         for field in definition.fields:

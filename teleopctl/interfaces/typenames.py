@@ -1,6 +1,6 @@
 """Names of interface types: as written, on the wire, and as Python modules.
 
-Light on purpose: the graph commands show type names without knowing any type.
+The module has few imports, since the graph commands show type names without loading any type.
 """
 
 from __future__ import annotations
@@ -10,7 +10,7 @@ from teleopctl.errors import InvalidTypeNameError
 KINDS = ("msg", "srv", "action")
 
 _DDS_MARK = "dds_::"
-# The import of re takes longer than whatever is done with names here.
+# The import of re takes longer than all operations on names here.
 _SMALL = frozenset("abcdefghijklmnopqrstuvwxyz")
 _CAPITAL = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZ")
 _SMALL_OR_DIGIT = _SMALL | frozenset("0123456789")
@@ -22,7 +22,7 @@ def to_dds(type_name: str) -> str:
     """Return a type name in rmw_zenoh's spelling for keys and tokens.
 
     Args:
-        type_name: ``package/kind/Name``.
+        type_name: Full name of the type, ``package/kind/Name``.
 
     Returns:
         ``package::kind::dds_::Name_``.
@@ -44,7 +44,7 @@ def normalize(type_name: str, kind: str = "msg") -> str:
 
     Args:
         type_name: ``package/Name`` or ``package/kind/Name``.
-        kind: The kind meant when the name has none.
+        kind: Kind of the type if the name has none: ``msg``, ``srv`` or ``action``.
 
     Returns:
         ``package/kind/Name``.
@@ -83,8 +83,8 @@ def split(type_name: str) -> tuple[str, str, str]:
 def module_name(type_name: str) -> str:
     """Return the Python module of a type's class.
 
-    ``sensor_msgs/msg/CompressedImage`` lives in ``sensor_msgs.msg._compressed_image``; the parts
-    of a service or an action live in the module of that service or action.
+    The module of ``sensor_msgs/msg/CompressedImage`` is ``sensor_msgs.msg._compressed_image``; the
+    parts of a service or an action are in the module of that service or action.
     """
     package, kind, name = split(type_name)
     if kind != "msg":
@@ -95,7 +95,7 @@ def module_name(type_name: str) -> str:
 def snake_case(name: str) -> str:
     """Convert a name from CamelCase to snake_case as ROS 2's generators do.
 
-    ``GetParameters`` is ``get_parameters``; of ``RGBDImage`` it makes ``rgbd_image``.
+    ``GetParameters`` becomes ``get_parameters``, and ``RGBDImage`` becomes ``rgbd_image``.
     """
     words = name[:1]
     for before, letter, after in zip(name, name[1:], f"{name[2:]} ", strict=False):

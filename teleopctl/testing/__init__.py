@@ -1,10 +1,9 @@
 """Test tools for robot CI and for authors of plug-ins; with pytest, as fixtures.
 
-`RosGraph` is a ROS graph in a box: processes whose lines, nodes and messages are waited for, and
-launch files that are brought up in it. `assert_bag_repeats` makes a test of a recorded session.
-`ControlStack` runs controllers and hardware components
-cycle by cycle without any of that. ``pytest_plugin`` offers them as fixtures; without pytest
-everything here works as well. See docs/testing.md.
+`RosGraph` is an isolated ROS graph: it starts processes and launch files, and waits for output
+lines, nodes and messages. `assert_bag_repeats` makes a test of a recorded session. `ControlStack`
+runs controllers and hardware components cycle by cycle, without a ROS graph. ``pytest_plugin``
+provides the fixtures; all tools also work without pytest. See docs/testing.md.
 """
 
 from __future__ import annotations

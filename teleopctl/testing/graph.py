@@ -24,53 +24,53 @@ if TYPE_CHECKING:
     from teleopctl.testing.observer import Observer
 
 
-# Prefixes of variables that would tie a process to somebody else's graph or settings.
+# Prefixes of variables that would connect a process to another graph or to the user's settings.
 _FOREIGN = ("ROS_", "RMW_", "ZENOH_", "TELEOPCTL_", "AMENT_", "RUST_LOG", "PYTHONUNBUFFERED")
 
 _RUNTIME = "runtime"
 _LOG = "log"
 
 LONGEST_LAUNCH_S = 120.0
-"""Deadline of a launch that gets on; one that does not fails after 30 s without progress."""
+"""Time limit of a launch in seconds; a launch without progress fails after 30 s."""
 
-# What ``teleopctl launch`` may need before and behind the wait, which says more when it fails.
+# Seconds that ``teleopctl launch`` may take beyond ``timeout_s``; its own timeout reports more.
 _AROUND_LAUNCH_S = 30.0
 
-# Of each log, in the report of a failure.
+# Lines of each log in a failure report.
 _REPORTED_LINES = 100
 
-# Of graphs that share a router: each has another one than those before it.
+# ROS domains of the graphs; graphs that share a router use them one after the other.
 _DOMAINS = range(1, 101)
 
-# Two tests may be given the same free port; the second one asks for another.
+# Two tests may get the same free port; the second test then tries another port.
 _START_ATTEMPTS = 3
 
-# A test is over: before each harder signal, in seconds.
+# Wait before the next harder signal when processes are ended after a test, in seconds.
 _PATIENCE_S = 2.0
 
 
 class RosGraph:
     """Isolated ROS graph for tests, with a router, a ROS domain and folders of its own.
 
-    What is started here sees nothing of the machine's other nodes, and they see nothing of it. As
-    a context manager it starts the router and takes this process in as well, so that nodes of the
-    test's own join the graph; at the end everything that was started is ended, in the background
-    too.
+    Processes of the graph and other nodes on the machine do not discover each other. As a context
+    manager the graph starts the router and sets this process's environment variables, so that the
+    test's own nodes join the graph; at the end it ends all processes that it has started, also
+    those in the background.
 
         with RosGraph(folder) as graph:
             talker = graph.spawn("run teleop_py_pkg simple_publisher")
             talker.wait_for_line("Publishing")
 
     Args:
-        folder: Where its records, its logs and the programs' working directory are.
+        folder: Folder for process records and logs; working directory of the programs.
 
     Attributes:
-        port: The router's port on the loopback interface.
-        router: The router's endpoint, as ``TELEOPCTL_ROUTER`` has it.
-        domain: The ROS domain.
-        variables: The environment variables that make a process part of the graph.
-        env: The whole environment of the processes: this one's, without what belongs to another
-            graph, with ``variables``.
+        port: TCP port of the router on the loopback interface.
+        router: Endpoint of the router, in the format of ``TELEOPCTL_ROUTER``.
+        domain: ROS domain ID of the graph.
+        variables: Environment variables that make a process join the graph.
+        env: Whole environment of the processes: that of this process, without variables of other
+            graphs, and with ``variables``.
     """
 
     def __init__(self, folder: Path) -> None:
@@ -93,7 +93,7 @@ class RosGraph:
         self.domain = _DOMAINS[port % len(_DOMAINS)] if domain is None else domain
         self.variables = {
             "TELEOPCTL_ROUTER": self.router,
-            # A test looks at topics; whoever wants the page says viewer:=true.
+            # Tests check topics; a test that needs the web page sets viewer:=true.
             "TELEOPCTL_VIEWER": "false",
             "ROS_DOMAIN_ID": str(self.domain),
             "TELEOPCTL_RUNTIME_DIR": str(self.folder / _RUNTIME),
@@ -103,7 +103,7 @@ class RosGraph:
         self.join(self.env)
 
     def _move_to(self, port: int, domain: int | None = None) -> None:
-        """Use another port, in this process as well if it is in the graph."""
+        """Use another port, also in this process if this process is in the graph."""
         is_here = os.environ.get("TELEOPCTL_ROUTER") == self.router
         self._use_port(port, domain)
         if is_here:
@@ -133,7 +133,7 @@ class RosGraph:
         """Start the router as ``teleopctl daemon start`` does; return its process record.
 
         Raises:
-            TeleopctlError: It cannot start.
+            TeleopctlError: The router cannot start.
         """
         for attempt in range(1, _START_ATTEMPTS + 1):
             try:
@@ -153,8 +153,8 @@ class RosGraph:
     def share_router(self, owner: RosGraph) -> None:
         """Use another graph's router, started if needed, in a ROS domain of this graph's own.
 
-        The router is started unless it runs. Neither graph sees the nodes of the other one, and
-        ``teleopctl daemon stop`` in this graph refuses to stop the router.
+        Neither graph discovers the nodes of the other graph, and ``teleopctl daemon stop`` in this
+        graph refuses to stop the router.
 
         Raises:
             TeleopctlError: The router cannot start.
@@ -218,14 +218,14 @@ class RosGraph:
     def launch(self, *words: str, timeout_s: float = LONGEST_LAUNCH_S) -> LaunchedSystem:
         """Launch a launch file in the background; return the system once everything is up.
 
-        It is ended with the graph, or by `LaunchedSystem.stop`.
+        The launch ends with the graph, or by `LaunchedSystem.stop`.
 
         Args:
-            words: As on the command line: ``[PACKAGE] FILE [NAME:=VALUE]…``.
-            timeout_s: Upper bound in seconds, of what gets on; see ``--timeout`` there.
+            words: Arguments as on the command line: ``[PACKAGE] FILE [NAME:=VALUE]…``.
+            timeout_s: Time limit in seconds, as ``--timeout`` of ``teleopctl launch``.
 
         Raises:
-            AssertionError: Something died or did not come up; the message has the output.
+            AssertionError: A process died or did not become ready; the message has the output.
         """
         from teleopctl.testing.launched import LaunchedSystem
 
@@ -241,9 +241,9 @@ class RosGraph:
         return LaunchedSystem(record)
 
     def _launches(self) -> list[background.ProcessRecord]:
-        """The launches whose record stands, running or not."""
+        """Return the records of launches, running or ended."""
         folder = self.folder / _RUNTIME
-        # One that ends between the two questions is in both answers.
+        # A launch that ends between the two calls is in both results.
         records = {
             r.file: r for r in (*background.records(folder), *background.ended_records(folder))
         }
@@ -258,7 +258,7 @@ class RosGraph:
         """Wait until nodes with these full names are in the graph; AssertionError on timeout.
 
         Raises:
-            AssertionError: The time is up; the message lists the nodes that are there.
+            AssertionError: The timeout has passed; the message lists the nodes of the graph.
         """
         self._observing().wait_for_nodes(names, timeout_s)
 
@@ -274,14 +274,16 @@ class RosGraph:
         """Return the next message of a topic, or the next one for which ``matching`` is true.
 
         Args:
-            message_type: A message class.
-            topic: Its name.
-            matching: Called with each message, returns whether to take it; None takes the first.
-            qos: Of the subscription; with ``qos_profile_latched`` earlier messages count too.
-            timeout_s: Upper bound in seconds.
+            message_type: Message class of the topic.
+            topic: Name of the topic.
+            matching: Function called with each message; returns whether the message matches. None
+                accepts the first message.
+            qos: QoS of the subscription, or its depth; with ``qos_profile_latched`` earlier
+                messages count too.
+            timeout_s: Longest wait in seconds.
 
         Raises:
-            AssertionError: The time is up; the message has the last one that came.
+            AssertionError: The timeout has passed; the error has the last received message.
         """
         return self._observing().wait_for_message(
             message_type, topic, matching, qos=qos, timeout_s=timeout_s
@@ -313,9 +315,10 @@ class RosGraph:
     def close(self) -> None:
         """End all processes that the graph has started, and destroy the node of the test's process.
 
-        Whatever a test did to the environment variables: only this graph's folder counts.
+        The processes are found by the graph's folder, not by environment variables, which a test
+        may have changed.
         """
-        # Not needed before, and more than half of what this module would import.
+        # Imported only here: more than half of this module's import time.
         from teleopctl.launch import running
 
         observer, self._observer = self._observer, None

@@ -1,8 +1,8 @@
 """pytest hooks for ROS 2's launch tests, loaded when pytest starts.
 
-``launch_testing`` and ``launch_pytest`` each bring a plug-in, which imports all of ``launch``. Of
-ours, pytest gets the option and the marks at its start, and each plug-in with the first file that
-may have such tests.
+``launch_testing`` and ``launch_pytest`` each have a plug-in, which imports all of ``launch``. At
+its start pytest gets only the option and the marks. Each plug-in is loaded with the first test file
+that may contain such tests.
 """
 
 from __future__ import annotations

@@ -16,11 +16,11 @@ class LaunchedSystem:
     """Launch file running in a test's graph, as `RosGraph.launch` returns it.
 
     Args:
-        record: The launch as a background process.
+        record: Record of the launch's background process.
 
     Attributes:
-        name: What ``teleopctl ps``, ``logs`` and ``stop`` call it.
-        log_file: The output of its processes, each line behind the process's name.
+        name: Name of the launch for ``teleopctl ps``, ``logs`` and ``stop``.
+        log_file: File with the output of the processes; each line begins with the process's name.
     """
 
     def __init__(self, record: ProcessRecord) -> None:
@@ -43,14 +43,14 @@ class LaunchedSystem:
         """Wait for the next output line that matches a pattern, and return the match.
 
         Raises:
-            AssertionError: The time is up, or everything ended without such a line; the message
-                has the whole output.
+            AssertionError: The timeout has passed, or the launch ended without a matching line;
+                the message has the whole output.
         """
         regex = re.compile(pattern)
         found: list[re.Match[str]] = []
 
         def search() -> bool:
-            # Asked first: what was written before the end is still read.
+            # Checked before reading, so that lines written before the end are still read.
             ended = not self.is_running
             for line in self.output.splitlines(keepends=True)[self._searched :]:
                 if not line.endswith("\n") and not ended:

@@ -14,13 +14,13 @@ class Observer:
     """Node of the test's process, spun on a thread, to wait for nodes and messages.
 
     Attributes:
-        node: The node, for publishers, clients and whatever else a test needs. What a callback
-            raises is raised again by the next wait, or at the end.
+        node: The node, for publishers, clients and other needs of a test. An exception of a
+            callback is raised again by the next wait for a message, or by `close`.
     """
 
     def __init__(self) -> None:
         self._context = Context()
-        # Ctrl-C is for pytest.
+        # pytest handles Ctrl-C.
         self._context.init([], signal_handler_options=SignalHandlerOptions.NO)
         self.node = Node("test", context=self._context)
         self._executor = SingleThreadedExecutor(context=self._context)
@@ -33,7 +33,7 @@ class Observer:
     def _spin(self) -> None:
         try:
             self._executor.spin()
-        except Exception as error:  # noqa: BLE001 (the test's callback, whatever it raises)
+        except Exception as error:  # noqa: BLE001 (any exception of the test's callback)
             with self._changed:
                 self._failure = error
                 self._changed.notify_all()
@@ -42,11 +42,11 @@ class Observer:
         """Wait until nodes with these full names are in the graph; AssertionError on timeout.
 
         Args:
-            names: Full names, ``/ns/node``.
-            timeout_s: Upper bound in seconds.
+            names: Full names of the nodes, ``/ns/node``.
+            timeout_s: Longest wait in seconds.
 
         Raises:
-            AssertionError: The time is up; the message lists the nodes that are there.
+            AssertionError: The timeout has passed; the message lists the nodes of the graph.
         """
         if not self._context.wait_for_graph(
             lambda graph: all(graph.find_node(name) for name in names), timeout_s
@@ -93,7 +93,7 @@ class Observer:
         """Destroy the node and stop its thread; raise the exception that a callback has raised.
 
         Raises:
-            Exception: What a callback raised and no wait has raised again.
+            Exception: A callback raised the exception, and no wait has raised it again.
         """
         self._executor.shutdown()
         self._context.try_shutdown()

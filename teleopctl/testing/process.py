@@ -18,14 +18,15 @@ from typing import Literal
 import psutil
 
 LONGEST_WAIT_S = 40.0
-"""Deadline of every wait unless a test names one: generous, since it is reached only on failure."""
+"""Default timeout of every wait in seconds; long, since it is reached only on failure."""
 
-# What gives no event is looked at this often, in seconds; what takes long to look at, such as the
-# output of a command, less often, so that looking leaves the machine to what is waited for.
+# Shortest and longest pause of `eventually` between two checks, in seconds. After a slow check,
+# such as running a command, the pause is longer, so that checks do not take most of the CPU.
 _LOOK_EVERY_S = 0.01
 _LOOK_EVERY_AT_MOST_S = 0.25
 
-# What a program wrote last is read at once, unless a descendant keeps its streams open.
+# Time in seconds to read the last output of an ended program: reading finishes at once, unless a
+# descendant keeps the streams open.
 _LAST_LINES_S = 1.0
 
 Stream = Literal["any", "stdout", "stderr"]
@@ -35,9 +36,9 @@ class Process:
     """Program under test, run as a child process, whose output lines can be waited for.
 
     Args:
-        argv: Program and arguments.
-        env: Its whole environment.
-        cwd: Where it starts.
+        argv: Path of the program, and its arguments.
+        env: Whole environment of the program.
+        cwd: Working directory of the program.
     """
 
     def __init__(self, argv: Sequence[str], env: Mapping[str, str], cwd: Path) -> None:
@@ -106,13 +107,13 @@ class Process:
         """Wait for the next output line that matches a pattern, and return the match.
 
         Args:
-            pattern: A regular expression.
-            timeout_s: Upper bound in seconds.
-            stream: Where to look.
+            pattern: Regular expression, searched in each line.
+            timeout_s: Longest wait in seconds.
+            stream: Stream to search: ``stdout``, ``stderr``, or ``any`` for both.
 
         Raises:
-            AssertionError: The time is up, or the program ended without such a line; the message
-                has its whole output.
+            AssertionError: The timeout has passed, or the program ended without a matching line;
+                the message has its whole output.
         """
         regex = re.compile(pattern)
         found: list[re.Match[str]] = []
@@ -131,7 +132,7 @@ class Process:
             self._changed.wait_for(search, timeout_s)
         if not found:
             if self._open_streams == 0:
-                # Its end follows that of its output.
+                # The program ends shortly after its output; the report needs its exit status.
                 with contextlib.suppress(subprocess.TimeoutExpired):
                     self._popen.wait(_LAST_LINES_S)
             raise AssertionError(f"no line matches {pattern!r}\n{self.report()}")
@@ -146,7 +147,7 @@ class Process:
     def interrupt(self) -> None:
         """Send SIGINT to the program, as Ctrl-C does."""
         if sys.platform == "win32":
-            # It has no Ctrl-C for one process alone.
+            # Windows cannot send Ctrl-C to a single process.
             self._popen.send_signal(signal.CTRL_BREAK_EVENT)
         else:
             self._popen.send_signal(signal.SIGINT)
@@ -159,14 +160,14 @@ class Process:
         """Wait for the end of the program and return its exit status; AssertionError on timeout.
 
         Raises:
-            AssertionError: The time is up; the message has its whole output.
+            AssertionError: The timeout has passed; the message has the whole output.
         """
         try:
             status = self._popen.wait(timeout_s)
         except subprocess.TimeoutExpired:
             raise AssertionError(f"it did not end within {timeout_s} s\n{self.report()}") from None
         with self._changed:
-            # A descendant that lives on may keep the streams open.
+            # A descendant that is still running may keep the streams open.
             self._changed.wait_for(lambda: self._open_streams == 0, _LAST_LINES_S)
         self._close_input()
         return status
@@ -202,12 +203,12 @@ def eventually(
     """Call ``check`` until it returns a true value; on timeout raise AssertionError about ``what``.
 
     Args:
-        check: What is to become true.
-        timeout_s: Upper bound in seconds.
-        what: What it is, for the message.
+        check: Function called again and again, until it returns a true value.
+        timeout_s: Longest wait in seconds.
+        what: Subject of the error message, "WHAT did not happen within …".
 
     Raises:
-        AssertionError: It did not become true in time.
+        AssertionError: ``check`` returned no true value before the timeout.
     """
     begin = now = time.monotonic()
     while not check():

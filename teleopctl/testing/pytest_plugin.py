@@ -1,9 +1,9 @@
 """pytest plug-in: fixtures, and ``rclpy`` and message packages for tests to import.
 
-pytest loads it wherever teleopctl is installed. So it puts one more entry at the end of the module
-search path, behind all that is installed, and imports nothing else of teleopctl before a fixture
-is used. ``teleopctl_imports = false`` in pytest's configuration leaves the entry out,
-``-p no:teleopctl`` the whole plug-in.
+pytest loads the plug-in wherever teleopctl is installed. The plug-in therefore adds one entry at
+the end of the module search path, behind all installed packages, and imports no other module of
+teleopctl before a fixture is used. ``teleopctl_imports = false`` in pytest's configuration disables
+the entry, ``-p no:teleopctl`` the whole plug-in.
 """
 
 from __future__ import annotations
@@ -45,7 +45,7 @@ def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
 
 @pytest.fixture(scope="session")
 def _router_of_session(tmp_path_factory: pytest.TempPathFactory) -> Iterator[RosGraph]:
-    """A graph whose router serves those of all tests, from the first one that needs it."""
+    """Graph whose router the graphs of all tests use; started by the first test that needs it."""
     from teleopctl.testing.graph import RosGraph
 
     graph = RosGraph(tmp_path_factory.mktemp("router"))
@@ -113,8 +113,8 @@ def _graph(folder: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[RosGraph]:
     from teleopctl.testing.graph import RosGraph
 
     graph = RosGraph(folder)
-    # Not the graph's own way of joining: what the test changes by the same fixture is undone in
-    # the right order.
+    # Set through monkeypatch instead of `RosGraph.__enter__`, so that these changes and those of
+    # the test by the same fixture are undone in the right order.
     environ = dict(os.environ)
     graph.join(environ)
     for name in os.environ.keys() - environ.keys():

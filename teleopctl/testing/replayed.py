@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 if TYPE_CHECKING:
     from teleopctl.nodes.bag_verification.verification import Verification
 
-# Of each list, in the message of a failure.
+# Lines of each list of differences in the error message.
 _MOST_LINES = 20
 
 
@@ -16,16 +16,16 @@ def assert_bag_repeats(path: Path | str, *, tolerance: float = 0.0) -> Verificat
     """Simulate a recorded bag again; raise AssertionError if messages differ, else return results.
 
     Args:
-        path: The bag, of a simulation from its start on.
-        tolerance: Largest difference of two numbers (rad, rad/s, N m; m, m/s, N); 0 requires the
-            same bits, which other versions of MuJoCo need not give.
+        path: Folder or file of the bag, recorded from the start of the simulation.
+        tolerance: Largest allowed difference of two numbers (rad, rad/s, N m; m, m/s, N); 0
+            requires the same bits, which another version of MuJoCo may not compute.
 
     Returns:
-        The comparison of messages, library versions and remarks.
+        Result of the comparison: messages, library versions and remarks.
 
     Raises:
-        AssertionError: A message differs; the message has the first and the largest differences.
-        TeleopctlError: The bag has no whole run, or its robot cannot be simulated.
+        AssertionError: A message differs; the error has the first and the largest differences.
+        TeleopctlError: The bag has no complete run, or its robot cannot be simulated.
     """
     from teleopctl.nodes.bag_verification.verification import verify_bag
 

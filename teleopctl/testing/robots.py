@@ -21,16 +21,16 @@ def serial_robot(
     """Return the URDF of a chain of ``joints`` joints (``joint1``, …) with ros2_control hardware.
 
     Args:
-        joints: How many.
-        initial: Initial positions; they repeat where there are more joints.
+        joints: Number of joints.
+        initial: Initial positions in rad or m, repeated if the robot has more joints.
         commands: Command interfaces of each joint.
         states: State interfaces of each joint.
-        plugin: The hardware component: a name as URDFs have it, or ``module:Class``.
-        parameters: Its parameters, as ``<param>`` tags.
+        plugin: Hardware component: a plug-in name as in URDFs, or ``module:Class``.
+        parameters: Parameters of the hardware component, as ``<param>`` tags.
         kind: Type of the joints.
         limits: Attributes of each joint's ``<limit>``.
-        extra_joints: Tags for the robot.
-        extra_control: Tags for the ``<ros2_control>`` component.
+        extra_joints: Further tags of ``<robot>``, such as joints.
+        extra_control: Further tags of ``<ros2_control>``.
     """
     names = [f"joint{number}" for number in range(1, joints + 1)]
     links = "".join(f'<link name="link{number}"/>' for number in range(joints + 1))

@@ -1,6 +1,6 @@
 """Functions that write and read messages as CDR, generated when they are first used.
 
-Most types are only ever sent or only ever received, and few are seen in both byte orders.
+Most types are only sent or only received, and few are received in both byte orders.
 """
 
 from __future__ import annotations
@@ -19,11 +19,11 @@ if TYPE_CHECKING:
     from types import CodeType
 
 Writer: TypeAlias = Callable[[bytearray, Any], None]
-"""Appends a message to data that so far is the encapsulation."""
+"""Function that appends a message to data, which so far has only the encapsulation header."""
 
 Reader: TypeAlias = Callable[[Any, memoryview, int, int], tuple[Any, int]]
-"""Takes the data, a memoryview of it, the place of the message and the size of the data; returns
-the message and the place behind it."""
+"""Function of the data, a memoryview of the data, the position of the message and the size of the
+data; returns the message and the position after the message."""
 
 
 class _Key(NamedTuple):
@@ -35,15 +35,13 @@ class _Key(NamedTuple):
 class Codecs:
     """CDR functions of all types in use, generated on demand; thread-safe.
 
-    Safe to call from any thread.
-
-    The source of a function is found by tracebacks and debuggers, and is its ``__source__``.
+    Tracebacks and debuggers find the source of a function, which is its attribute ``__source__``.
 
     Args:
-        message_class: Gives the class of a message by the name of its type.
+        message_class: Function that returns the class of a message type by its full name.
 
     Attributes:
-        message_class: The same.
+        message_class: Function that returns the class of a message type by its full name.
     """
 
     # Any, here and in the code generator: values of generated code.
@@ -101,7 +99,7 @@ class Codecs:
 
 
 class _Source:
-    """What tracebacks ask for the source of a module."""
+    """Module loader from which tracebacks get the source of a generated function."""
 
     def __init__(self, source: str) -> None:
         self._source = source
@@ -111,7 +109,7 @@ class _Source:
 
 
 def _in_file(code: CodeType, file: str) -> CodeType:
-    """Say which file a function is from, as tracebacks show it, those inside of it included."""
+    """Return code with a file name for tracebacks, also in the code of inner functions."""
     constants = (
         _in_file(each, file) if isinstance(each, type(code)) else each for each in code.co_consts
     )
@@ -122,10 +120,10 @@ def _compile(key: _Key, source: str, constants: dict[str, Any]) -> Any:
     suffix = "_nested" if key.is_nested else ""
     name = f"cdr/{key.type_name}/{key.direction}{suffix}"
     namespace = {**constants, "__name__": name, "__loader__": _Source(source)}
-    # As a text: compile() would first make the classes of the module ast, which takes longer than
-    # all else here.
+    # exec() gets text: compile() would first create the classes of the module ast, which takes
+    # longer than everything else here.
     try:
-        exec(source, namespace)  # noqa: S102 - of names and numbers
+        exec(source, namespace)  # noqa: S102 - source from names and numbers of definitions
     except KeyboardInterrupt:
         from teleopctl.base import interrupts
 

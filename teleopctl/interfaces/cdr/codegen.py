@@ -1,9 +1,9 @@
 """Base of the generators of CDR functions.
 
-For each message type and direction one Python function is made: straight code without any
-decision that the type already settles. A generator walks through the fields of a type, those of
-nested messages included, collects runs of values of fixed size, and keeps track of where in the
-data the function may be.
+Each message type and direction gets one Python function, without branches that the type already
+decides. A generator walks through the fields of a type, including those of nested messages,
+collects runs of fixed-size values, and keeps track of the function's possible positions in the
+data.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ from teleopctl.interfaces.cdr.layout import (
 from teleopctl.interfaces.definition import Definition, Field, FieldType, Shape
 
 LARGE_ARRAY = 512
-"""Bytes from which on a fixed array is no part of a run, so that it is not copied twice."""
+"""Size in bytes from which a fixed array is not part of a run, to avoid a second copy."""
 
-_DEEPEST_LOOP = 8  # Python allows twenty blocks in each other
+_DEEPEST_LOOP = 8  # Python allows twenty nested blocks
 _INDENT = "    "
 
 
@@ -35,12 +35,13 @@ class Generator(ABC):
     """Base of the two generators that write Python source for reading and writing CDR.
 
     Args:
-        layout: Sizes of types.
-        function: Gives the function for a nested message that is not inlined.
+        layout: Wire sizes of types.
+        function: Function that returns the CDR function of a nested message type that is not
+            inlined, by type name.
 
     Attributes:
-        constants: What the source refers to by names of its own.
-        at: Where in the data, modulo 8, the function may be.
+        constants: Objects that the source refers to, by name.
+        at: Possible positions of the function in the data, modulo 8.
     """
 
     function_name: ClassVar[str]
@@ -61,7 +62,7 @@ class Generator(ABC):
         self._values: list[str] = []
         self.at: Offsets = ANYWHERE
 
-    # What a direction decides
+    # Specific to reading or writing
 
     @abstractmethod
     def emit_body(self, definition: Definition) -> None:
@@ -91,7 +92,7 @@ class Generator(ABC):
     def emit_nested(self, kind: FieldType, place: str) -> None:
         """Emit the code for a nested message."""
 
-    # What both use
+    # Common to reading and writing
 
     def emit_fields(self, definition: Definition, variable: str) -> None:
         """Emit the code for all fields of the message that a variable holds."""
@@ -143,8 +144,9 @@ class Generator(ABC):
         """Return the name of the struct method that packs or unpacks a run.
 
         Returns:
-            The name of the method, and the size of the struct; or the name of a table, by place
-            modulo 8, of methods or of pairs of method and size, and None where the size varies.
+            The name of the method, and the size of the struct in bytes. If the struct depends on
+            the position: None instead of the size, and the name of a table by position modulo 8,
+            of methods for ``pack``, else of pairs of method and size.
         """
         structs = {start: run.struct_at(start, self.order) for start in at}
         if len(set(structs.values())) == 1:
@@ -207,8 +209,8 @@ class Generator(ABC):
 
         Args:
             name: Full name of the type.
-            is_nested: Whether the function is for messages inside of others, which may stand
-                anywhere in the data.
+            is_nested: Whether the function is for nested messages, which may start at any position
+                in the data.
         """
         self.at = ANYWHERE if is_nested else START
         self.emit_body(self.layout.definition(name))

@@ -3,18 +3,17 @@
 The rules are those of XCDR version 1 (OMG DDS-XTypes 1.3, 7.4.3), called PLAIN_CDR:
 
 * Four bytes of encapsulation come first: ``00 01`` for little-endian, ``00 00`` for big-endian,
-  and two bytes of options. Alignment counts from behind them.
-* A number stands at a multiple of its size, after as many bytes of padding as that takes. A bool,
-  an octet and a char take one byte.
+  and two bytes of options. Alignment is relative to the end of the encapsulation.
+* A number is aligned to a multiple of its size by padding bytes. A bool, an octet and a char take
+  one byte.
 * A string is a uint32, the number of its bytes with a NUL at the end, and these bytes.
-* A wide string is a uint32, the number of its UTF-16 units, and these, of two bytes each, without
-  an end: what version 2 of Fast CDR writes, that of ROS 2 Jazzy and later. XTypes counts bytes.
+* A wide string is a uint32, the number of its UTF-16 units, and the units of two bytes each,
+  without a terminator, as Fast CDR 2 of ROS 2 Jazzy and later writes it. XTypes counts bytes.
 * A sequence is a uint32, the number of its elements, and the elements. An array is the elements.
-* A message is its fields, without padding of its own; one without fields has a byte in ROS 2.
+* A message is its fields, without padding of its own; in ROS 2 a message without fields has a byte.
 
-Between strings and sequences everything has a fixed size: such *runs* of values are read and
-written by one call of a ``struct.Struct``. The padding inside a run depends only on where it
-starts modulo 8.
+All values between strings and sequences have a fixed size: one call of a ``struct.Struct`` reads or
+writes such a *run* of values. The padding inside a run depends only on its start position modulo 8.
 """
 
 from __future__ import annotations
@@ -32,7 +31,7 @@ HEADER_SIZE = 4
 MAXIMUM_ALIGNMENT = 8
 
 Offsets: TypeAlias = frozenset[int]
-"""Where in the data, modulo 8, something may stand as far as the generator can know."""
+"""Possible positions of a value in the data, modulo 8, as the generator can determine them."""
 
 START: Offsets = frozenset({HEADER_SIZE})
 ANYWHERE: Offsets = frozenset(range(MAXIMUM_ALIGNMENT))
@@ -95,7 +94,7 @@ def _make_struct(items: tuple[tuple[int, str, int], ...], start: int, order: str
 
 @cache
 def _struct_of(code: str) -> Struct:
-    """Return one struct for a format, however often it is asked for."""
+    """Return the struct of a format, cached."""
     return Struct(code)
 
 
@@ -108,7 +107,8 @@ def after_block(starts: Offsets, size: int) -> Offsets:
     return frozenset(ends)
 
 
-# The budget is asked for larger ones only: short commands load few modules.
+# Messages of fewer bytes are not checked against the budget, so that short commands do not import
+# its module.
 _USUAL_BYTES = 2**20
 
 
@@ -116,7 +116,7 @@ class Layout:
     """Wire sizes of message types, and checks whether they can be sent.
 
     Args:
-        definition: Gives the definition of a type by name.
+        definition: Function that returns the definition of a type by its full name.
     """
 
     def __init__(self, definition: Callable[[str], Definition]) -> None:
@@ -127,9 +127,9 @@ class Layout:
     def is_inlined(self, type_name: str, is_element: bool) -> bool:
         """Return whether the code of a nested message is inlined in that of the outer one.
 
-        If it always did, types that contain each other many times would make code without end.
-        The elements of sequences are mostly of types that occur in several messages, so that it
-        pays to make their code once.
+        The limit keeps the code short for types that contain each other many times. It is lower
+        for elements of sequences, whose types mostly occur in several messages, so that generating
+        their code once saves time.
         """
         limit = _INLINED_ELEMENT_FIELDS if is_element else _INLINED_FIELDS
         return self._weight(type_name, ()) <= limit
@@ -168,7 +168,7 @@ class Layout:
             )
 
     def _weight(self, type_name: str, outer: tuple[str, ...]) -> int:
-        """Return how many fields a message has, those of nested messages included."""
+        """Return the number of fields of a message, including those of nested messages."""
         if type_name in outer:
             raise InvalidMessageError(f"{type_name} contains itself")
         if type_name not in self._weights:

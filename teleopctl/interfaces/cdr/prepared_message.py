@@ -17,19 +17,20 @@ _STAMP = struct.Struct("<iI")
 class PreparedMessage:
     """Serialized message with a header and ``float64`` sequences that can be changed in place.
 
-    At 1 kHz, to fill in a message and to serialise it takes more than a physics step; this takes a
-    tenth of that. Where each value lies is found by which bytes change with it.
+    At 1 kHz, filling in and serializing a message takes more than a physics step; changing the
+    serialized bytes takes a tenth of that. The position of each value is found by serializing the
+    message with two values and comparing the bytes.
 
-    For processors that are little-endian, as CDR is here.
+    Only for little-endian processors, since the data is little-endian CDR.
 
     Args:
-        message: Has a ``header``.
-        sequences: Its fields of ``float64[]`` whose numbers change. The rest of the message, but
-            for its stamp, stays as it is now.
+        message: Message with a ``header``.
+        sequences: Names of the ``float64[]`` fields whose numbers change. The rest of the message,
+            except the stamp, keeps its present values.
 
     Attributes:
-        data: The bytes to be sent.
-        numbers: The numbers of each sequence, to be written to; of format ``d``.
+        data: Serialized message, to be published.
+        numbers: Writable memoryviews of the numbers of each sequence, by field name; format ``d``.
     """
 
     def __init__(self, message: Message, sequences: Iterable[str]) -> None:
@@ -58,6 +59,6 @@ class PreparedMessage:
 
 
 def _changed(one: bytearray, other: bytearray) -> tuple[int, int]:
-    """From where to before where two messages differ; they do in all bytes between."""
+    """Return start and end (exclusive) of the bytes in which two messages differ."""
     places = [place for place, (a, b) in enumerate(zip(one, other, strict=True)) if a != b]
     return (places[0], places[-1] + 1) if places else (0, 0)

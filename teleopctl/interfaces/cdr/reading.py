@@ -1,8 +1,8 @@
 """Generator of the functions that read messages from CDR.
 
-Received bytes are not trusted. Whatever lies outside of the data, a count that the bytes left
-cannot hold and a string without its NUL raise ValueError or ``struct.error``. Only of strings and
-short arrays copies are made; blocks refer to the data.
+Received bytes are not trusted. A value beyond the end of the data, a count that the remaining bytes
+cannot hold and a string without its NUL raise ValueError or ``struct.error``. Only strings and
+short arrays are copied; blocks refer to the data.
 """
 
 from __future__ import annotations
@@ -29,14 +29,15 @@ _COUNT = "I"
 class ReaderGenerator(Generator):
     """Generator of ``read(d, v, p, end)``, which parses a message and returns the next position.
 
-    ``d`` is the data, ``v`` a memoryview of it, ``p`` the place where the message starts, and
+    ``d`` is the data, ``v`` a memoryview of the data, ``p`` the start position of the message, and
     ``end`` the length of the data.
 
     Args:
-        layout: Sizes of types.
-        function: Gives the function for a nested message that is not inlined.
-        message_class: Gives the class of a message.
-        is_little: The byte order of the data.
+        layout: Wire sizes of types.
+        function: Function that returns the CDR function of a nested message type that is not
+            inlined, by type name.
+        message_class: Function that returns the class of a message type by its full name.
+        is_little: Whether the data is little-endian.
     """
 
     function_name = "read"
@@ -124,7 +125,7 @@ class ReaderGenerator(Generator):
         self.emit_line("e = p + n * 2")
         with self.indented("if e > end:"):
             self.emit_line("raise bad_count(n, p)")
-        # Half a pair, which Python could not print, becomes the character for what is unreadable.
+        # A single surrogate, which Python cannot print, becomes the replacement character U+FFFD.
         code = f"utf-16-{'le' if self.order == '<' else 'be'}"
         self.emit_line(f'{place} = str(d[p:e], "{code}", "replace")')
         if kind.string_capacity:
@@ -204,7 +205,7 @@ class ReaderGenerator(Generator):
         return data if code == "B" else f"{data}.cast({code!r})"
 
     def _align(self, size: int) -> None:
-        """Emit the skipping of padding, where there may be some."""
+        """Emit the code that skips padding, if padding is possible at this position."""
         gaps = {padding(position, size) for position in self.at}
         if len(gaps) > 1:
             self.emit_line(f"p += ({HEADER_SIZE} - p) % {size}")

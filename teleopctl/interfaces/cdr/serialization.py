@@ -1,6 +1,6 @@
 """Serialization of messages: plain CDR in the encapsulation that ROS 2 uses.
 
-Received bytes are not trusted: whatever they hold, the result is a message or a TeleopctlError.
+Received bytes are not trusted: any bytes result in a message or a TeleopctlError.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ _BIG_ENDIAN, _LITTLE_ENDIAN = b"\0\0", b"\0\1"
 _HEADER = _LITTLE_ENDIAN + bytes(HEADER_SIZE - 2)
 
 _CODECS = Codecs(get_message)
-# Of the classes that are not this process's own, and so have their nested types elsewhere.
+# Codecs of classes from definition texts, whose nested types are not the types of this process.
 _codecs_apart: dict[type[Any], Codecs] = {}
 _writers: dict[type[Any], Writer] = {}
 _little_readers: dict[type[Any], Reader] = {}
@@ -39,7 +39,7 @@ def serialize(message: Message) -> bytearray:
     A block of numbers is copied once, into the result.
 
     Raises:
-        InvalidMessageError: A field holds what its type cannot; the message names the field.
+        InvalidMessageError: A value does not fit the type of its field; the error names the field.
     """
     write = _writers.get(type(message)) or _find_writer(type(message))
     data = bytearray(_HEADER)
@@ -55,14 +55,15 @@ def deserialize(
 ) -> MessageType:
     """Return the message of a class that CDR bytes hold.
 
-    Bytes behind the message mean nothing: ROS 2 pads some that it serialised ahead by up to 64.
+    Bytes after the message are ignored: ROS 2 pads some messages by up to 64 bytes, when it
+    serializes them in advance.
 
-    Blocks of numbers are not copied: the message keeps ``data`` alive and refers to it until such
-    a field is read.
+    Blocks of numbers are not copied: the message refers to ``data``, and keeps it alive, until the
+    fields with blocks are read.
 
     Args:
-        data: CDR of either byte order with its four bytes of encapsulation.
-        message_class: The class of the message.
+        data: CDR of either byte order, with the four bytes of encapsulation.
+        message_class: Class of the message.
 
     Raises:
         InvalidMessageError: The bytes are not a message of that class.
@@ -91,12 +92,12 @@ def set_codecs(message_class: type[Message], codecs: Codecs) -> None:
     _codecs_apart[message_class] = codecs
 
 
-# Any, of both: a class is made from its definition.
+# Any, in both functions: message classes are made from definitions at run time.
 def class_within(message_class: type[Any], type_name: str) -> type[Any]:
     """Return the class of a nested message type, as the outer message class defines it.
 
     Raises:
-        InvalidMessageError: There is no such type.
+        InvalidMessageError: The type does not exist.
     """
     return _codecs_of(message_class).message_class(type_name)
 
@@ -105,7 +106,7 @@ def check_readable(message_class: type[Any]) -> None:
     """Raise if messages of a class cannot be deserialized.
 
     Raises:
-        InvalidMessageError: There cannot; the message says why.
+        InvalidMessageError: Messages of the class cannot be deserialized; the error has the reason.
     """
     _find_reader(message_class, True)
 
@@ -113,10 +114,10 @@ def check_readable(message_class: type[Any]) -> None:
 def as_numpy(message: Message, field: str) -> NumberArray:
     """Return an array or sequence of numbers as a numpy array, without a copy where possible.
 
-    The result may be read-only, and while it refers to an ``array.array`` that cannot be resized.
+    The result may be read-only. An ``array.array`` to which the result refers cannot be resized.
 
     Raises:
-        InvalidMessageError: The message has no such field, or it does not hold numbers.
+        InvalidMessageError: The message has no such field, or the field does not hold numbers.
     """
     for candidate in message.__definition__.fields:
         if candidate.attribute == field:
@@ -159,7 +160,7 @@ def _unreadable(size: int, message_class: type[Any], error: Exception) -> Teleop
 
 
 def _unserializable(message: Message, error: Exception) -> TeleopctlError:
-    """Name the field of a message that cannot be serialised."""
+    """Return an error that names the field of a message that cannot be serialised."""
     reason = _first_fault(message, "") or str(error)
     return InvalidMessageError(f"{message.TYPE_NAME} cannot be serialised: {reason}")
 

@@ -1,7 +1,7 @@
 """Generator of the functions that write messages as little-endian CDR.
 
-A function appends to a bytearray, whose length is the place in the data. A large block of numbers
-is copied once, by ``extend``; ``+=`` would be numpy's addition for a numpy array.
+A function appends to a bytearray, whose length is the current position. A large block of numbers is
+copied once, by ``extend``; with a numpy array, ``+=`` would be numpy's addition.
 """
 
 from __future__ import annotations
@@ -135,7 +135,7 @@ class WriterGenerator(Generator):
                 )
 
     def _align(self, size: int) -> None:
-        """Emit padding, where there may have to be some."""
+        """Emit the code that writes padding, if padding is possible at this position."""
         gaps = {padding(position, size) for position in self.at}
         if len(gaps) > 1:
             self.emit_line(f"out += zeros[: ({HEADER_SIZE} - len(out)) % {size}]")
@@ -152,7 +152,7 @@ def _fixed(block: Any, size: int) -> bytes:
 
 
 def _listed(block: Any, is_bytes: bool) -> Any:
-    """Return bools or bytes, which programs have in lists, as a block."""
+    """Return a list of bools or bytes as a block; return a block unchanged."""
     if not isinstance(block, list):
         return block
     data = b"".join(block) if is_bytes else bytes(map(bool, block))

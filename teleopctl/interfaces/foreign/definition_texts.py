@@ -1,7 +1,7 @@
 """Message types from definition texts in bags, separate from the types of this process.
 
-A bag may hold types that this machine does not know, or knows in another version. Their classes are
-made from the text alone, and nothing else in the process is told of them.
+A bag may contain types that are unknown on this machine, or have another version here. Their
+classes are made from the text alone, and are not added to the types of this process.
 """
 
 from __future__ import annotations
@@ -26,7 +26,7 @@ from teleopctl.interfaces.typenames import normalize, split
 
 ROS2MSG, ROS2IDL = "ros2msg", "ros2idl"
 
-# Between the parts of a text, as rosbag2 and ROS 1 write it.
+# Separator of the parts of a text, as rosbag2 and ROS 1 write it.
 _PART = re.compile(r"^=+[ \t]*\r?\n(?:MSG|IDL):[ \t]*(\S+)[ \t]*\r?$\n?", re.MULTILINE)
 
 
@@ -35,20 +35,20 @@ _PART = re.compile(r"^=+[ \t]*\r?\n(?:MSG|IDL):[ \t]*(\S+)[ \t]*\r?$\n?", re.MUL
 def message_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> type[Any]:
     """Return a message class made from a definition text, such as a bag has.
 
-    Where all that the text defines is known here with the same fields, that is the class that
-    `get_message` returns. Else it is one of its own, which takes part in nothing but `serialize`
-    and `deserialize`. The same text gives the same class.
+    If this process has all types of the text with the same fields, the class is that of
+    `get_message`. Otherwise it is a separate class, which only `serialize` and `deserialize`
+    accept. The same text returns the same class.
 
     Args:
-        type_name: ``package/msg/Name``.
-        text: Its definition, with those of the types that it uses; what is missing there is looked
-            for among the types of this process.
-        encoding: The language of the text: ``ros2msg`` or ``ros2idl``.
+        type_name: Full name of the type, ``package/msg/Name``.
+        text: Definition of the type and of the types that it uses; missing types are looked up in
+            this process.
+        encoding: Language of the text: ``ros2msg`` or ``ros2idl``.
 
     Raises:
-        InvalidDefinitionError: The text cannot be understood.
-        InvalidTypeNameError: The name is none of a type.
-        InvalidMessageError: A type is neither in the text nor known here.
+        InvalidDefinitionError: The text cannot be parsed.
+        InvalidTypeNameError: The type name is malformed.
+        InvalidMessageError: A type is neither in the text nor in this process.
     """
     definitions = _definitions(normalize(type_name), text, encoding)
     if all(map(_is_known, definitions.values())):
@@ -60,13 +60,13 @@ def hash_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> str:
     """Return the type hash, ``RIHS01_…``, of the type in a definition text.
 
     Args:
-        type_name: ``package/msg/Name``.
-        text: Its definition, as for `message_of_text`.
-        encoding: The language of the text.
+        type_name: Full name of the type, ``package/msg/Name``.
+        text: Definition of the type, as for `message_of_text`.
+        encoding: Language of the text: ``ros2msg`` or ``ros2idl``.
 
     Raises:
-        InvalidDefinitionError: The text cannot be understood, or uses a type that is not known.
-        InvalidTypeNameError: The name is none of a type.
+        InvalidDefinitionError: The text cannot be parsed, or uses an unknown type.
+        InvalidTypeNameError: The type name is malformed.
     """
     name = normalize(type_name)
     definitions = _definitions(name, text, encoding)
@@ -81,7 +81,7 @@ def hash_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> str:
 
 
 class _Apart:
-    """The classes of some definitions, by name; other names are those of this process."""
+    """Message classes of given definitions; other types are those of this process."""
 
     def __init__(self, definitions: Mapping[str, Definition]) -> None:
         self._definitions = definitions
@@ -104,7 +104,7 @@ class _Apart:
 def _is_known(definition: Definition) -> bool:
     try:
         known = known_types().find(definition.type_name)
-    except TeleopctlError:  # A file of the user's that cannot be read.
+    except TeleopctlError:  # the user's definition file of the type cannot be read
         return False
     return known is not None and hashing.fields_of(known) == hashing.fields_of(definition)
 

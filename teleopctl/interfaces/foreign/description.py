@@ -28,10 +28,10 @@ def definitions(description: TypeDescription) -> list[Definition]:
     """Return the definitions in a type description, the described type first.
 
     Args:
-        description: As another node sent it; not trusted.
+        description: Type description received from another node; not trusted.
 
     Raises:
-        TeleopctlError: A name or the number of a type has no meaning.
+        TeleopctlError: A name is malformed, or the number of a type is unknown.
     """
     return [
         _definition(individual)

@@ -1,6 +1,7 @@
 """Parser of ``.idl`` files, the other form in which packages define interfaces.
 
-rosbags has the grammar; it forgets annotations, among them default values, and where a mistake is.
+The grammar is that of rosbags, which drops annotations, including default values, and the position
+of an error.
 """
 
 from __future__ import annotations
@@ -48,10 +49,10 @@ if TYPE_CHECKING:
 
 _INCLUDE = re.compile(r"^[ \t]*#include[ \t]+[<\"]([^>\"\n]+)[>\"][^\n]*$", re.MULTILINE)
 _FIELD_NAME = re.compile(r"[a-z][A-Za-z0-9_]*\Z")
-# Those of texts that are not wide.
+# Escape sequences of strings that are not wide.
 _ESCAPE = re.compile(r"\\(?:[0-7]{1,3}|x[0-9A-Fa-f]{2}|[nvtbrfa\\'\"])")
 _FIXED_POINT = r"[-+]?([0-9]+\.?[0-9]*|\.[0-9]+)[dD]"
-# IDL's char is another type than that of messages.
+# Types that messages do not have; IDL's char differs from that of messages.
 _IDL_ONLY = {"char": "char", "wchar": "wchar", "float128": "long double"}
 _WHOLE = ExpType(BaseType(BaseName.INT64))
 _PARTS = {"msg": ("",), "srv": SERVICE_PARTS[:2], "action": ACTION_PARTS[:3]}
@@ -76,10 +77,10 @@ class IdlStruct(NamedTuple):
     """Struct of an IDL file, with the constants of its module ``NAME_Constants``.
 
     Attributes:
-        name: With its modules, as ``package/msg/Name``.
-        members: In the order of the definition.
-        constants: In the order of the definition.
-        annotations: Of the struct.
+        name: Name of the struct with its modules, as ``package/msg/Name``.
+        members: Members in the order of the definition.
+        constants: Constants in the order of the definition.
+        annotations: Annotations of the struct, without those of members.
     """
 
     name: str
@@ -89,13 +90,13 @@ class IdlStruct(NamedTuple):
 
 
 class _NotedMember(Member):
-    """A member that keeps its annotations."""
+    """Member of a struct with its annotations."""
 
     annotations: tuple[IdlAnnotation, ...] = ()
 
 
 class _Parser(IDLParser):
-    """Keeps annotations by the struct's name, and how far the text was understood."""
+    """Parser that also stores annotations by struct name, and the furthest failed position."""
 
     def __init__(self, text: str) -> None:
         super().__init__(text)
@@ -121,10 +122,10 @@ class _Parser(IDLParser):
         return super().float_literal(pos)
 
     def positive_int_const(self, pos: int) -> Result[Expression]:
-        # Without shifts: the two signs that close `sequence<string<3>>` would be one.
+        # Without shifts: the end of `sequence<string<3>>` would be parsed as one.
         found = self.add_expr(pos)
         if isinstance(found, Success) and isinstance(found.value, Reference):
-            # The constants of a struct stand in a module beside it, not around it.
+            # The constants of a struct are in a sibling module, not in an enclosing module.
             name = str(_evaluated(found.value)).rpartition("/")[2]
             return Success(found.pos, self._constants.get(name, found.value))
         return found
@@ -187,11 +188,11 @@ def read_idl(text: str, where: str) -> list[IdlStruct]:
     """Parse the structs in the text of an IDL file.
 
     Args:
-        text: The content of the file; included files are not read.
-        where: What the errors call the text.
+        text: Content of the file; included files are not read.
+        where: Name of the text in error messages.
 
     Raises:
-        InvalidDefinitionError: The text cannot be understood; the message names the line.
+        InvalidDefinitionError: The text cannot be parsed; the message has the line number.
     """
     parser = _Parser(_INCLUDE.sub(lambda found: " " * len(found[0]), text))
     try:
@@ -236,11 +237,11 @@ def split_idl(text: str, type_name: str, where: str) -> list[Definition]:
 
     Args:
         text: Content of the file.
-        type_name: ``package/kind/Name``.
-        where: What the errors call the text.
+        type_name: Full name of the type, ``package/kind/Name``.
+        where: Name of the text in error messages.
 
     Raises:
-        InvalidDefinitionError: The text cannot be understood, or lacks a struct of that name.
+        InvalidDefinitionError: The text cannot be parsed, or lacks a struct of the type.
     """
     structs = {struct.name: struct for struct in read_idl(text, where)}
     kind = split(type_name)[1]
@@ -259,7 +260,7 @@ def split_idl(text: str, type_name: str, where: str) -> list[Definition]:
 
 
 def _definition(struct: IdlStruct, where: str, text: str) -> Definition:
-    """Return the message that a struct is; each line is judged as one of a ``.msg`` file."""
+    """Return the definition of a struct; each line is checked as a line of a ``.msg`` file."""
     package = split(struct.name)[0]
     fields: list[Field] = []
     constants: list[Constant] = []
@@ -288,7 +289,7 @@ def _definition(struct: IdlStruct, where: str, text: str) -> Definition:
 
 @contextmanager
 def _told_at(name: str, struct: IdlStruct, where: str, text: str) -> Iterator[None]:
-    """Tell what is wrong with a member or a constant, and in which line of the file it stands."""
+    """Raise errors of a member or constant with the file, line number and name of the member."""
     try:
         yield
     except (InvalidDefinitionError, ValueError, SyntaxError) as error:
@@ -312,7 +313,7 @@ def _line(member: IdlMember) -> tuple[str, str]:
     if value is None:
         return str(kind), ""
     if kind.shape is not Shape.SINGLE and isinstance(value, str):
-        value = ast.literal_eval(value)  # IDL has no lists: it stands in a text
+        value = ast.literal_eval(value)  # IDL has no lists: the value is a string
     return str(kind), f" {_written(value)}"
 
 

@@ -14,14 +14,14 @@ _NEXT_LINE = "\x85"
 class _PlainDumper(yaml.SafeDumper):
     """Writes mappings as blocks in every style, as ROS 2 does."""
 
-    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - the signature is given
+    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - signature of PyYAML
         return True
 
 
 class _FastDumper(getattr(yaml, "CSafeDumper", yaml.SafeDumper)):  # type: ignore[misc]
-    """The same on libyaml, which is many times faster."""
+    """`_PlainDumper` on libyaml, which is many times faster."""
 
-    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - the signature is given
+    def ignore_aliases(self, data: object) -> bool:  # noqa: ARG002 - signature of PyYAML
         return True
 
 
@@ -40,14 +40,14 @@ def dump(values: dict[str, Any], *, flow: bool) -> str:
     """Return message fields as block-style YAML.
 
     Args:
-        values: Numbers, texts, lists and mappings of these.
-        flow: Write lists on one line.
+        values: Fields by name: numbers, strings, lists and mappings.
+        flow: Whether to write lists on one line.
     """
     text = _dump(values, _FastDumper, flow)
     if _LONG_ESCAPE not in text:
         return text
-    # libyaml escapes what lies beyond the basic plane, emoji for one; ROS 2 prints it. It does so
-    # with a dumper that makes a line break of U+0085, which then stays escaped here.
+    # libyaml escapes characters beyond the basic plane, such as emoji; ROS 2 prints them. ROS 2's
+    # dumper prints U+0085 as a line break, so that a text with U+0085 stays escaped here.
     plain = _dump(values, _PlainDumper, flow)
     return text if _NEXT_LINE in plain else plain
 

@@ -29,7 +29,7 @@ _NOW_WORDS = ("auto", "now")
 
 
 class _BadValueError(Exception):
-    """A value does not fit; the text starts with the path of its field."""
+    """A value does not fit its field; the error text starts with the path of the field."""
 
 
 def message_from_yaml(
@@ -40,18 +40,18 @@ def message_from_yaml(
     """Return a message whose fields are set from YAML text or plain values.
 
     Fields that are not mentioned, or null, keep their defaults. A ``std_msgs/msg/Header`` or a
-    ``builtin_interfaces/msg/Time`` may be given as ``auto`` or ``now``. As in ROS 2 a value is
-    converted where nothing is lost: 1 is a true, and '5' and 5.0 are the integer 5.
+    ``builtin_interfaces/msg/Time`` may be given as ``auto`` or ``now``. As in ROS 2, values are
+    converted without loss: a bool may be 1, and the integer 5 may be '5' or 5.0.
 
     Args:
-        message_class: The class of the message.
-        content: YAML text, or the mapping that it stands for; empty means all defaults.
-        now: What ``auto`` and ``now`` stand for: nanoseconds since the epoch, or a
-            ``builtin_interfaces/msg/Time``; the present by default.
+        message_class: Class of the message.
+        content: YAML text, or its values as a mapping; empty for all defaults.
+        now: Time for ``auto`` and ``now``: nanoseconds since the epoch, or a
+            ``builtin_interfaces/msg/Time``; the present time by default.
 
     Raises:
-        UsageError: The text is not YAML, a field is unknown, or a value does not fit its
-            field; the message has the path of the field, what was expected and what was there.
+        UsageError: The text is not YAML, a field is unknown, or a value does not fit its field; the
+            error has the path of the field, the expected type and the value.
     """
     assert issubclass(message_class, Message)
     values: object = _load(content) if isinstance(content, str) else content
@@ -67,19 +67,19 @@ def message_from_yaml(
 def documents_from_yaml(text: str) -> list[object]:
     """Return the value of each document of a YAML stream, or of each JSON line.
 
-    So what ``topic echo`` printed, and ``topic echo --json``, is read. Empty documents are left
+    The output of ``topic echo`` and ``topic echo --json`` can be read. Empty documents are left
     out.
 
     Raises:
-        UsageError: The text is neither.
+        UsageError: The text is neither YAML nor JSON lines.
     """
     return _json_lines(text) or [each for each in _load_all(text) if each is not None]
 
 
 def _json_lines(text: str) -> list[object]:
-    """The values of JSON lines; empty where the text is something else.
+    """Return the values of JSON lines; empty if the text is something else.
 
-    YAML reads single ones as well, but for numbers such as 1e3 and what JSON escapes in pairs.
+    A YAML parser reads most JSON, except numbers such as 1e3 and escaped surrogate pairs.
     """
     lines = [line for line in text.split("\n") if line.strip()]
     if not lines or not all(line.startswith('{"') for line in lines):
@@ -115,7 +115,7 @@ def _load_all(text: str) -> list[object]:
     try:
         return list(yaml.load_all(text, SafeLoader))
     except UnicodeEncodeError:
-        raise  # bytes that are no text: the command line names the word
+        raise  # undecodable bytes in an argument: the command line reports the argument
     except yaml.YAMLError as error:
         reason = " ".join(str(error).split())
         raise UsageError(f"This is not YAML: {reason}") from error
@@ -156,7 +156,7 @@ def _message(message_class: type[Message], values: object, path: str, now: int) 
 
 
 def _stamp(message: Message, now: int) -> bool:
-    """Set a header or a time to the present; false for any other message."""
+    """Set a Header or a Time to ``now`` and return True; return False for other messages."""
     target: Any = message
     if message.TYPE_NAME == _HEADER:
         target = target.stamp
@@ -193,9 +193,9 @@ def _single(kind: FieldType, value: object, path: str, now: int) -> object:
 
 
 def _as_meant(kind: FieldType, value: object) -> object:
-    """Undo what YAML read into a scalar that the field takes otherwise."""
+    """Return a scalar of YAML, converted without loss to the type of the field if possible."""
     if kind.base in FLOATS and isinstance(value, str):
-        # YAML 1.1 takes 1e-3 for text, and JSON has no other way to write NaN.
+        # YAML 1.1 parses 1e-3 as a string, and JSON can write NaN only as a string.
         try:
             return float(value)
         except ValueError:
@@ -214,7 +214,7 @@ def _as_meant(kind: FieldType, value: object) -> object:
 
 
 def _whole(value: object) -> object:
-    """An integer that was written as a text or as a float, 5.0; anything else as it is."""
+    """Return a string or float such as 5.0 as an integer; return other values unchanged."""
     if isinstance(value, str):
         try:
             return int(value)

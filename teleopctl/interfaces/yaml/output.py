@@ -10,7 +10,7 @@ from teleopctl.interfaces.message import Message, stored
 from teleopctl.interfaces.yaml.plain import write_plain
 
 DEFAULT_TRUNCATION = 128
-"""Elements of an array, and characters of a text, that are shown before the rest is cut."""
+"""Number of array elements, and of string characters, that are shown by default."""
 
 _ELLIPSIS = "..."
 
@@ -32,11 +32,11 @@ def message_to_yaml(
     """Return a message as YAML, as ``ros2 topic echo`` prints it.
 
     Args:
-        message: The message.
-        truncate: Elements of an array and characters of a text that are shown; None for all.
-        flow: Write arrays on one line.
-        no_arr: Write type and length of arrays instead of their elements.
-        no_str: Write the length of texts instead of the texts.
+        message: Message to write.
+        truncate: Number of array elements and string characters that are shown; None for all.
+        flow: Whether to write arrays on one line.
+        no_arr: Whether to write type and length of arrays instead of their elements.
+        no_str: Whether to write the length of strings instead of the strings.
     """
     values = _readable(message, _Options(truncate, no_arr, no_str))
     text = write_plain(values, flow=flow)
@@ -47,11 +47,11 @@ def message_to_yaml(
     return dump(values, flow=flow)
 
 
-def message_to_dict(message: Message) -> dict[str, Any]:  # Any: whatever JSON holds
+def message_to_dict(message: Message) -> dict[str, Any]:  # Any: values of JSON
     """Return a message as JSON-compatible values.
 
-    JSON has no NaN and no infinity: they become the texts ``NaN``, ``Infinity`` and
-    ``-Infinity``, which ``message_from_yaml`` takes back. Bytes become numbers.
+    JSON has no NaN and no infinity: they become the strings ``NaN``, ``Infinity`` and
+    ``-Infinity``, which ``message_from_yaml`` converts back. Bytes become numbers.
     """
     return {field.name: _json_value(message, field) for field in message.__definition__.fields}
 
@@ -78,10 +78,10 @@ def message_to_csv(
     """Return all values of a message, joined by commas.
 
     Args:
-        message: The message.
-        truncate: Elements of an array and characters of a text that are shown; None for all.
-        no_arr: Write type and length of arrays instead of their elements.
-        no_str: Write the length of texts instead of the texts.
+        message: Message to write.
+        truncate: Number of array elements and string characters that are shown; None for all.
+        no_arr: Whether to write type and length of arrays instead of their elements.
+        no_str: Whether to write the length of strings instead of the strings.
     """
     return ",".join(_columns(message, _Options(truncate, no_arr, no_str)))
 
@@ -138,7 +138,7 @@ def _abbreviated(kind: FieldType, length: int) -> str:
 
 
 def _elements(value: Any) -> list[Any]:
-    """Return the elements of a sequence, however it is stored, as a new list."""
+    """Return the elements of a stored sequence of any type as a new list."""
     return list(value) if isinstance(value, list) else list(value.tolist())
 
 

@@ -1,7 +1,7 @@
 """Fast reader and writer of simple YAML, without PyYAML, whose import takes 13 ms.
 
-Most commands read or write one small message: names, numbers, short texts. Whatever is not plainly
-one of these is left to PyYAML by returning None; tests hold the two equal.
+Most commands read or write one small message: names, numbers, short strings. For all other YAML the
+functions return None, and PyYAML is used; tests check that both give equal results.
 """
 
 from __future__ import annotations
@@ -10,14 +10,14 @@ from collections.abc import Iterator
 
 from teleopctl.base.typed import Any
 
-# Texts that YAML 1.1 takes for something else, in any case of letters.
+# Words that YAML 1.1 does not parse as strings, in any case of letters.
 _WORDS = frozenset({"true", "false", "yes", "no", "on", "off", "null"})
 _BOOLS = {"true": True, "True": True, "TRUE": True, "false": False, "False": False, "FALSE": False}
 
 _LETTERS = frozenset("abcdefghijklmnopqrstuvwxyzABCDEFGHIJKLMNOPQRSTUVWXYZ_")
 _DIGITS = frozenset("0123456789")
 _OF_WORDS = _LETTERS | _DIGITS
-# What a text may hold that is written without quotes; of what is read that is less.
+# Characters of strings that are written without quotes; strings that are read may have fewer.
 _OF_TEXTS = _OF_WORDS | frozenset("./")
 _PRINTABLE = frozenset(map(chr, range(ord(" "), ord("~") + 1)))
 _IN_QUOTES = {'"': _PRINTABLE - frozenset('"\\'), "'": _PRINTABLE - {"'"}}
@@ -29,7 +29,7 @@ _DEEPEST = 20
 
 
 class _NotPlainError(Exception):
-    """PyYAML has to look."""
+    """The YAML is not simple: PyYAML has to read or write it."""
 
 
 def read_plain(text: str) -> dict[str, Any] | None:  # Any: values of YAML
@@ -51,7 +51,7 @@ def read_plain(text: str) -> dict[str, Any] | None:  # Any: values of YAML
 
 
 def _tokens(text: str) -> Iterator[tuple[str, str]]:
-    """The kinds and texts of what a text consists of; by hand, for the import of re is 2 ms."""
+    """Yield kind and text of each token; without re, whose import takes 2 ms."""
     at = 0
     while at < len(text):
         while text[at : at + 1] == " ":
@@ -85,7 +85,7 @@ def _tokens(text: str) -> Iterator[tuple[str, str]]:
 
 
 def _kind(word: str) -> str:
-    """Whether a word without quotes is a number or a text."""
+    """Return the kind of a word without quotes: ``int``, ``float`` or ``text``."""
     whole, dot, fraction = word.removeprefix("-").partition(".")
     if _is_number(whole, 16 if dot else 18) and (whole == "0" or whole[0] != "0"):
         if not dot:
@@ -102,7 +102,7 @@ def _is_number(text: str, most_digits: int) -> bool:
 
 
 def _is_text(text: str, allowed: frozenset[str]) -> bool:
-    """Whether a text is words of these characters, with one blank between them."""
+    """Return whether a text consists of words of these characters, separated by one blank."""
     return text[:1] in _LETTERS and all(
         word and allowed.issuperset(word) for word in text.split(" ")
     )
@@ -156,7 +156,7 @@ def _sequence(tokens: list[tuple[str, str]], depth: int) -> list[Any]:
 
 
 def _goes_on(tokens: list[tuple[str, str]], end: str) -> bool:
-    """Take a comma, or the end of a mapping or sequence; whether it was a comma."""
+    """Remove a comma or the end of a mapping or sequence; return whether it was a comma."""
     token = tokens.pop()
     if token not in (("mark", ","), ("mark", end)):
         raise _NotPlainError
@@ -168,8 +168,8 @@ def write_plain(values: dict[str, Any], *, flow: bool) -> str | None:
     """Return simple message fields as block-style YAML; None if some are not simple.
 
     Args:
-        values: Numbers, texts, lists and mappings of these.
-        flow: Write lists of numbers and texts on one line.
+        values: Fields by name: numbers, strings, lists and mappings.
+        flow: Whether to write lists of numbers and strings on one line.
     """
     try:
         return "".join(_lines(values, "", flow))
@@ -222,7 +222,7 @@ def _scalar(value: Any) -> str:
     if isinstance(value, float):
         if text[-1] in "fn":  # inf and nan
             raise _NotPlainError
-        # Without a dot YAML 1.1 would take it for a text.
+        # YAML 1.1 parses an exponent without a dot, such as 1e-07, as a string.
         return text if "." in text else text.replace("e", ".0e")
     if not isinstance(value, int):
         raise _NotPlainError

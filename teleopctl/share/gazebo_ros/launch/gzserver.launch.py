@@ -5,7 +5,7 @@ from launch.actions import DeclareLaunchArgument, OpaqueFunction, Shutdown
 from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
-# Options of gzserver, which says what it does nothing about.
+# Options of gzserver; the program reports those that have no effect.
 FLAGS = ("version", "verbose", "lockstep", "help", "pause", "record", "minimal_comms")
 VALUES = (
     "initial_sim_time",
