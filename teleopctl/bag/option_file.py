@@ -59,7 +59,7 @@ def _nodes(path: Path, loader: Any, root: str, expected: str) -> list[yaml.Node]
     document = loader.get_single_node()
     if not isinstance(document, yaml.MappingNode):
         line = document.start_mark.line + 1 if document is not None else 1
-        raise InvalidFileError(f"{path}:{line}: here has to be a mapping", hint=expected)
+        raise InvalidFileError(f"{path}:{line}: expected a mapping", hint=expected)
     for key, _ in document.value:
         if key.value != root:
             line = key.start_mark.line + 1

@@ -66,7 +66,7 @@ class Access:
 
     def __init__(self, host: str, token: str | None = None, origins: Iterable[str] = ()) -> None:
         if token is None and not is_loopback(host):
-            raise ValueError(f"a door on {host} needs a token")
+            raise ValueError(f"a server on {host} needs a token")
         self._token = None if token is None else _bytes_of(token)
         self._origins = frozenset(map(parse_origin, origins))
 
@@ -91,9 +91,9 @@ class Access:
                 HTTPStatus.BAD_REQUEST, "A request has one Host header, and one Origin at most.\n"
             )
         if self._token is None and not is_loopback(host[0]):
-            return _refused(f"This is at localhost, and not at {hosts[0]}.")
+            return _refused(f"This server is at localhost, not at {hosts[0]}.")
         if origins and not self._admits(origins[0], hosts[0], values.get("user-agent", [])):
-            return _refused(f"Pages from {origins[0] or 'nowhere'} may not talk to this address.")
+            return _refused(f"Pages from {origins[0] or 'nowhere'} may not access this address.")
         if self._token is None:
             return None
         return self._check_token(path, values, self._token)
@@ -157,7 +157,9 @@ def parse_origin(text: str) -> str:
     match = _ORIGIN.fullmatch(lowered)
     authority = match and _authority(match["authority"], match["scheme"])
     if not match or authority is None:
-        raise ValueError(f"'{text}' is no origin: it has a scheme, a host and perhaps a port")
+        raise ValueError(
+            f"'{text}' is not an origin: expected a scheme, a host and optionally a port"
+        )
     host, port = authority
     name = f"[{host}]" if ":" in host else host
     is_default = port is None or _DEFAULT_PORTS.get(match["scheme"]) == port

@@ -151,7 +151,7 @@ class _Evaluation:
         if isinstance(result, int) and result.bit_length() > _LARGEST_INTEGER_BITS:
             raise ExpressionError(f"integers beyond {_LARGEST_INTEGER_BITS} bits are not computed")
         if isinstance(result, str | list) and len(result) > LONGEST_TEXT:
-            raise ExpressionError(f"texts and lists end at {LONGEST_TEXT} elements")
+            raise ExpressionError(f"texts and lists are limited to {LONGEST_TEXT} elements")
         return result
 
     def _value(self, node: ast.expr) -> Any:
@@ -207,7 +207,7 @@ class _Evaluation:
                 raise ExpressionError(f"'{shortened(ast.unparse(node))}' is not known")
             result = inside[node.attr]
         if not isinstance(result, _PLAIN):
-            raise ExpressionError(f"'{ast.unparse(node)}' is no number and no text")
+            raise ExpressionError(f"'{ast.unparse(node)}' is neither a number nor a text")
         return result
 
     def _element(self, node: ast.Subscript) -> Any:

@@ -69,7 +69,7 @@ def missing_content(path: Path) -> str:
         return ""  # opening a pipe blocks until another process opens it for writing
     with path.open("rb") as stream:
         is_pointer = stream.read(len(_POINTER)) == _POINTER
-    return "is only a pointer of Git LFS: `git lfs pull` fetches it" if is_pointer else ""
+    return "is only a Git LFS pointer: `git lfs pull` downloads it" if is_pointer else ""
 
 
 def read_text(path: Path) -> str:

@@ -48,7 +48,7 @@ def log_bytes(env: Mapping[str, str] = os.environ) -> int:
         return _DEFAULT_LOG_BYTES
     if not text.isascii() or not text.isdigit() or int(text) < _SMALLEST_LOG_BYTES:
         raise UsageError(
-            f"{_LOG_BYTES}='{text}' is no size of a log",
+            f"{_LOG_BYTES}='{text}' is not a valid log size",
             hint=f"Give it in bytes, {_SMALLEST_LOG_BYTES} or more.",
         )
     return int(text)
@@ -89,7 +89,7 @@ class LogFile:
                 self._in_trouble = False
             except OSError as error:
                 if not self._in_trouble:
-                    trouble = f"Cannot write {self._path}: {error.strerror}; it will lack lines"
+                    trouble = f"Cannot write {self._path}: {error.strerror}; lines will be missing"
                 self._in_trouble = True
         if trouble is not None:
             self._on_trouble(trouble)

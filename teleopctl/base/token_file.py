@@ -115,7 +115,7 @@ def read_token(file: Path) -> str:
 
 def _check(file: Path, found: os.stat_result) -> None:
     if not stat.S_ISREG(found.st_mode):
-        raise InvalidFileError(f"The token file {file} is no regular file")
+        raise InvalidFileError(f"The token file {file} is not a regular file")
     if sys.platform == "win32":
         return
     if stat.S_IMODE(found.st_mode) & 0o077:

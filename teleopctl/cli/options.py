@@ -8,17 +8,15 @@ TopicName = Annotated[str, Argument(help="The topic.", complete="topics")]
 ServiceName = Annotated[str, Argument(help="The service.", complete="services")]
 NodeName = Annotated[str, Argument(help="The node.", complete="nodes")]
 
-CountTopics = Annotated[bool, Option("-c", "--count-topics", help="Print only how many there are.")]
-CountServices = Annotated[
-    bool, Option("-c", "--count-services", help="Print only how many there are.")
-]
+CountTopics = Annotated[bool, Option("-c", "--count-topics", help="Print only the number.")]
+CountServices = Annotated[bool, Option("-c", "--count-services", help="Print only the number.")]
 HiddenTopics = Annotated[
     bool,
-    Option("--include-hidden-topics", help="List names with a part that starts with _, too."),
+    Option("--include-hidden-topics", help="Include names with a part that starts with _."),
 ]
 HiddenServices = Annotated[
     bool,
-    Option("--include-hidden-services", help="List names with a part that starts with _, too."),
+    Option("--include-hidden-services", help="Include names with a part that starts with _."),
 ]
 AsJson = Annotated[bool, Option("--json", help="Print one JSON document.")]
 UseSimTime = Annotated[
@@ -28,7 +26,7 @@ UpTimeout = Annotated[
     float | None,
     Option(
         "--timeout",
-        help="With --detach: how long to wait until everything is up; 300.",
+        help="With --detach: longest time until everything is up; 300.",
         metavar="SECONDS",
     ),
 ]
@@ -36,7 +34,7 @@ StallTimeout = Annotated[
     float | None,
     Option(
         "--stall-timeout",
-        help="With --detach: how long to wait while nothing gets on; 30.",
+        help="With --detach: longest time without progress; 30.",
         metavar="SECONDS",
     ),
 ]

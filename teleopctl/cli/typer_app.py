@@ -101,7 +101,7 @@ def _refuse_missing(tree: TyperGroup, words: Sequence[str]) -> None:
         if word not in command.commands:
             if ros2_options.is_missing_verb(path):
                 raise UnsupportedError(
-                    f"'{' '.join(path)}' is a verb of ros2 that teleopctl does not have yet",
+                    f"'{' '.join(path)}' is a verb of ros2 that teleopctl does not support yet",
                     hint=f"See `{' '.join([PROGRAM, *path[:-1]])} --help` for those that it has.",
                 )
             return

@@ -262,4 +262,4 @@ def _sorted(graph: Mapping[str, Iterable[str]]) -> list[str]:
         return list(TopologicalSorter(graph).static_order())
     except CycleError as error:
         names = " -> ".join(f"'{name}'" for name in error.args[1])
-        raise ChainCycleError(f"controllers that command each other in a circle: {names}") from None
+        raise ChainCycleError(f"controllers that command each other in a cycle: {names}") from None

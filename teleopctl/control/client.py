@@ -170,7 +170,8 @@ class ControllerManagerClient:
         if managers:
             return f"there is no {self.name}; running: {', '.join(managers)} (use -c NAME)"
         return (
-            "no controller manager runs: start one with `teleopctl launch controller.yaml` or "
+            "no controller manager is running: start one with `teleopctl launch "
+            "controller.yaml` or "
             "`teleopctl launch sim.yaml`"
         )
 
@@ -213,7 +214,7 @@ class ControllerManagerClient:
     def _check_not_frozen(self, service: str) -> None:
         if self._list_client.is_server_frozen():
             raise ControllerManagerUnavailableError(
-                f"{self.name} does not answer {service}: its process does nothing at all.",
+                f"{self.name} does not answer {service}: its process does not respond at all.",
                 hint="It may be stopped (Ctrl-Z, a debugger, kill -STOP): continue it with kill "
                 "-CONT, or end it with `teleopctl stop` and start it again; `teleopctl ps` lists "
                 "it with its pid.",

@@ -351,7 +351,7 @@ class ControllerManager:
     ) -> CallbackReturn:
         """Call a lifecycle callback of a controller; return its result, or ERROR if it raises."""
         # A bound method has a name; what is put together for one call has none.
-        where = getattr(function, "__name__", "its choice of interfaces")
+        where = getattr(function, "__name__", "its interface configuration")
         self._causes.pop(controller.name, None)
         try:
             outcome = function() or CallbackReturn.SUCCESS

@@ -360,7 +360,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
     controller, resources = spec.controller, manager.resource_manager
     chainable = controller if isinstance(controller, ChainableControllerInterface) else None
     if chainable is not None and not chainable.set_chained_mode(chained):
-        manager.record_failure(controller, "it refuses the chained mode")
+        manager.record_failure(controller, "it rejects the chained mode")
         manager.logger.error(
             f"Got request to turn {'ON' if chained else 'OFF'} chained mode for controller "
             f"'{spec.name}', but controller refused to do it!"

@@ -333,7 +333,7 @@ def add_description(description: TypeDescription) -> None:
         known = known_types().find(definition.type_name)
         if known is not None and hashing.fields_of(known) != hashing.fields_of(definition):
             raise InvalidMessageError(
-                f"{definition.type_name} is defined here otherwise than where it is used",
+                f"{definition.type_name} is defined here differently than where it is used",
                 hint="The packages that define it have different versions.",
             )
     known_types().add(d for d in described if known_types().find(d.type_name) is None)

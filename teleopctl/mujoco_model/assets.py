@@ -81,7 +81,7 @@ def _touch(spec: mujoco.MjSpec, mesh: Any, path: Path, *, may_cut: bool) -> str:
     if not pieces:
         return measure_hull(path).fault
     replace_collisions(spec, mesh, pieces)
-    return f"is hollow: it touches as {len(pieces)} convex pieces"
+    return f"is hollow: it collides as {len(pieces)} convex pieces"
 
 
 def _use_file(

@@ -49,7 +49,7 @@ def free_bodies(description: RobotDescription) -> list[FreeBody]:
         if body.parent != "world":
             raise InvalidDescriptionError(
                 f"Joint '{body.joint}' is floating but starts at link '{body.parent}'",
-                hint="What moves freely starts at a root link named 'world'.",
+                hint="A floating joint must start at a root link named 'world'.",
             )
     return found
 
@@ -110,7 +110,7 @@ class FixedBy(Enum):
     NAME = "its name is 'world'"
     STATIC = "<static> is set"
     ASKED = "fixed_base is set"
-    SHAPES = "the robot has no legs or wheels to move about with"
+    SHAPES = "the robot has no legs or wheels"
 
 
 @dataclass(frozen=True)

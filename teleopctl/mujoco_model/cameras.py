@@ -331,12 +331,12 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
         while name in cameras:
             name = f"{camera.link}/{name}"
         if name != camera.name:
-            warnings.append(f"Two cameras are named '{camera.name}': one is '{name}' here")
+            warnings.append(f"Two cameras are named '{camera.name}': one is renamed to '{name}'")
         said = camera_topics(sensor, name, alone=len(sensors) == 1)
         topics = {what: ros_topic(topic) for what, topic in said.items()}
         if changed := [what for what, topic in topics.items() if topic != said[what]]:
             warnings.append(
-                f"'{said[changed[0]]}' is no topic of ROS: camera '{name}' publishes on "
+                f"'{said[changed[0]]}' is not a valid topic name: camera '{name}' publishes on "
                 f"'{topics[changed[0]]}'"
             )
         own = frame == own_frame(camera.link, sensor.name, description)
@@ -357,9 +357,9 @@ def _fault(sensor: SensorTag) -> str:
     camera = sensor.camera
     assert camera is not None
     if camera.lens is None and not 0.0 < camera.horizontal_fov < math.pi:
-        return f"a pinhole has no field of view of {camera.horizontal_fov:g} rad"
+        return f"a pinhole camera cannot have a field of view of {camera.horizontal_fov:g} rad"
     if not 0.0 < camera.near < camera.far:
-        return f"it sees nothing between {camera.near:g} m and {camera.far:g} m"
+        return f"its clip range is empty: {camera.near:g} m and {camera.far:g} m"
     box = sensor.texts.get("camera/box_type", "2d")
     if box not in _BOXES:
         return f"its <box_type> is '{box}', and boxes are drawn around the visible part only: 2d"

@@ -84,11 +84,11 @@ class Hull(NamedTuple):
     def fault(self) -> str:
         """Clause for a warning that the hull stands for the mesh, with why; empty if it fits."""
         if self.is_open:
-            return "touches as its convex hull: it is not closed"
+            return "collides as its convex hull: it is not closed"
         if self.ratio <= _HOLLOW:
             return ""
-        cure = "" if can_decompose() else "; `pip install 'teleopctl[decomposition]'` cures that"
-        return f"touches as its convex hull, which has {self.ratio:.1f} times its volume{cure}"
+        cure = "" if can_decompose() else "; install teleopctl[decomposition] for convex pieces"
+        return f"collides as its convex hull, which has {self.ratio:.1f} times its volume{cure}"
 
 
 def measure_hull(path: Path) -> Hull:

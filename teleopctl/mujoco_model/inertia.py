@@ -75,7 +75,9 @@ def _repair(body: Any) -> str | None:
         return _invent_inertia(body, principal, "must be positive")
     radius = float(np.sqrt(principal[2] / body.mass))
     if radius > _LARGEST_RADIUS_M:
-        what = f"are those of {body.mass:g} kg {radius:.0f} m from its middle: wrong units, perhaps"
+        what = (
+            f"are those of {body.mass:g} kg {radius:.0f} m from its centre; the units may be wrong"
+        )
         return _invent_inertia(body, principal, what)
     excess = principal[2] - principal[0] - principal[1]
     if excess > -_ROUNDING * principal[2]:

@@ -137,7 +137,7 @@ def _unlimited(joints: Joints, driven: Iterable[str]) -> list[str]:
     where = f" (line {lines})" if lines else ""
     return [
         f"No effort limit for {', '.join(found)}{where}: effort 0 limits nothing, as in MuJoCo's "
-        "reading of URDF; in Gazebo such a joint exerts nothing"
+        "reading of URDF; in Gazebo such a joint exerts no effort"
     ]
 
 

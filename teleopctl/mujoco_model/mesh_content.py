@@ -135,7 +135,7 @@ def _read(path: Path) -> MeshContent:
         try:
             parts = parts_of(mesh.scene, is_gltf=path.suffix.lower() in (".glb", ".gltf"))
         except BudgetError as error:
-            _log.warning("%s is drawn without its picture: %s", path, error)
+            _log.warning("%s is drawn without its texture: %s", path, error)
         except Exception:  # noqa: BLE001, S110 - trimesh raises any exception; the shape is read
             pass
     return MeshContent(

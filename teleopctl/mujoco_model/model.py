@@ -204,7 +204,7 @@ def build_model(
     links = description.links
     for_ever = [p for p in held if p.one_drive and p.first in links and p.second in links]
     warnings += [
-        f"'{pair.first}' and '{pair.second}' overlap at the start: they do not touch each other"
+        f"'{pair.first}' and '{pair.second}' overlap at the start: they do not collide"
         for pair in for_ever
     ]
     excluded = [(pair.first, pair.second) for pair in held if pair not in for_ever]

@@ -231,7 +231,7 @@ def _left_out(gazebo: etree._Element, links: set[str | None]) -> Iterator[str]:
         if tags_of_plugin(filename) is None and not _SERVED_PLUGINS.fullmatch(filename):
             yield (
                 f"Plug-in '{plugin.get('name')}' ({filename}, line {plugin.sourceline}) is left "
-                "out: nothing simulates what it does"
+                "out: it is not simulated"
             )
     link = gazebo.get("reference")
     for sensor in gazebo.iterfind("sensor") if link else ():
@@ -271,7 +271,7 @@ def _of_gazebo(gazebo: etree._Element, where: str, tables: list[Table]) -> Itera
         script = tag_value(material) or (material.findtext("script/name") or "").strip()
         if script and gazebo_colour(script) is None:
             yield UnsupportedTag(
-                material, where, "<material>", f"has no effect: {script} is no colour of ours"
+                material, where, "<material>", f"has no effect: {script} is not a known colour"
             )
     for tag in gazebo:
         if tag.tag == "sensor" and gazebo.get("reference"):

@@ -87,9 +87,11 @@ class TimeSource:
         try:
             sec, nanosec = _CLOCK_BY_ORDER[data[:2]](data, _ENCAPSULATION_SIZE)
         except (KeyError, struct.error):
-            raise InvalidMessageError(f"{len(data)} bytes are no rosgraph_msgs/msg/Clock") from None
+            raise InvalidMessageError(
+                f"{len(data)} bytes are not a rosgraph_msgs/msg/Clock"
+            ) from None
         if sec < 0 or nanosec >= NANOSECONDS_PER_SECOND:
-            raise InvalidMessageError(f"{sec} s and {nanosec} ns are no time")
+            raise InvalidMessageError(f"{sec} s and {nanosec} ns are not a valid time")
         self._node.get_clock().set_simulated_time(sec * NANOSECONDS_PER_SECOND + nanosec)
 
 

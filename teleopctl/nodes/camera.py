@@ -83,7 +83,7 @@ class CameraNode(Node):
             value = self.declare_parameter(name, choices[0]).value
             if value not in choices:
                 raise InvalidParameterError(
-                    f"Parameter '{name}' is '{value}'", hint=f"It is one of {', '.join(choices)}"
+                    f"Parameter '{name}' is '{value}'", hint=f"Expected one of {', '.join(choices)}"
                 )
         self.declare_parameter("compressed.jpeg_quality", 95)
         self._changed = threading.Condition()
@@ -265,7 +265,7 @@ class CameraNode(Node):
         try:
             model = model_from_message(message, self._described)
         except InvalidMessageError as error:
-            self.get_logger().warning(f"Things that come and go are not drawn: {error.message}")
+            self.get_logger().warning(f"Spawned objects are not drawn: {error.message}")
             return
         if model is self._model:
             return

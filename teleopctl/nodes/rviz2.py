@@ -104,7 +104,7 @@ class _NoToken(argparse.Action):
 
     def __call__(self, *_: object) -> None:
         raise UsageError(
-            "--token would show the token to everybody who lists processes",
+            "--token would show the token in the list of processes",
             hint="Write it into a file of mode 0600: --token-file FILE. Without one, one is made.",
         )
 

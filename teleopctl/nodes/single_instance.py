@@ -17,7 +17,7 @@ def require_single_instance(node: Node) -> None:
     name = node.get_fully_qualified_name()
     if node.get_fully_qualified_node_names().count(name) > 1:
         raise RefusedError(
-            f"A node named {name} is already running: two of them would fight over the robot",
+            f"A node named {name} is already running: two of them would both command the robot",
             hint="Stop it first (`teleopctl ps` shows what runs in the background), or give "
             "this one another name with --ros-args -r __node:=NAME.",
         )

@@ -69,7 +69,7 @@ def _controller_options(parser: argparse.ArgumentParser) -> None:
         "--controller-type",
         default="",
         metavar="TYPE",
-        help="the controller's type, where no parameter file gives it, as before Jazzy",
+        help="the controller's type, if no parameter file gives it, as before Jazzy",
     )
     parser.add_argument(
         "--controller-ros-args",
@@ -106,21 +106,21 @@ def _make_parser() -> argparse.ArgumentParser:
     staying.add_argument(
         "--stay",
         action="store_true",
-        help="stay, and bring the controllers up in each controller manager that takes the place "
-        "of one that has ended",
+        help="keep running, and activate the controllers again whenever the controller manager "
+        "restarts",
     )
     staying.add_argument(
         "-u",
         "--unload-on-kill",
         action="store_true",
-        help="stay, and deactivate and unload the controllers when interrupted",
+        help="keep running, and deactivate and unload the controllers when interrupted",
     )
     parser.add_argument(
         "--controller-manager-timeout",
         type=float,
         default=0.0,
         metavar="S",
-        help="seconds to wait for the controller manager; 0 waits for ever",
+        help="seconds to wait for the controller manager; 0 waits forever",
     )
     parser.add_argument("--switch-timeout", type=float, default=5.0, metavar="S")
     parser.add_argument("--service-call-timeout", type=float, default=10.0, metavar="S")
@@ -131,18 +131,19 @@ def _make_parser() -> argparse.ArgumentParser:
         "--switch-asap",
         action=argparse.BooleanOptionalAction,
         default=False,
-        help="switch between two control cycles rather than beside them",
+        help="switch between two control cycles instead of in parallel",
     )
     parser.add_argument(
         "--allow-active",
         action="store_true",
-        help="count a controller that is active already as a success",
+        help="do not fail for controllers that are already active",
     )
     parser.add_argument(
         "--keep-going",
         action=argparse.BooleanOptionalAction,
         default=False,
-        help="bring up what can be, and fail at the end; what others claim stays inactive",
+        help="activate the controllers that can be, and fail at the end; claimed ones stay "
+        "inactive",
     )
     return parser
 

@@ -26,7 +26,7 @@ class Component(NamedTuple):
 
     Attributes:
         type_name: What it is registered as, such as ``composition::Talker``.
-        package: The package that brings it.
+        package: Package of the component.
         target: ``module:Class``.
         import_roots: Folders to put on the import path first; empty when it is installed.
     """

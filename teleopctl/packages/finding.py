@@ -58,7 +58,7 @@ def find_package(name: str) -> Package:
         raise NotFoundError(
             f"Package '{name}' not found",
             hint=" ".join(filter(None, [guess, *faults_of_search()]))
-            or f"Packages are looked for in ${PACKAGE_PATH_VARIABLE}, below and above the current "
+            or f"Packages are searched in ${PACKAGE_PATH_VARIABLE}, below and above the current "
             "folder, in $AMENT_PREFIX_PATH and among the installed distributions.",
         )
     return package
@@ -116,7 +116,7 @@ def faults_of_search() -> list[str]:
     for root, _ in _roots():
         cuts: list[int] = []
         faults += [
-            f"{folder / 'package.xml'} has no readable <name>: its folder is no package."
+            f"{folder / 'package.xml'} has no readable <name>: its folder is not a package."
             for name, folder in find_package_folders(Path(root), cuts.append)
             if name is None
         ]
@@ -181,7 +181,7 @@ def resolve_uri(uri: str) -> Path:
 
         rest = unquote(rest)
     if "\0" in uri or "\0" in rest:
-        raise NotFoundError(f"Cannot open {uri!r}: no path has a null character")
+        raise NotFoundError(f"Cannot open {uri!r}: a path cannot contain a null character")
     if not separator:
         try:
             return Path(uri).expanduser()

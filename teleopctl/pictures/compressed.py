@@ -80,7 +80,7 @@ def depths_of_compressed(message: Any) -> np.ndarray[Any, Any]:
     """Return the depths in a ``compressedDepth`` message, shape (height, width)."""
     data = bytes(message.data)
     if not data.startswith(_PNG, _DEPTH_HEADER.size):
-        raise PictureError(f"Of '{message.format}' only what holds PNG can be shown")
+        raise PictureError(f"Only PNG data of '{message.format}' can be shown")
     _, scale, offset = _DEPTH_HEADER.unpack_from(data)
     image = _opened(data[_DEPTH_HEADER.size :], message.format)
     values = np.asarray(_decoded(image, message.format))
@@ -99,7 +99,7 @@ def _opened(data: bytes, name: str) -> PilImage:
     try:
         image = Image.open(io.BytesIO(data))
     except (OSError, ValueError, SyntaxError, Image.DecompressionBombError) as error:
-        raise PictureError(f"{len(data)} bytes of '{name}' are no picture") from error
+        raise PictureError(f"{len(data)} bytes of '{name}' are not an image") from error
     try:
         check_pixels(image.width, image.height)
     except BudgetError as error:

@@ -81,11 +81,11 @@ def depths_of(message: Any) -> Depths:
     if hasattr(message, "encoding"):
         encoding = message.encoding
         if encoding not in _METRES:
-            raise PictureError(f"Pictures in {encoding or 'no encoding'} hold no depths")
+            raise PictureError(f"Images in {encoding or 'no encoding'} contain no depths")
         numbers = numbers_of(message, _KINDS[encoding], 1)[..., 0]
     else:
         if "compressedDepth" not in message.format:
-            raise PictureError(f"Pictures in '{message.format}' hold no depths")
+            raise PictureError(f"Images in '{message.format}' contain no depths")
         numbers, encoding = depths_of_compressed(message), message.format[:5]
     depths: Depths = numbers.astype(np.float32) * np.float32(_METRES.get(encoding, 0.001))
     return depths

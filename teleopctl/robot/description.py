@@ -171,7 +171,7 @@ def _find_root(links: Mapping[str, Link], joints: Mapping[str, Joint]) -> str:
         name = start
         while name not in reached:
             if name in path:
-                raise InvalidDescriptionError(f"The links {list(path)} form a ring")
+                raise InvalidDescriptionError(f"The links {list(path)} form a cycle")
             path[name] = None
             name = parent_of[name].parent
         reached.update(path)

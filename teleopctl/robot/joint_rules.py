@@ -287,8 +287,8 @@ def _leaders(
             )
         if mimic.joint in names:
             raise InvalidDescriptionError(
-                f"Joint '{follower}' mimics itself: the joints {list(names)} follow each other "
-                "in a ring"
+                f"Joint '{follower}' mimics itself: the joints {list(names)} mimic each other "
+                "in a cycle"
             )
         offset += multiplier * mimic.offset
         multiplier *= mimic.multiplier

@@ -103,5 +103,5 @@ def check_picture(content: bytes) -> None:
         with warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning):
             image = Image.open(io.BytesIO(content))
     except (OSError, SyntaxError, Image.DecompressionBombError) as error:
-        raise ValueError(f"is no picture that can be shown: {error}") from error
+        raise ValueError(f"is not a supported image: {error}") from error
     check_pixels(*image.size)

@@ -120,7 +120,7 @@ def check_mesh_file(path: Path, size: int | None = None) -> None:
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
         known = ", ".join(sorted(MESH_SUFFIXES))
-        raise InvalidMeshError(f"is of no kind that is read: {known}")
+        raise InvalidMeshError(f"is of an unsupported format: {known}")
     if size is None:
         try:
             size, is_file = path.stat().st_size, path.is_file()
@@ -272,13 +272,13 @@ def _remove_invalid(meshes: Iterable[Any]) -> list[str]:
             mesh.remove_unreferenced_vertices()
         left += len(mesh.faces)
     if not left:
-        raise InvalidMeshError("has coordinates that are no numbers")
+        raise InvalidMeshError("has coordinates that are not numbers")
     return [_left_out(count)] if count else []
 
 
 def _left_out(count: int) -> str:
     lost = "1 triangle is" if count == 1 else f"{count} triangles are"
-    return f"has coordinates that are no numbers; {lost} left out"
+    return f"has coordinates that are not numbers; {lost} left out"
 
 
 def _lacks_texture(mesh: Any) -> bool:

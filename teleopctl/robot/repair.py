@@ -61,7 +61,7 @@ def repair_urdf(robot: XmlElement) -> list[str]:
         if mimic is not None and (leader := mimic.get("joint")) and leader not in names:
             notes.add(
                 f"Joint '{joint.get('name')}' mimics the joint '{leader}', which does not exist: "
-                "it moves on its own"
+                "it moves independently"
             )
             joint.remove(mimic)
     for material in robot.findall("material"):
@@ -91,7 +91,7 @@ def _repair_tree(element: XmlElement, notes: _Notes) -> None:
     """Repair an element and all elements in it."""
     for tag in _ONCE.get(element.tag, ()):
         for more in element.findall(tag)[1:]:
-            notes.add(f"Of several <{tag}> in one <{element.tag}> the first is taken", more)
+            notes.add(f"Of several <{tag}> in one <{element.tag}> the first is used", more)
             element.remove(more)
     _repair_vectors(element, notes)
     if element.tag == "inertia":
@@ -106,7 +106,7 @@ def _repair_tree(element: XmlElement, notes: _Notes) -> None:
             _repair_tree(child, notes)
     if element.tag == "geometry":
         for more in list(element)[1:]:
-            notes.add("Of several shapes in one <geometry> the first is taken", more)
+            notes.add("Of several shapes in one <geometry> the first is used", more)
             element.remove(more)
 
 
@@ -125,12 +125,12 @@ def _repair_vectors(element: XmlElement, notes: _Notes) -> None:
             continue
         words = text.replace(",", " ").split()
         if "," in text:
-            notes.add("Commas between numbers count as blanks", element)
+            notes.add("Commas between numbers are read as spaces", element)
         if not words and element.tag == "origin":
             notes.add(f'{attribute}="" counts as 0 0 0', element)
             words = ["0"] * 3
         if len(words) == 1 and element.tag == "mesh" and to_number(words[0]) is not None:
-            notes.add(f'scale="{text}" counts for all three axes', element)
+            notes.add(f'scale="{text}" is used for all three axes', element)
             words *= 3
         if words != text.split():
             element.set(attribute, " ".join(words))

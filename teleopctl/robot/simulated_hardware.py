@@ -67,7 +67,7 @@ def split_planar_joints(
         x, y, theta = (str(part.get("name")) for part in parts if part.tag == "joint")
         names += [x, y, theta]
         remarks.append(
-            f"The planar joint '{joint.name}' is three here: '{x}' and '{y}' slide, "
+            f"The planar joint '{joint.name}' becomes three joints: '{x}' and '{y}' slide, "
             f"'{theta}' turns{_without(robot, element)}"
         )
     return names, remarks

@@ -144,7 +144,7 @@ def read_world_text(text: str, where: str) -> World:
     if root.tag == "mujoco":
         return World(path, None, text, root.get("model") or "")
     if _XACRO in content:
-        raise UnknownFormatError(f"{where}: xacro is not expanded here: hand over what comes of it")
+        raise UnknownFormatError(f"{where}: xacro is not expanded here: pass the expanded file")
     return _described(path, _checked(path, text, has_lines=True), text)
 
 
@@ -209,5 +209,5 @@ def _check_joint(joint: XmlElement, place: str) -> None:
     if kind == "floating" and start != "world":
         raise InvalidDescriptionError(
             f"{place}: joint '{name}' is floating but starts at link '{start}'",
-            hint="What moves freely starts at a root link named 'world'.",
+            hint="A floating joint must start at a root link named 'world'.",
         )

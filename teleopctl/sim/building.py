@@ -102,7 +102,9 @@ def simulate(
         if warning not in description.repairs:
             warn(warning)
     for first, second in model.excluded:
-        warn(f"'{first}' and '{second}' overlap at the start: they touch once they have come apart")
+        warn(
+            f"'{first}' and '{second}' overlap at the start: they collide once they have separated"
+        )
     simulation = Simulation(
         model,
         control_period_ns=control_period_ns,

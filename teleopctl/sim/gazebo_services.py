@@ -74,7 +74,7 @@ def entity_of(simulation: Simulation, name: str) -> SimulatedEntity:
     for entity in entities(simulation).values():
         if name == entity.name or (link and link == entity.body):
             return entity
-    raise NotFoundError(f"'{name}' is a link: put its entity elsewhere")
+    raise NotFoundError(f"'{name}' is a link: move its entity instead")
 
 
 def motion_of_link(simulation: Simulation, link: str) -> tuple[Array, Array]:
@@ -236,7 +236,7 @@ def apply_link_wrench(
         return push is not None
 
     if not running.call(apply):
-        response.status_message = "The duration is 0: nothing is done"
+        response.status_message = "The duration is 0: no wrench is applied"
 
 
 def clear_link_wrenches(
@@ -261,7 +261,7 @@ def _push(simulation: Simulation, request: Any) -> Push | None:
     if reason := invalid_number_reason([force, torque, point]):
         raise InvalidMessageError(f"A number of the wrench on '{link}' {reason}")
     if to_nanoseconds(request.start_time) > simulation.time_ns:
-        raise RefusedError("start_time is to come: a wrench acts from now on")
+        raise RefusedError("start_time is in the future: the wrench starts now")
     pushed = simulation.link_pose(link)
     if reference := frame_link(simulation, request.reference_frame):
         frame = simulation.link_pose(reference)

@@ -154,7 +154,7 @@ class _OfFile(Sensor):
         self._sensor = self.description.texts.get(f"{kind}/sensor", "")
         sensor = spec.sensor(self._sensor)
         if sensor is None:
-            raise InvalidDescriptionError(f"it is one of MJCF files, with its name in <{kind}>")
+            raise InvalidDescriptionError(f"it is a sensor of MJCF files, named in <{kind}>")
         # The topic has the sensor's period. MuJoCo would repeat recorded values of earlier steps,
         # and records none in steps with sensors disabled.
         sensor.delay, sensor.nsample = 0.0, 0

@@ -237,7 +237,7 @@ class MujocoSim(Node):
         values = (message.position, message.velocity, message.effort)
         if any(len(value) not in (0, len(names)) for value in values):
             self.get_logger().error(
-                "A command has not as many values as joint names, it is passed over",
+                "A command has not as many values as joint names, it is ignored",
                 throttle_duration_sec=10.0,
             )
             return

@@ -151,7 +151,7 @@ class TopicPorts:
         what = (
             f"No command for the state of {to_seconds(time_ns):.3f} s came within {waited_s:g} s"
             if waited_s > 0.0
-            else f"The controller has gone at {to_seconds(time_ns):.3f} s"
+            else f"The controller disappeared at {to_seconds(time_ns):.3f} s"
         )
         self._logger.warning(f"{what}; the joints hold, and the simulation continues without it")
 

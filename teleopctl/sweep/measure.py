@@ -85,4 +85,4 @@ def _number(name: str, value: object) -> float:
     # Real includes numpy's numbers.
     if isinstance(value, Real):
         return float(value)
-    raise InvalidMessageError(f"{name} is no number but {type(value).__name__}")
+    raise InvalidMessageError(f"{name} is not a number but {type(value).__name__}")

@@ -211,7 +211,7 @@ def _launch(request: RunRequest, folder: Path) -> None:
         if simulators:
             _begin(simulators, record)
         elif request.duration_s is not None:
-            raise LaunchError(f"Nothing of it is a node '{SIMULATOR}', whose time could end")
+            raise LaunchError(f"It has no node '{SIMULATOR}' whose time could end")
         _wait(record, deadline)
     finally:
         background.stop(record, patience_s=_ENDS_WITHIN_S)
@@ -238,7 +238,7 @@ def _await_ends(names: list[str], programs: set[str], deadline: float) -> None:
     for name in names:
         if name not in programs:
             known = ", ".join(sorted(programs))
-            raise LaunchError(f"Nothing of it is called '{name}'", hint=f"There are {known}.")
+            raise LaunchError(f"No process of it is called '{name}'", hint=f"There are {known}.")
         while any(_program(entry.record.name) == name for entry in running() if entry.launch):
             if time.monotonic() > deadline:
                 raise TimeoutError

@@ -98,7 +98,7 @@ def combinations(
     if twice := next((name for name in names if names.count(name) > 1), None):
         raise UsageError(f"'{twice}' is varied twice")
     if math.prod(len(grid.values) for grid in grids) * runs > _MOST_RUNS:
-        raise UsageError(f"These are more than {_MOST_RUNS} runs")
+        raise UsageError(f"More than {_MOST_RUNS} runs")
     sources = {
         sample.name: random.Random(f"{seed}/{sample.name}")  # noqa: S311 -- no secret
         for sample in samples
@@ -140,7 +140,9 @@ _DISTRIBUTIONS: dict[
 def _split(text: str, example: str) -> tuple[str, str]:
     name, separator, value = text.partition(":=")
     if not (name and separator and value):
-        raise UsageError(f"'{text}' has not the form name:=values", hint=f"Such as {example}.")
+        raise UsageError(
+            f"'{text}' does not have the form name:=values", hint=f"Such as {example}."
+        )
     return name, value
 
 

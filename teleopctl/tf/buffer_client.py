@@ -143,7 +143,7 @@ class BufferClient(BufferInterface):
         deadline = wall.monotonic() + (timeout_ns + stamp_of(self.timeout_padding)) / 1e9
         handle = self._wait(self.action_client.send_goal_async(goal), deadline)
         if not handle.accepted:
-            raise TimeoutException("The buffer server has not accepted the goal.")
+            raise TimeoutException("The buffer server rejected the goal.")
         result = self._wait(handle.get_result_async(), deadline).result
         if result.error.error != result.error.NO_ERROR:
             kind = _ERRORS.get(result.error.error, TransformException)
@@ -154,8 +154,8 @@ class BufferClient(BufferInterface):
     def _wait(self, future: ResponseFuture[_Result], deadline: float) -> _Result:
         future.wait_until_settled(max(0.0, deadline - wall.monotonic()))
         if not future.done():
-            raise TimeoutException("The buffer server has not answered in time.")
+            raise TimeoutException("The buffer server did not respond in time.")
         found = future.result()
         if found is None:
-            raise TimeoutException("The buffer server has gone away.")
+            raise TimeoutException("The buffer server has disappeared.")
         return found

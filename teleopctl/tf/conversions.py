@@ -40,7 +40,7 @@ class NotImplementedException(Exception):
     """Error: a user's buffer class lacks a method."""
 
     def __init__(self) -> None:
-        self.errstr = "the buffer has no such method"
+        self.errstr = "the buffer has no method of this name"
         super().__init__(self.errstr)
 
 

@@ -138,7 +138,7 @@ class LiveBuffer(Buffer):
         if authority not in self.left_out:
             _log.warning(
                 "Left out transforms of %s, such as that of frame %s: their stamps are %.0f s "
-                "ahead of /clock. A node here is on the wall's clock beside the simulation: stop "
+                "ahead of /clock. A node uses wall time beside the simulation: stop "
                 "it, or start it with use_sim_time:=true",
                 printable_line(authority),
                 printable_line(name),

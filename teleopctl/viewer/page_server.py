@@ -67,7 +67,7 @@ def open_server(
         PageError: No port can be opened, or the required token is missing.
     """
     if token is None and not is_loopback(host):
-        raise PageError(f"On {host} others could open the page: it needs a token")
+        raise PageError(f"On {host} other machines can open the page: a token is required")
     port = _free_port(host, port)
     from teleopctl.viewer.client_tracker import ClientTracker, PageServer
 
@@ -92,7 +92,7 @@ def open_server(
 def _free_port(host: str, port: int) -> int:
     """Return a port that is free; viser by itself would try a thousand, and then wait for ever."""
     if not 0 <= port <= _LAST_PORT:
-        raise PageError(f"There is no port {port}", hint=f"Ports go from 0 to {_LAST_PORT}.")
+        raise PageError(f"There is no port {port}", hint=f"Ports range from 0 to {_LAST_PORT}.")
     last: OSError | None = None
     for candidate in range(port, min(port + (_PORTS_TRIED if port else 1), _LAST_PORT + 1)):
         try:
@@ -191,7 +191,7 @@ def _check_protocol(headers: Mapping[str, str]) -> Answer | None:
     offered = headers.get("sec-websocket-protocol", "").split(",")
     if "upgrade" not in headers or f"viser-v{viser.__version__}" in map(str.strip, offered):
         return None
-    return Answer(HTTPStatus.BAD_REQUEST, "The page is of another version: load it again.\n")
+    return Answer(HTTPStatus.BAD_REQUEST, "The page has another version: reload it.\n")
 
 
 def _limit_send_buffer(connection: ServerConnection) -> None:

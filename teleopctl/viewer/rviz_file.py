@@ -98,7 +98,7 @@ class RvizFile:
             document = load(text)
         if not isinstance(document, dict) or not isinstance(document.get(_MANAGER), dict):
             raise RvizFileError(
-                f"{path} is no .rviz file", hint=f"It has no '{_MANAGER}' at its beginning."
+                f"{path} is not an .rviz file", hint=f"It does not start with '{_MANAGER}'."
             )
         lines: Lines = {}
         _find_lines(document, yaml.compose(text, Loader=RosLoader), lines)

@@ -269,7 +269,7 @@ def start_hint(router: RouterAddress) -> str:
         return f"'teleopctl daemon start' cannot start one: {error.message.rstrip('.')}.{hint}"
     if not router.endpoints:
         return (
-            f"Name the router's place in connect/endpoints of {router.origin}: 'teleopctl daemon "
+            f"Set the router's address in connect/endpoints of {router.origin}: 'teleopctl daemon "
             f"start' starts one at {daemon}."
         )
     if daemon.serves(router) and router.is_on_this_machine:
@@ -283,7 +283,7 @@ def start_hint(router: RouterAddress) -> str:
 def _check(address: RouterAddress) -> None:
     if address.fault is not None:
         raise UsageError(
-            f"No router can be at {address}: {address.fault}.",
+            f"No router can listen at {address}: {address.fault}.",
             hint="An endpoint has the form tcp/host:port.",
         )
 

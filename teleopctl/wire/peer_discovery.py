@@ -121,7 +121,7 @@ def wait_for_discovery(session: zenoh.Session, router: RouterAddress) -> None:
         import logging
 
         logging.getLogger(__name__).warning(
-            "No router answers at %s. Going on without one: other processes become visible as "
+            "No router answers at %s. Continuing without one: other processes become visible as "
             "soon as it runs. %s",
             router,
             start_hint(router),

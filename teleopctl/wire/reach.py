@@ -50,8 +50,7 @@ class RouterReach:
         """Sentence on who can reach the router from other machines; None if nobody can."""
         if not self.addresses:
             return (
-                "It cannot be found out where the router listens: it keeps Zenoh's administration "
-                "space closed."
+                "The router's addresses are unknown: it keeps Zenoh's administration space closed."
             )
         if not self.beyond:
             return None
@@ -62,7 +61,7 @@ class RouterReach:
             + (
                 "connect, and whether certificates are asked for is a matter of its configuration."
                 if certified
-                else "read and command all nodes, and nothing authenticates it."
+                else "read and command all nodes, without authentication."
             )
         )
 

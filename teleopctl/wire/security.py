@@ -47,7 +47,7 @@ def check_security() -> None:
         )
     elif enable.strip().lower() in _MEANT_AS_ON:
         _warn_once(
-            f"{_ENABLE} is {enable!r}, which ROS 2 takes for off: only {_ON!r} turns security on. "
+            f"{_ENABLE} is {enable!r}, which ROS 2 treats as off: only {_ON!r} turns security on. "
             "Nothing is encrypted or authenticated."
         )
 

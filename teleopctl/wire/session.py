@@ -40,7 +40,7 @@ class RouterNotRunning(UnavailableError):
     """
 
     def __init__(self, router: RouterAddress) -> None:
-        where = f" at {router}" if router.endpoints else f", and {router.origin} names no place"
+        where = f" at {router}" if router.endpoints else f", and {router.origin} sets no address"
         super().__init__(f"No router answers{where}.", hint=start_hint(router))
         self.router = router
 
@@ -160,7 +160,7 @@ def close_session(session: zenoh.Session) -> None:
         import logging
 
         logging.getLogger(__name__).warning(
-            "A process of the graph does not read what it is sent, so that the session could not "
-            "be closed properly: %s",
+            "A process of the graph does not read its messages, so the session could not be "
+            "closed properly: %s",
             faults[0],
         )

@@ -62,7 +62,11 @@ def test_a_file_wins_over_the_preset_and_each_of_its_keys_counts(read):
         ("chunkSize: many", InvalidFileError, ":1: 'chunkSize' is a number of bytes, not 'many'"),
         ("compression: bz2", InvalidFileError, ":1: 'compression' is None, Lz4, Zstd, not 'bz2'"),
         ("compressionLevel: 9", InvalidFileError, ":1: 'compressionLevel' is Fastest, Fast, Def"),
-        ("noChunkCRC: never", InvalidFileError, ":1: 'noChunkCRC' is true or false, not 'never'"),
+        (
+            "noChunkCRC: never",
+            InvalidFileError,
+            ":1: 'noChunkCRC' must be true or false, not 'never'",
+        ),
         ("a: }", InvalidFileError, ":1: not YAML"),
         ("- a", InvalidFileError, "mcap.yaml is no mapping of settings"),
     ],

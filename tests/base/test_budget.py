@@ -276,7 +276,7 @@ def test_a_table_that_makes_its_rows_is_none(tmp_path, statement):
     database.commit()
     database.close()
     said = refusal("bag", "info", "x.db3", folder=tmp_path)
-    assert "its 'messages' is no plain table" in said
+    assert "its 'messages' is not a plain table" in said
 
 
 def test_a_type_whose_messages_are_too_large_has_none(tmp_path):
@@ -434,7 +434,7 @@ def test_a_timer_that_starts_its_own_file_twice_is_not_followed_without_end(tmp_
         check=True,
         preexec_fn=_limited,
     )
-    assert "so far ahead nothing is evaluated" in done.stdout
+    assert "the dry run does not look so far ahead" in done.stdout
 
 
 # -- the budget itself -----------------------------------------------------------------------------

@@ -71,7 +71,7 @@ def test_a_log_on_a_full_disk_is_reported_once_and_goes_on_when_there_is_room(tm
         resource.setrlimit(resource.RLIMIT_FSIZE, before)
     log.write(b"after\n")
     log.close()
-    assert told == [f"Cannot write {tmp_path / 'log'}: File too large; it will lack lines"]
+    assert told == [f"Cannot write {tmp_path / 'log'}: File too large; lines will be missing"]
     assert (tmp_path / "log").read_bytes() == 2 * LINE + b"x" * 50 + b"\nafter\n"
 
 

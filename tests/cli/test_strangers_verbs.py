@@ -65,7 +65,7 @@ def test_help_names_the_distribution_of_a_strangers_verb(ros_without_router, gre
     assert "greet Greet somebody. (from my-greeter)" in listing
     assert "greetings Greet many. (from my-greeter)" in listing
     assert "gone Cannot be loaded. (from my-greeter)" in listing
-    assert "topic List, watch, measure and publish topics." in listing
+    assert "topic List, print, measure and publish topics." in listing
     assert (done.returncode, done.stderr) == (0, "")
 
 
@@ -86,7 +86,7 @@ def test_extensions_are_listed_with_who_brings_them_and_why_they_cannot_be_loade
     verbs = listed.partition("\nteleopctl.verbs\n")[2]
     assert "  greet: Greet somebody.\n    module_name: greeter\n    attributes: VERB\n" in verbs
     assert "    distribution: my-greeter " in verbs
-    assert "  topic: List, watch, measure and publish topics.\n" in verbs
+    assert "  topic: List, print, measure and publish topics.\n" in verbs
     assert "gone" not in verbs
     assert "  scripts/old: Drive until the end.\n" in listed
     assert "scripts/lost" not in listed
@@ -145,7 +145,7 @@ def test_a_command_of_ours_reads_no_entry_points(ros, tmp_path):
 def test_a_verb_of_ros2_that_is_missing_is_called_missing(capsys, line, verb, where):
     assert main.run(line.split()) == 2
     assert capsys.readouterr().err == (
-        f"teleopctl: '{verb}' is a verb of ros2 that teleopctl does not have yet\n"
+        f"teleopctl: '{verb}' is a verb of ros2 that teleopctl does not support yet\n"
         f"  See `{where} --help` for those that it has.\n"
     )
 

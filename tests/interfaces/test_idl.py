@@ -142,7 +142,7 @@ def test_a_package_may_have_files_of_either_form(tmp_path, monkeypatch):
         ("numbers[0]", "numbers[3]", "Thing.idl:16: numbers: the size of an array is a positive"),
         ("octet B = 300; const long", "long", "Thing.idl:6: B: 300 is out of range"),
         ("long ok;", "boolean ok;", "Thing.idl:20: ok: invalid literal for int"),
-        ("float one, one", "float one, two", "Thing.idl:22: one: the name is there twice"),
+        ("float one, one", "float one, two", "Thing.idl:22: one: the name is given twice"),
         ("module ms", "module msg", "Thing.idl: there is no struct my_pkg::msg::Thing"),
     ],
 )

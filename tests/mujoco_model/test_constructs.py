@@ -233,7 +233,8 @@ def test_a_planar_joint_slides_down_its_plane_and_turns_in_it() -> None:
     )
     urdf, remarks = simulated(described.urdf)
     assert remarks[0] == (
-        "The planar joint 'slope' is three here: 'slope_x' and 'slope_y' slide, 'slope_theta' turns"
+        "The planar joint 'slope' becomes three joints: 'slope_x' and 'slope_y' slide, "
+        "'slope_theta' turns"
     )
     built = build_model(RobotDescription.from_urdf(urdf))
     assert built.warnings == ()
@@ -385,5 +386,5 @@ def test_a_mesh_that_git_lfs_has_not_fetched_is_told(tmp_path: Path) -> None:
     file = tmp_path / "arm.stl"
     file.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n")
     built = build_model(robot(link("a", collision(f'<mesh filename="{file}"/>') + INERTIAL)))
-    why = f"{file} is only a pointer of Git LFS: `git lfs pull` fetches it"
+    why = f"{file} is only a Git LFS pointer: `git lfs pull` downloads it"
     assert f"Mesh '{file}' is left out: {why}" in built.warnings

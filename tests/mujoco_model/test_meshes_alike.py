@@ -32,16 +32,16 @@ def said_by_physics(file: Path) -> list[str]:
         (
             "one_bad_corner.obj",
             OBJ + "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 9 10 11\n",
-            "has coordinates that are no numbers; 1 triangle is left out",
+            "has coordinates that are not numbers; 1 triangle is left out",
         ),
         (
             "bad.obj",
             "v nan 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n",
-            "has coordinates that are no numbers",
+            "has coordinates that are not numbers",
         ),
         ("corners.obj", "v 0 0 0\n", "holds no triangles"),
         ("empty.ply", "", "cannot be read"),
-        ("part.step", "ISO-10303-21;", "is of no kind that is read: .dae"),
+        ("part.step", "ISO-10303-21;", "is of an unsupported format: .dae"),
         (
             "pointer.dae",
             "version https://git-lfs.github.com/spec/v1\noid sha256:1\nsize 3\n",

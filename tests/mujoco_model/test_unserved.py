@@ -56,7 +56,7 @@ def test_a_plugin_of_the_whole_robot_that_is_not_served_is_told() -> None:
     assert warnings(tags) == (
         "Plug-in 'drive' (libgazebo_ros_hover.so, line 2) is left out: nothing simulates what "
         "it does",
-        "Plug-in 'bump' (libbumper.so, line 3) is left out: nothing simulates what it does",
+        "Plug-in 'bump' (libbumper.so, line 3) is left out: it is not simulated",
     )
 
 
@@ -105,7 +105,10 @@ def test_a_camera_without_its_tag_is_told() -> None:
 @pytest.mark.parametrize(
     ("change", "words"),
     [
-        (("<horizontal_fov>1", "<horizontal_fov>4"), "a pinhole has no field of view of 4 rad"),
+        (
+            ("<horizontal_fov>1", "<horizontal_fov>4"),
+            "a pinhole camera cannot have a field of view of 4 rad",
+        ),
         ((IMAGE, f"{IMAGE}<clip><near>9</near><far>2</far></clip>"), "nothing between 9 m and 2 m"),
     ],
 )

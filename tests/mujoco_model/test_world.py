@@ -158,7 +158,7 @@ def test_what_a_world_lacks_is_warned_about_with_its_file(tmp_path: Path) -> Non
     assert model.warnings == (
         "world.xml: Link 'cube' has no mass; it is computed from its shape with a density of "
         "1000 kg/m^3",
-        "world.xml: Sensor 'eye' is left out: sensors are of robots",
+        "world.xml: Sensor 'eye' is left out: only robots have sensors",
     )
 
 

@@ -95,7 +95,7 @@ def test_a_context_that_a_signal_ended_says_so_and_one_that_was_never_begun_does
     assert not isinstance(raised.value, ExternalShutdownException)
     context.init([])
     context.end_by_signal()
-    with pytest.raises(ExternalShutdownException, match="a signal has shut the context down"):
+    with pytest.raises(ExternalShutdownException, match="the context was shut down by a signal"):
         Node("late", context=context)
     with pytest.raises(NotInitializedException):  # as rclpy
         Clock().sleep_for(Duration(seconds=1), context)

@@ -65,7 +65,7 @@ def test_a_rejected_transform_is_told_on_rosout_with_its_place(log):
 @pytest.mark.parametrize("name", ["left.arm.tf.tree", "left.arm.tf", "left.arm"])
 def test_the_levels_of_ros_apply(log, set_level, name):
     set_level(name, LoggingSeverity.FATAL)
-    reject_a_transform()  # an error, so that it is passed over
+    reject_a_transform()  # an error, so that it is ignored
     set_level(name, LoggingSeverity.DEBUG)
     MODULE.debug("let %s", "through")
     assert [(line.level, line.msg) for line in log("through")] == [(10, "let through")]

@@ -27,7 +27,7 @@ def colour(link: Link) -> Material | None:
 def test_of_two_materials_the_first_is_taken() -> None:
     link, notes = read(f'<visual>{BOX}{RED}<material name="y"/></visual>')
     assert colour(link) == Material("x", (1.0, 0.0, 0.0, 1.0))
-    assert notes == ("Of several <material> in one <visual> the first is taken (line 1)",)
+    assert notes == ("Of several <material> in one <visual> the first is used (line 1)",)
 
 
 @pytest.mark.parametrize("texture", ["<texture/>", '<texture filename=""/>'])
@@ -47,7 +47,7 @@ def test_a_texture_without_a_file_leaves_the_colour(texture: str, whose: str) ->
     [
         ('xyz="1 2 3" rpy=""', Pose((1.0, 2.0, 3.0)), 'rpy="" counts as 0 0 0'),
         ('xyz="" rpy="1 2 3"', Pose(rpy=(1.0, 2.0, 3.0)), 'xyz="" counts as 0 0 0'),
-        ('xyz="1, 2, 3"', Pose((1.0, 2.0, 3.0)), "Commas between numbers count as blanks"),
+        ('xyz="1, 2, 3"', Pose((1.0, 2.0, 3.0)), "Commas between numbers are read as spaces"),
     ],
 )
 def test_places_may_be_empty_and_have_commas(origin: str, pose: Pose, note: str) -> None:
@@ -61,7 +61,7 @@ def test_one_scale_of_a_mesh_counts_for_all_axes() -> None:
         '<visual><geometry><mesh filename="a.stl" scale="0.001"/></geometry></visual>'
     )
     assert getattr(link.visuals[0].geometry, "scale", None) == (0.001, 0.001, 0.001)
-    assert notes == ('scale="0.001" counts for all three axes (line 1)',)
+    assert notes == ('scale="0.001" is used for all three axes (line 1)',)
 
 
 @pytest.mark.parametrize(
@@ -101,7 +101,7 @@ def test_a_joint_that_mimics_none_moves_on_its_own() -> None:
     )
     assert description.joints["j"].mimic is None
     assert description.repairs == (
-        "Joint 'j' mimics the joint 'k', which does not exist: it moves on its own",
+        "Joint 'j' mimics the joint 'k', which does not exist: it moves independently",
     )
 
 

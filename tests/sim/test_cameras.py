@@ -255,7 +255,9 @@ def test_a_cameras_name_that_is_no_topic_in_ros_is_told_and_made_one() -> None:
     built = build_model(robot(link("eye", ""), eye("cam-1", "camera"), eye("b", "camera")))
 
     assert built.camera("cam-1").topics["image"] == "cam_1/image_raw"
-    told = "'cam-1/image_raw' is no topic of ROS: camera 'cam-1' publishes on 'cam_1/image_raw'"
+    told = (
+        "'cam-1/image_raw' is not a valid topic name: camera 'cam-1' publishes on 'cam_1/image_raw'"
+    )
     assert told in built.warnings
 
 

@@ -178,7 +178,7 @@ def test_an_effort_of_zero_limits_nothing_and_is_named_with_its_line(kind: str) 
     (line,) = [n for n, text in enumerate(urdf.split("\n"), 1) if 'name="lift" type' in text]
     told = (
         f"No effort limit for lift (line {line}): effort 0 limits nothing, as in MuJoCo's reading "
-        "of URDF; in Gazebo such a joint exerts nothing"
+        "of URDF; in Gazebo such a joint exerts no effort"
     )
     assert [warning for warning in model.warnings if "effort" in warning] == [told]
     simulation = Simulation(model, control_period_ns=10_000_000)

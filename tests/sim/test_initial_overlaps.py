@@ -123,7 +123,7 @@ def test_the_fingers_of_a_gripper_close_as_far_as_they_were(follows: bool) -> No
     move(simulation, 1.0, open=0.3)
     move(simulation, 2.0, open=0.0)
 
-    told = "'left' and 'right' overlap at the start: they do not touch each other"
+    told = "'left' and 'right' overlap at the start: they do not collide"
     assert (told in gripper.warnings) is follows
     if follows:
         assert simulation.positions[0] == pytest.approx(0.0, abs=2e-3)

@@ -252,7 +252,7 @@ def test_an_actuator_that_no_joint_stands_for_is_named(tmp_path: Path) -> None:
     said: list[str] = []
     simulated_robot(file, warn=said.append)
 
-    assert said == ["Actuator 'thrust' moves no joint alone: it keeps its control"]
+    assert said == ["Actuator 'thrust' does not move a single joint: it keeps its control value"]
 
 
 def test_a_free_base_starts_where_the_file_or_somebody_puts_it(tmp_path: Path) -> None:

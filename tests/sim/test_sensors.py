@@ -260,8 +260,8 @@ def test_what_is_no_topic_in_ros_is_told_and_made_one() -> None:
 
     assert node.topics == ["my_imu", "/front_imu/_2nd", "/imu_1/data"]
     assert node.warnings == [
-        "'my imu' is no topic of ROS: sensor 'my imu' publishes on 'my_imu'",
-        "'/front-imu/2nd' is no topic of ROS: sensor 'b' publishes on '/front_imu/_2nd'",
+        "'my imu' is not a valid topic name: sensor 'my imu' publishes on 'my_imu'",
+        "'/front-imu/2nd' is not a valid topic name: sensor 'b' publishes on '/front_imu/_2nd'",
     ]
 
 

@@ -105,7 +105,10 @@ def test_a_program_that_hangs_is_given_up_after_the_time_without_progress(ros):
     (ros.folder / "hangs.py").write_text(DEADLOCK)
     result = ros.run("run -d --stall-timeout 2 ./hangs.py")
     assert (result.returncode, result.stdout) == (1, "")
-    assert "No progress for 2 s: hangs (its node has not appeared)\n  last words" in result.stderr
+    assert (
+        "No progress for 2 s: hangs (its node has not appeared in the graph)\n  last words"
+        in result.stderr
+    )
     assert "`--stall-timeout`" in result.stderr
     assert processes(ros)["hangs"]["ending"] is None
 
@@ -114,7 +117,7 @@ def test_a_program_that_spins_is_given_up_after_the_time_in_all(ros):
     (ros.folder / "spins.py").write_text("while True:\n    pass\n")
     result = ros.run("run -d --stall-timeout 1 --timeout 2 ./spins.py")
     assert (result.returncode, result.stdout) == (1, "")
-    assert "Not up within 2 s: spins (its node has not appeared)" in result.stderr
+    assert "Not up within 2 s: spins (its node has not appeared in the graph)" in result.stderr
 
 
 def test_a_program_that_works_is_waited_for_and_shown(ros):
@@ -122,7 +125,7 @@ def test_a_program_that_works_is_waited_for_and_shown(ros):
     result = ros.run("run -d --stall-timeout 2 ./late.py")
     assert result.returncode == 0, result.stderr
     assert result.stdout.startswith("late is up: /late [pid ")
-    assert "Starting: late (its node has not appeared)" in result.stderr
+    assert "Starting: late (its node has not appeared in the graph)" in result.stderr
 
 
 def test_what_each_process_of_a_launch_does_or_waits_for_is_said(ros):

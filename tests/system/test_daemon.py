@@ -197,7 +197,7 @@ def test_a_router_on_loopback_is_said_to_be_for_this_machine_only(
 ):
     ros = ros_with_own_router
     status = ros.run("daemon status")
-    line = f"Listens at: {ros.router} (this machine only, nothing authenticates its users)\n"
+    line = f"Listens at: {ros.router} (this machine only, without authentication)\n"
     assert line in status.stderr
     assert "WARNING" not in status.stderr
     data = json.loads(ros.run("daemon status --json").stdout)
@@ -225,7 +225,7 @@ def open_router(ros_without_router, monkeypatch):
 
 def assert_names_the_danger(text, endpoints):
     assert all(endpoint in text for endpoint in endpoints)
-    assert "can read and command all nodes, and nothing authenticates it." in text
+    assert "can read and command all nodes, without authentication." in text
     assert "0.0.0.0" not in text.partition("WARNING")[2]
 
 

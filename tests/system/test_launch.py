@@ -369,7 +369,7 @@ def test_a_description_that_is_refused_ends_the_wait_with_the_reason(ros):
     assert result.stderr.endswith(
         "teleopctl: ros2_control_node-2: the robot description is refused: "
         "no 'ros2_control' tag found in the URDF\n"
-        "  The rest of the launch goes on; `teleopctl stop sim` ends it.\n"
+        "  The rest of the launch continues; `teleopctl stop sim` ends it.\n"
     )
     assert "ros2_control_node-2 is up" not in result.stdout
     log = ros.run("logs sim").stdout

@@ -147,7 +147,7 @@ def test_a_router_file_says_where_the_daemon_listens(ros):
     where = (
         f"Endpoint: tcp/127.0.0.1:{port}\n"
         f"Sessions connect elsewhere: {ros.router} (from TELEOPCTL_ROUTER)\n"
-        f"Listens at: tcp/127.0.0.1:{port} (this machine only, nothing authenticates its users)\n"
+        f"Listens at: tcp/127.0.0.1:{port} (this machine only, without authentication)\n"
     )
     for first in ("The daemon has been started\n", "The daemon is already running\n"):
         done = ros.run("daemon start")
@@ -176,7 +176,7 @@ def test_a_client_whose_file_names_no_router_is_told_to_name_one(ros):
     file = write_session_file(ros)
     Path(file).write_text('{ mode: "client" }')
     assert ros.run("topic list").stderr == (
-        f"teleopctl: No router answers, and {file} names no place.\n"
-        f"  Name the router's place in connect/endpoints of {file}: 'teleopctl daemon start' "
+        f"teleopctl: No router answers, and {file} sets no address.\n"
+        f"  Set the router's address in connect/endpoints of {file}: 'teleopctl daemon start' "
         "starts one at tcp/localhost:7447.\n"
     )

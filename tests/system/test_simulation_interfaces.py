@@ -595,4 +595,4 @@ def test_the_command_line_has_words_for_them(
     assert sim("delete", "can") == "Deleted can"
     refused = shared_ros.run(["sim", "load", "state.json"], cwd=tmp_path)
     assert (refused.returncode, "it has the body 'can'" in refused.stderr) == (1, True)
-    assert sim("reset") == "The simulation is back at its start"
+    assert sim("reset") == "The simulation was reset"

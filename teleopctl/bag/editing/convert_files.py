@@ -81,7 +81,7 @@ def read_input_options(path: Path) -> tuple[list[InputBag], list[str]]:
 
 def _parse_input(item: OptionItem, remarks: list[str]) -> InputBag:
     if item.pairs is None:
-        raise InvalidFileError(f"{item.place}: here has to be a mapping", hint=_INPUT_EXPECTED)
+        raise InvalidFileError(f"{item.place}: expected a mapping", hint=_INPUT_EXPECTED)
     texts: dict[str, str] = {}
     times: dict[str, int] = {}
     for key, line, value in item.pairs:
@@ -90,12 +90,12 @@ def _parse_input(item: OptionItem, remarks: list[str]) -> InputBag:
             raise InvalidFileError(f"{place}: '{key}' is given twice")
         if key in _INPUT_TEXTS:
             if not isinstance(value, str):
-                raise InvalidFileError(f"{place}: '{key}' has to be a text, not {value!r}")
+                raise InvalidFileError(f"{place}: '{key}' must be a text, not {value!r}")
             texts[key] = value
         elif key in _INPUT_TIMES:
             if not isinstance(value, int) or isinstance(value, bool):
                 raise InvalidFileError(
-                    f"{place}: '{key}' has to be a whole number of nanoseconds, not {value!r}"
+                    f"{place}: '{key}' must be a whole number of nanoseconds, not {value!r}"
                 )
             times[key] = value
         elif key in _WITHOUT_EFFECT_ON_INPUT:
@@ -201,7 +201,7 @@ class _Entry:
         self._values: _Values = {}
         self.remarks: list[str] = []
         if item.pairs is None:
-            raise InvalidFileError(f"{item.place}: here has to be a mapping", hint=_OUTPUT_EXPECTED)
+            raise InvalidFileError(f"{item.place}: expected a mapping", hint=_OUTPUT_EXPECTED)
         for key, line, value in item.pairs:
             if key in self._lines:
                 raise InvalidFileError(f"{item.path}:{line}: '{key}' is given twice")
@@ -244,7 +244,7 @@ class _Entry:
             if not isinstance(value, kind) or is_bool_for_int:
                 raise InvalidFileError(f"{place}: '{key}' has to be {_WORDS[kind]}, not {value!r}")
             if isinstance(value, list) and not all(isinstance(name, str) for name in value):
-                raise InvalidFileError(f"{place}: '{key}' has to be a list of names")
+                raise InvalidFileError(f"{place}: '{key}' must be a list of names")
             if isinstance(value, int) and value < 0 and key.startswith("max_"):
                 raise InvalidFileError(f"{place}: '{key}' cannot be negative")
             self._values[key] = value
@@ -299,7 +299,7 @@ class _Entry:
             self._refuse("compression_mode", "expected none, file or message")
         form = (values.get("compression_format") or "").lower()
         if form not in ("", "zstd", "lz4"):
-            self._refuse("compression_format", "it is zstd or lz4")
+            self._refuse("compression_format", "expected zstd or lz4")
         if mode in ("file", "message"):
             place = f"{self._path}:{self._lines['compression_mode']}"
             self.remarks.append(f"{place}: MCAP files are compressed by chunks")

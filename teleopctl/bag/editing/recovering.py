@@ -102,7 +102,7 @@ def recover(
     if files[0].suffix == ".bag":
         raise RefusedError(
             f"{path} is a bag of ROS 1, which has its own programs for this",
-            hint="rosbag reindex mends it; teleopctl bag convert reads it then.",
+            hint="rosbag reindex repairs it; teleopctl bag convert reads it then.",
         )
     faults = [(file, fault) for file in files for fault in _faults(file)]
     if output is None and all(fault.is_finishable for _, fault in faults):
@@ -136,7 +136,7 @@ def _repair_in_place(path: Path, files: list[Path]) -> Recovery:
         if _has_no_header(file):
             file.unlink()
             McapFileWriter(file).close()
-            done.append(f"{file}: it was empty, and is a file without messages now")
+            done.append(f"{file}: it was empty, and is now a valid file without messages")
             continue
         with McapFileReader(file) as reader:
             is_finished = reader.is_finished
@@ -169,7 +169,7 @@ def _finished_database(file: Path) -> list[str]:
     if not is_left_open(file):
         return []
     finish_database(file)
-    return [f"{file}: it has now what SQLite had beside it"]
+    return [f"{file}: SQLite's log was merged into the file"]
 
 
 def _copy_readable(

@@ -77,7 +77,7 @@ class VectorField:
         path = path or _FIELDS.get(topics[self.topic], "")
         if not path:
             raise UsageError(
-                f"{self.topic} has the type {topics[self.topic]}: which field of it is meant?",
+                f"{self.topic} has the type {topics[self.topic]}: name one of its fields",
                 hint=f"Name it, such as {self.topic}/position. Only a topic is enough for "
                 f"{', '.join(_FIELDS)}.",
             )
@@ -96,7 +96,7 @@ class VectorField:
         try:
             values = [float(value) for value in self._read(message)]
         except (TypeError, ValueError) as error:
-            raise InvalidMessageError(f"{self.topic}: the field is no vector") from error
+            raise InvalidMessageError(f"{self.topic}: the field is not a vector") from error
         if not values:
             return
         names = _names(message, len(values))
@@ -190,7 +190,7 @@ def export_lerobot(bag: Bag, folder: Path, options: LeRobotOptions) -> LeRobotSu
         InvalidFileError: The bag is broken, or a gap between its times is too long.
     """
     if not 1 <= options.fps <= 1000:
-        raise UsageError(f"{options.fps} is no rate of frames")
+        raise UsageError(f"{options.fps} is not a frame rate")
     recording = _Recording(bag, folder, options)
     make_output_folder(folder)
     try:

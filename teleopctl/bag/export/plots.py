@@ -231,7 +231,7 @@ def _numbers(name: str, suffix: str, value: Any) -> dict[str, float]:
             found.update(_numbers(name, f"{suffix}[{index}]", element))
         return found
     kind = getattr(value, "TYPE_NAME", type(value).__name__)
-    raise InvalidMessageError(f"{name}{suffix} is no number but {kind}")
+    raise InvalidMessageError(f"{name}{suffix} is not a number but {kind}")
 
 
 SUFFIXES = (".png", ".svg", ".pdf")

@@ -377,9 +377,9 @@ class TableExport:
         self.left_out = dict(self._decoder.left_out)
         for name, topic in self._decoder.topics.items():
             if topic.type_name in PICTURES:
-                self.left_out[name] = "Pictures make a film: --format mp4"
+                self.left_out[name] = "Images are exported as a video: --format mp4"
             elif topic.type_name in _CLOUDS:
-                self.left_out[name] = "Point clouds make no table"
+                self.left_out[name] = "Point clouds cannot be exported as a table"
         self._topics = [name for name in self._decoder.topics if name not in self.left_out]
 
     def write(self) -> Iterator[ExportedTable]:

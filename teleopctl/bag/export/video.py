@@ -160,7 +160,7 @@ class VideoExport:
         rate: float | None = None,
     ) -> None:
         if rate is not None and not 0.0 < rate <= 1000.0:
-            raise UsageError(f"{rate:g} is no rate of frames")
+            raise UsageError(f"{rate:g} is not a frame rate")
         self._decoder = Decoder(bag, topics)
         self._folder = folder
         self._rate = rate

@@ -209,7 +209,7 @@ def iter_records(data: bytes) -> Iterator[tuple[int, int, int]]:
         if offset > len(data):
             raise ValueError("a record goes beyond the end of its chunk")
         if opcode == Opcode.MESSAGE and length < MESSAGE_HEAD.size:
-            raise ValueError("a message is shorter than its head")
+            raise ValueError("a message is shorter than its header")
         yield opcode, start, offset
 
 

@@ -66,7 +66,7 @@ class Selection:
             try:
                 re.compile(pattern)
             except re.error as error:
-                raise UsageError(f"{pattern!r} is no regular expression: {error}") from error
+                raise UsageError(f"{pattern!r} is not a regular expression: {error}") from error
 
     @property
     def is_empty(self) -> bool:
@@ -161,7 +161,7 @@ def read_static_topics(path: Path) -> dict[str, str]:
         is_pair = isinstance(pair, list) and len(pair) == 2
         if not is_pair or not all(isinstance(word, str) and word for word in pair):
             raise InvalidFileError(
-                f"{item.place}: here have to be a topic and its type, not {pair!r}",
+                f"{item.place}: expected a topic and its type, got {pair!r}",
                 hint=_EXPECTED,
             )
         name, type_name = pair

@@ -65,7 +65,7 @@ def open_bag(
     files = bag_files(path)
     if not files:
         raise NotFoundError(
-            f"'{path}' is no bag: it has neither {METADATA_FILE} nor a file of a bag",
+            f"'{path}' is not a bag: it has neither {METADATA_FILE} nor a file of a bag",
             hint="A bag is a folder with .mcap or .db3 files, one such file, or a .bag of ROS 1.",
         )
     if files[0].suffix == ".bag":

@@ -211,7 +211,9 @@ class SqliteFileReader(BagFileReader):
                 continue  # the database is damaged; `_find_topics` raises the error
             is_computed = any(row[-1] not in (None, 0) for row in columns)
             if is_computed or (kinds and "table" not in kinds):
-                raise InvalidFileError(f"Cannot read {self.path}: its '{table}' is no plain table")
+                raise InvalidFileError(
+                    f"Cannot read {self.path}: its '{table}' is not a plain table"
+                )
 
     def _find_topics(self) -> dict[int, BagTopic]:
         """Return the topics by their IDs in the database."""

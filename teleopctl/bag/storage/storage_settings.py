@@ -92,7 +92,7 @@ def _changed(settings: ChunkSettings, key: str, place: str, value: Any) -> Chunk
     if key not in _KEYS:
         raise InvalidFileError(f"{place}: '{key}' is not known", hint=did_you_mean(key, _KEYS))
     if not isinstance(value, bool):
-        raise InvalidFileError(f"{place}: '{key}' is true or false, not {value!r}")
+        raise InvalidFileError(f"{place}: '{key}' must be true or false, not {value!r}")
     if key == "forceCompression":
         return settings._replace(forces_compression=value)
     if key == "noChunkCRC":

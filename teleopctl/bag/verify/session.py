@@ -209,8 +209,8 @@ def end_of_run_ns(topics: Collection[RecordedTopic]) -> int:
         )
     if times_ns[0] != 0:
         raise InvalidFileError(
-            f"The bag begins at {to_seconds(times_ns[0]):.3f} s of simulated time: what had "
-            "happened before is not in it",
+            f"The bag begins at {to_seconds(times_ns[0]):.3f} s of simulated time: earlier "
+            "events were not recorded",
             hint="Record the launch from its first message: launch sim.yaml record:=true",
         )
     for topic in topics:
@@ -231,7 +231,7 @@ def _refuse_restart(topic: RecordedTopic) -> None:
         latest_ns = max(latest_ns, message.time_ns)
         if again == _RESTARTED:
             raise InvalidFileError(
-                f"Simulated time goes back from {to_seconds(latest_ns):.3f} s in the bag, and on "
+                f"Simulated time jumps back from {to_seconds(latest_ns):.3f} s in the bag, and on "
                 "from there",
                 hint="The simulation was reset or started again, or there were two of them: "
                 "record each run for itself.",

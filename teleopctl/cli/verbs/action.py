@@ -39,7 +39,7 @@ GROUP = VerbGroup(
     "List actions, send goals and watch them.",
     {
         "list": Verb(f"{__name__}:list_actions", "List the actions."),
-        "info": Verb(f"{__name__}:action_info", "Show who serves and who uses an action."),
+        "info": Verb(f"{__name__}:action_info", "Show the servers and clients of an action."),
         "type": Verb(f"{__name__}:action_type", "Print the type of an action."),
         "find": Verb(f"{__name__}:actions_of_type", "List the actions of a type."),
         "send_goal": Verb(
@@ -57,9 +57,7 @@ GROUP = VerbGroup(
 
 
 ActionName = Annotated[str, Argument(help="The action.", complete="actions")]
-CountActions = Annotated[
-    bool, Option("-c", "--count-actions", help="Print only how many there are.")
-]
+CountActions = Annotated[bool, Option("-c", "--count-actions", help="Print only the number.")]
 
 
 def list_actions(
@@ -85,7 +83,9 @@ def list_actions(
 
 def action_info(
     action_name: ActionName,
-    show_types: Annotated[bool, Option("-t", "--show-types", help="Show the types, too.")] = False,
+    show_types: Annotated[
+        bool, Option("-t", "--show-types", help="Show the types as well.")
+    ] = False,
     only_count: Annotated[bool, Option("-c", "--count", help="Print no nodes.")] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -159,7 +159,7 @@ def send_goal(
         Option(
             "-t",
             "--timeout",
-            help="Wait so many seconds for the server, and for the result; 0 for no result.",
+            help="Seconds to wait for the server, and for the result; 0 for no result.",
             metavar="SECONDS",
         ),
     ] = None,
@@ -385,7 +385,7 @@ class _Exchange:
         answer.on_unanswered(lambda: settled.set_result(None))
         self._executor.spin_until_future_complete(settled, timeout_s)
         if settled.done() and not answer.done():
-            raise UnavailableError(f"The server of '{self._client.action_name}' has gone away")
+            raise UnavailableError(f"The server of '{self._client.action_name}' has disappeared")
         return answer.done()
 
 
@@ -397,7 +397,7 @@ def echo(
     type_name: Annotated[
         str | None,
         Argument(
-            help="Its type; otherwise the one that it has in the graph.",
+            help="Type; by default the one in the graph.",
             metavar="ACTION_TYPE",
             complete="action_types",
         ),

@@ -49,7 +49,7 @@ _TELL_EVERY_S = 2.0
 
 
 def save(
-    file: Annotated[str, Argument(help="Where to write it, such as picture.png.")],
+    file: Annotated[str, Argument(help="Output file, such as picture.png.")],
     topic: Annotated[
         str, Option("-t", "--topic", help="The camera's images.", complete="topics")
     ] = "/image_raw",
@@ -61,7 +61,7 @@ def save(
     """Save the next picture of a camera as a PNG file."""
     path = Path(file)
     if path.suffix.lower() != ".png":
-        raise UsageError(f"'{file}' is no PNG file", hint="End its name with .png.")
+        raise UsageError(f"'{file}' is not a PNG file", hint="End its name with .png.")
     image = _next_image(absolute_name(topic), timeout)
     try:
         _picture(image).save(path, optimize=True)

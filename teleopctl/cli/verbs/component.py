@@ -57,7 +57,7 @@ _SERVICES = {"load_node": "LoadNode", "unload_node": "UnloadNode", "list_nodes":
 
 def list_containers(
     container_name: Annotated[
-        str | None, Argument(help="The container; otherwise all.", complete="containers")
+        str | None, Argument(help="Container; by default all.", complete="containers")
     ] = None,
     containers_only: Annotated[
         bool, Option("--containers-only", help="Print the names of the containers alone.")
@@ -145,7 +145,7 @@ def _components(answer: Any) -> list[tuple[int, str]]:
 
 def list_types(
     package_name: Annotated[
-        str | None, Argument(help="The package; otherwise all.", complete="packages")
+        str | None, Argument(help="Package; by default all.", complete="packages")
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -180,7 +180,7 @@ _REACHED_WITHIN_S = 2.0
 _AGAIN_AFTER_S = 0.05
 
 PackageName = Annotated[
-    str, Argument(help="The package that brings it.", complete="component_packages")
+    str, Argument(help="Package of the component.", complete="component_packages")
 ]
 PluginName = Annotated[
     str, Argument(help="Its type, such as composition::Talker.", complete="component_types")
@@ -195,11 +195,11 @@ class ComponentOptions(OptionSet):
         str | None, Option("--node-namespace", help="The node's namespace.")
     ] = None
     log_level: Annotated[
-        str | None, Option("--log-level", help="The level of its logger, by name or number.")
+        str | None, Option("--log-level", help="Log level of the component, by name or number.")
     ] = None
     remap_rules: Annotated[
         list[str] | None,
-        Option("-r", "--remap-rule", help="Another name, as FROM:=TO.", metavar="RULE"),
+        Option("-r", "--remap-rule", help="Remapping, as FROM:=TO.", metavar="RULE"),
     ] = None
     parameters: Annotated[
         list[str] | None,
@@ -279,7 +279,7 @@ def unload(
 
     for text in component_ids:
         if not text.isdecimal():
-            raise UsageError(f"'{text}' is no number of a component")
+            raise UsageError(f"'{text}' is not a component number")
     class_ = get_service("composition_interfaces/srv/UnloadNode")
     with command_node(session_mode="client") as node:
         container = find_container(node, container_name)
@@ -389,7 +389,7 @@ def standalone(
     options: ComponentOptions,
     container_name: Annotated[
         str | None,
-        Option("-c", "--container-node-name", help="The container's name; otherwise a new one."),
+        Option("-c", "--container-node-name", help="Container name; by default a new one."),
     ] = None,
     timeout: Timeout = None,
 ) -> int:

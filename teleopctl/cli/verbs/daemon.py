@@ -9,7 +9,7 @@ if TYPE_CHECKING:
     from teleopctl.wire import RouterAddress, RouterReach
 
 GROUP = VerbGroup(
-    "Manage the router that introduces nodes to each other.",
+    "Manage the router through which nodes discover each other.",
     {
         "start": Verb(f"{__name__}:start", "Start the daemon if it is not running."),
         "stop": Verb(f"{__name__}:stop", "Stop the daemon if it is running."),
@@ -23,7 +23,11 @@ GROUP = VerbGroup(
 def start(
     debug: Annotated[
         bool,
-        Option("-d", "--debug", help="Be the daemon here, until Ctrl-C, and show Zenoh's log."),
+        Option(
+            "-d",
+            "--debug",
+            help="Run the daemon in the foreground until Ctrl-C, and show Zenoh's log.",
+        ),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -115,7 +119,7 @@ def _say_who_reaches(reach: "RouterReach") -> None:
         console.warn(f"{reach.danger}\n  {HOW_TO_CLOSE}")
     else:
         listens = ", ".join(reach.addresses)
-        console.note(f"Listens at: {listens} (this machine only, nothing authenticates its users)")
+        console.note(f"Listens at: {listens} (this machine only, without authentication)")
 
 
 def _say_where(address: "RouterAddress", sessions: "RouterAddress") -> None:

@@ -24,7 +24,7 @@ PLUGIN = VerbGroup(
 _OURS = "teleopctl"
 
 ShowAll = Annotated[
-    bool, Option("-a", "--all", help="Also those that cannot be loaded, with - before them.")
+    bool, Option("-a", "--all", help="Include plug-ins that cannot be loaded, marked with -.")
 ]
 Verbose = Annotated[bool, Option("-v", "--verbose", help="Show where each one is defined.")]
 

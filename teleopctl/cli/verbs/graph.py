@@ -24,22 +24,20 @@ def graph(
         str,
         Option(
             "--show",
-            help="Nodes with the topics that join them, nodes alone, or with all topics.",
+            help="Nodes with the topics between them, nodes only, or nodes with all topics.",
             choices=SHOWN,
         ),
     ] = "active",
     include_hidden: Annotated[
         bool,
         Option(
-            "--include-hidden", help="Show /rosout, /clock, names with _, RViz and the like, too."
+            "--include-hidden", help="Include /rosout, /clock, names with _, RViz and the like."
         ),
     ] = False,
     svg: Annotated[
         str | None, Option("--svg", help="Write a picture to this file.", metavar="FILE")
     ] = None,
-    dot: Annotated[
-        bool, Option("--dot", help="Print it for Graphviz, as without any option.")
-    ] = False,
+    dot: Annotated[bool, Option("--dot", help="Print it for Graphviz; the default.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print boxes and arrows as JSON.")] = False,
 ) -> None:
     """Draw the graph of nodes and topics, as rqt_graph does.

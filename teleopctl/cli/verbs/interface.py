@@ -27,7 +27,7 @@ GROUP = VerbGroup(
         "proto": Verb(f"{__name__}:proto", "Print the values of a type, to be filled in."),
         "stubs": Verb(
             f"{__name__}:stubs",
-            "Write what editors and type checkers read of your own message packages.",
+            "Write type stubs of your own message packages, for editors and type checkers.",
             examples=("teleopctl interface stubs typings",),
         ),
     },
@@ -124,7 +124,7 @@ _Type = Annotated[
 def show(
     type_name: _Type,
     all_comments: Annotated[
-        bool, Option("--all-comments", help="With the comments of the messages it holds, too.")
+        bool, Option("--all-comments", help="Include the comments of nested messages.")
     ] = False,
     no_comments: Annotated[
         bool, Option("--no-comments", help="Without comments and empty lines.")
@@ -169,7 +169,9 @@ def _shown(name: str, comments: bool, *, nested_comments: bool, depth: int = 0) 
 
 def proto(
     type_name: _Type,
-    no_quotes: Annotated[bool, Option("--no-quotes", help="Without the quotes around it.")] = False,
+    no_quotes: Annotated[
+        bool, Option("--no-quotes", help="Without the quotes around the text.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Print the default values of a message, request or goal as YAML."""
@@ -221,14 +223,14 @@ reportMissingModuleSource = false"""
 
 
 def stubs(
-    folder: Annotated[str, Argument(help="Where to; made if needed.", metavar="DIR")],
+    folder: Annotated[str, Argument(help="Output folder; created if missing.", metavar="DIR")],
     every: Annotated[
         bool,
         Option("--all", help="Those of all packages, for a ROS_DISTRO that is not the default."),
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Write what editors and type checkers read of your own message packages.
+    """Write type stubs of your own message packages, for editors and type checkers.
 
     Those of the packages that come with teleopctl are installed with it. Run it again when a
     definition has changed.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 VERB = Verb(
     f"{__name__}:launch",
-    "Start what a launch file describes, show its output and stop it on Ctrl-C.",
+    "Start a launch file, show its output, and stop it on Ctrl-C.",
     examples=(
         "teleopctl launch sim.yaml camera:=false",
         "teleopctl launch --detach display.yaml model:=my_robot.urdf.xacro",
@@ -44,7 +44,9 @@ def launch(
     ] = False,
     noninteractive: Annotated[
         bool,
-        Option("--noninteractive", "-n", help="Accepted for ROS 2's sake: it is always so here."),
+        Option(
+            "--noninteractive", "-n", help="Accepted for compatibility with ROS 2: always on here."
+        ),
     ] = False,
     show_all: Annotated[
         bool,
@@ -56,13 +58,13 @@ def launch(
     ] = False,
     launch_prefix: Annotated[
         str | None,
-        Option("--launch-prefix", help="Words to put before each command line."),
+        Option("--launch-prefix", help="Prefix of each command line."),
     ] = None,
     launch_prefix_filter: Annotated[
         str | None,
         Option(
             "--launch-prefix-filter",
-            help="Only programs that this pattern fits get the words of --launch-prefix.",
+            help="Use --launch-prefix only for programs that match this pattern.",
         ),
     ] = None,
     log_file_name: Annotated[
@@ -70,7 +72,7 @@ def launch(
         Option(
             "--log-file-name",
             "-f",
-            help="The file in the log folder that has all output, without its ending .log.",
+            help="File name of the log of all output, without .log.",
             metavar="NAME",
         ),
     ] = "launch",
@@ -85,7 +87,7 @@ def launch(
         bool,
         Option(
             "--watch",
-            help="Restart a node when its source is saved, or the description that it was given.",
+            help="Restart a node when its source or its robot description is saved.",
         ),
     ] = False,
     exit_status: Annotated[
@@ -103,10 +105,12 @@ def launch(
     ] = False,
     safe: Annotated[
         bool,
-        Option("--safe", help="Refuse robot descriptions that are more than arithmetic."),
+        Option(
+            "--safe", help="Refuse robot descriptions whose expressions are more than arithmetic."
+        ),
     ] = False,
 ) -> int:
-    """Start what a launch file describes, show its output and stop it on Ctrl-C."""
+    """Start a launch file, show its output, and stop it on Ctrl-C."""
     del noninteractive
     if safe:
         # For this process and for those that it starts, which may read descriptions themselves.

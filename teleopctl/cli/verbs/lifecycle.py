@@ -31,7 +31,7 @@ GROUP = VerbGroup(
         "list": Verb(f"{__name__}:list_transitions", "List the transitions that are possible."),
         "set": Verb(
             f"{__name__}:set_state",
-            "Take a node through a transition.",
+            "Trigger a transition of a node.",
             examples=("teleopctl lifecycle set /camera configure",),
         ),
     },
@@ -77,7 +77,7 @@ class LifecycleClient:
         if name not in managed:
             there_is = what_there_is("managed nodes", [name], managed)
             if name in self._graph.node_names(include_hidden):
-                there_is = f"'{name}' has no life cycle. {there_is}"
+                there_is = f"'{name}' is not a managed node. {there_is}"
             raise NotFoundError(f"Node not found: '{name}'", hint=there_is)
         return name
 
@@ -146,14 +146,16 @@ def open_lifecycle_client(timeout_s: float | None) -> Iterator[LifecycleClient]:
 
 def list_nodes(
     include_all: Annotated[
-        bool, Option("-a", "--all", help="List nodes whose name starts with _, too.")
+        bool, Option("-a", "--all", help="Include nodes whose name starts with _.")
     ] = False,
     count_nodes: Annotated[
-        bool, Option("-c", "--count-nodes", help="Print only how many there are.")
+        bool, Option("-c", "--count-nodes", help="Print only the number.")
     ] = False,
     timeout: Annotated[
         float | None,
-        Option("--timeout", help="Accepted for ROS 2's sake: the graph is known at once."),
+        Option(
+            "--timeout", help="Accepted for compatibility with ROS 2: the graph is known at once."
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -179,7 +181,7 @@ def managed_nodes(graph: "Graph", *, include_hidden: bool = False) -> list[str]:
 
 def get_state(
     node_name: Annotated[
-        str | None, Argument(help="The node; otherwise all nodes.", complete="managed_nodes")
+        str | None, Argument(help="Node; by default all nodes.", complete="managed_nodes")
     ] = None,
     include_hidden: HiddenNodes = False,
     timeout: Timeout = None,

@@ -25,7 +25,7 @@ def logs(
         str,
         Argument(
             metavar="NAME",
-            help="As `teleopctl ps` lists it, or a node.",
+            help="Name as in `teleopctl ps`, or a node.",
             complete="logged_processes",
         ),
     ],

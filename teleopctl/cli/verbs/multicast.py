@@ -85,9 +85,11 @@ def _checked(group: str, port: int) -> Iterator[None]:
 
     try:
         if not 224 <= socket.inet_aton(group)[0] <= 239:
-            raise UsageError(f"{group} is no multicast group: those begin with 224 to 239")
+            raise UsageError(
+                f"{group} is not a multicast group: expected 224.0.0.0 to 239.255.255.255"
+            )
         if not 0 < port < 65536:
-            raise UsageError(f"{port} is no port: 1 to 65535")
+            raise UsageError(f"{port} is not a port: expected 1 to 65535")
         yield
     except OSError as error:
         if isinstance(error, TimeoutError):
@@ -120,7 +122,8 @@ def send(
     group: _Group = MULTICAST_GROUP,
     port: _Port = MULTICAST_PORT,
     ttl: Annotated[
-        int | None, Option("--ttl", help="How many routers it may pass.", metavar="N")
+        int | None,
+        Option("--ttl", help="Number of routers that the datagram may pass.", metavar="N"),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -15,10 +15,10 @@ if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken, NodeEntry
 
 GROUP = VerbGroup(
-    "List nodes and what they offer.",
+    "List nodes and their endpoints.",
     {
         "list": Verb(f"{__name__}:list_nodes", "List the nodes."),
-        "info": Verb(f"{__name__}:node_info", "Show what a node publishes, subscribes and serves."),
+        "info": Verb(f"{__name__}:node_info", "Show the topics, services and actions of a node."),
     },
     leaves_nothing=True,
 )
@@ -28,10 +28,10 @@ NamesAndTypes = dict[str, list[str]]
 
 def list_nodes(
     include_all: Annotated[
-        bool, Option("-a", "--all", help="List nodes whose name starts with _, too.")
+        bool, Option("-a", "--all", help="Include nodes whose name starts with _.")
     ] = False,
     count_nodes: Annotated[
-        bool, Option("-c", "--count-nodes", help="Print only how many there are.")
+        bool, Option("-c", "--count-nodes", help="Print only the number.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -56,7 +56,7 @@ def list_nodes(
 def node_info(
     node_name: NodeName,
     include_hidden: Annotated[
-        bool, Option("--include-hidden", help="List hidden topics and services, too.")
+        bool, Option("--include-hidden", help="Include hidden topics and services.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:

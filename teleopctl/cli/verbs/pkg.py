@@ -100,7 +100,7 @@ def executables(
         Argument(metavar="[PACKAGE]", help="Name of the package.", complete="packages"),
     ] = None,
     full_path: Annotated[
-        bool, Option("--full-path", help="Print the path of a file that runs each.")
+        bool, Option("--full-path", help="Print the full path of each program.")
     ] = False,
     as_json: AsJson = False,
 ) -> None:
@@ -227,10 +227,10 @@ def create(
         ),
     ] = "TODO: License declaration",
     destination_directory: Annotated[
-        str, Option("--destination-directory", help="The folder in which the package's is made.")
+        str, Option("--destination-directory", help="Folder in which the package is created.")
     ] = ".",
     build_type: Annotated[
-        str, Option("--build-type", help="How it is built.", choices=BUILD_TYPES)
+        str, Option("--build-type", help="Build type.", choices=BUILD_TYPES)
     ] = "ament_cmake",
     dependencies: Annotated[
         list[str] | None,
@@ -238,11 +238,11 @@ def create(
     ] = None,
     maintainer_email: Annotated[
         str | None,
-        Option("--maintainer-email", help="The maintainer's address; otherwise the one in git."),
+        Option("--maintainer-email", help="Maintainer's address; by default that of git."),
     ] = None,
     maintainer_name: Annotated[
         str | None,
-        Option("--maintainer-name", help="The maintainer's name; otherwise the user's."),
+        Option("--maintainer-name", help="Maintainer's name; by default the user's."),
     ] = None,
     node_name: Annotated[
         str | None, Option("--node-name", help="Name of a program to create.")

@@ -9,7 +9,7 @@ from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Verb
 from teleopctl.launch import Running, command_text, died, duration, running
 
-VERB = Verb(f"{__name__}:ps", "List what runs in the background.")
+VERB = Verb(f"{__name__}:ps", "List background processes.")
 
 _HEADER = ("NAME", "PID", "KIND", "UPTIME", "COMMAND")
 
@@ -17,7 +17,7 @@ _HEADER = ("NAME", "PID", "KIND", "UPTIME", "COMMAND")
 def ps(
     as_json: AsJson = False,
 ) -> int:
-    """List what runs in the background.
+    """List background processes.
 
     What a launch started stands below it. What has died is listed until `teleopctl stop` has told
     of it, or its name is taken again.
@@ -28,7 +28,7 @@ def ps(
         console.out_json([_as_json(entry, now) for entry in entries])
         return 0
     if not entries:
-        console.note("Nothing runs in the background.")
+        console.note("No background processes.")
         return 0
     rows = [_HEADER, *(_row(entry, now) for entry in entries)]
     widths = [max(len(row[column]) for row in rows) for column in range(len(_HEADER) - 1)]

@@ -56,7 +56,7 @@ def check(
         Option(
             "-s",
             "--simulate",
-            help="Simulate each robot for 5 s standing, and then moved by its controllers.",
+            help="Simulate each robot for 5 s at rest, then move it by its controllers.",
         ),
     ] = False,
     as_json: AsJson = False,

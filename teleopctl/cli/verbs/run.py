@@ -63,9 +63,7 @@ def run(
             complete="programs",
         ),
     ],
-    prefix: Annotated[
-        str | None, Option("--prefix", help="Words to put before the command line.")
-    ] = None,
+    prefix: Annotated[str | None, Option("--prefix", help="Prefix of the command line.")] = None,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once the node is up.")] = False,
     timeout: UpTimeout = None,
     stall_timeout: StallTimeout = None,

@@ -38,7 +38,7 @@ GROUP = VerbGroup(
         "list": Verb(f"{__name__}:list_services", "List the services."),
         "type": Verb(f"{__name__}:service_type", "Print the type of a service."),
         "find": Verb(f"{__name__}:services_of_type", "List the services of a type."),
-        "info": Verb(f"{__name__}:service_info", "Show who serves and calls a service."),
+        "info": Verb(f"{__name__}:service_info", "Show the servers and clients of a service."),
         "call": Verb(
             f"{__name__}:call",
             "Call a service.",
@@ -159,7 +159,7 @@ def call(
     ] = None,
     rate: Annotated[
         float | None,
-        Option("-r", "--rate", help="Call again and again, this often.", metavar="HZ"),
+        Option("-r", "--rate", help="Call repeatedly at this rate.", metavar="HZ"),
     ] = None,
     stdin: Annotated[bool, Option("--stdin", help="Read the request from standard input.")] = False,
     timeout: Annotated[
@@ -261,9 +261,7 @@ def echo(
     service_name: ServiceName,
     service_type: Annotated[
         str | None,
-        Argument(
-            help="Its type; otherwise the one that it has in the graph.", complete="service_types"
-        ),
+        Argument(help="Type; by default the one in the graph.", complete="service_types"),
     ] = None,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object an event.")] = False,
     use_sim_time: UseSimTime = False,
@@ -329,6 +327,6 @@ def _type_of(service: str) -> str:
     if len(types) > 1:
         raise RefusedError(
             f"More than one type associated with service '{service}'",
-            hint=f"Name the one that is meant: {' or '.join(types)}.",
+            hint=f"Give the type explicitly: {' or '.join(types)}.",
         )
     return types[0]

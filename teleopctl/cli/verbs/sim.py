@@ -56,7 +56,10 @@ _OK, _ALREADY = 1, 101
 
 EntityName = Annotated[str, Argument(help="The entity, as `sim list` has it.")]
 StateName = Annotated[
-    str, Argument(metavar="NAME", help="A name for the simulator to keep it by, or a .json file.")
+    str,
+    Argument(
+        metavar="NAME", help="Name under which the simulator keeps the state, or a .json file."
+    ),
 ]
 
 
@@ -73,7 +76,7 @@ def play(as_json: AsJson = False) -> None:
 
 
 def step(
-    steps: Annotated[int, Argument(metavar="N", help="How many steps of physics.")] = 1,
+    steps: Annotated[int, Argument(metavar="N", help="Number of physics steps.")] = 1,
     as_json: AsJson = False,
 ) -> None:
     """Advance a paused simulation by steps of physics."""
@@ -90,7 +93,7 @@ def step(
 def reset(as_json: AsJson = False) -> None:
     """Reset time and states; spawned entities are removed, deleted ones restored."""
     _standard("ResetSimulation")
-    _say("The simulation is back at its start", as_json)
+    _say("The simulation was reset", as_json)
 
 
 def list_entities(as_json: AsJson = False) -> None:
@@ -110,9 +113,7 @@ def spawn(
     name: Annotated[
         str | None, Option("--name", help="Name of the entity; by default that in the file.")
     ] = None,
-    at: Annotated[
-        str | None, Option("--at", metavar="X,Y,Z", help="Where it is to be, in metres.")
-    ] = None,
+    at: Annotated[str | None, Option("--at", metavar="X,Y,Z", help="Position, in metres.")] = None,
     as_json: AsJson = False,
 ) -> None:
     """Add an object to the simulation; if its name is taken, a number is appended."""
@@ -190,7 +191,7 @@ def _standard(type_: str, **fields: object) -> Any:
 
 def _checked(response: Any) -> Any:
     if response.result.result != _OK:
-        raise RefusedError(response.result.error_message or "The simulator refused it")
+        raise RefusedError(response.result.error_message or "The simulator rejected the request")
     return response
 
 
@@ -333,9 +334,9 @@ def sweep(
     ] = None,
     runs: Annotated[
         int | None,
-        Option("--runs", "-n", help="How many runs of each combination of the grids."),
+        Option("--runs", "-n", help="Number of runs for each combination of the grids."),
     ] = None,
-    seed: Annotated[int, Option("--seed", help="Of the random values.")] = 0,
+    seed: Annotated[int, Option("--seed", help="Seed of the random values.")] = 0,
     duration: Annotated[
         float | None,
         Option("--duration", "-d", help="Simulated seconds after which a run ends."),
@@ -371,17 +372,17 @@ def sweep(
         ),
     ] = None,
     jobs: Annotated[
-        int | None, Option("--jobs", "-j", help="How many runs at a time; one for each core.")
+        int | None, Option("--jobs", "-j", help="Number of parallel runs; by default one per core.")
     ] = None,
     output: Annotated[
-        str | None, Option("--output", "-o", metavar="FOLDER", help="Where the runs are kept.")
+        str | None, Option("--output", "-o", metavar="FOLDER", help="Folder of the runs.")
     ] = None,
     cluster: Annotated[
         str | None,
         Option(
             "--cluster",
             metavar="ADDRESS",
-            help="The Dask scheduler whose workers do the runs, such as tcp://server:8786.",
+            help="Dask scheduler whose workers execute the runs, such as tcp://server:8786.",
         ),
     ] = None,
     send: Annotated[
@@ -389,7 +390,7 @@ def sweep(
         Option(
             "--send",
             metavar="FOLDER",
-            help="What the runs on a cluster need; by default the launch file's package or folder.",
+            help="Folder to send to the workers; by default the launch file's package or folder.",
         ),
     ] = None,
     resume: Annotated[
@@ -415,14 +416,14 @@ def sweep(
             hint="On a cluster the workers set the number: dask worker --nthreads N ADDRESS",
         )
     if send is not None and cluster is None:
-        raise UsageError("--send goes with --cluster: here all files are at hand")
+        raise UsageError("--send needs --cluster: local runs use the files directly")
     if resume is not None:
         varied = (words, grid, sample, runs, after, measure, output)
         times = (duration, timeout, stall_timeout)
         if any(each is not None for each in (*varied, *times)):
             raise UsageError(
-                "--resume takes everything from the folder",
-                hint="Only --jobs, --cluster and --send go with it.",
+                "--resume takes all settings from the folder",
+                hint="Only --jobs, --cluster and --send can be combined with it.",
             )
         work = Sweep.open(Path(resume).absolute())
     else:
@@ -533,7 +534,7 @@ def _run_on_cluster(work: "Sweep", address: str, folder: Path | None) -> None:
         for value in (*request.arguments.values(), *request.parameters.values())
     ]
     for value in not_sent(values, sent_folder, cwd):
-        console.note(f"{value} is not sent: each worker needs it at that place (or --send FOLDER)")
+        console.note(f"{value} is not sent: each worker needs it at this path (or --send FOLDER)")
     with Cluster(address) as workers:
         if sent_folder.root:
             count = workers.workers

@@ -67,7 +67,7 @@ def stop(
         console.warn(f"{entry.qualified_name} {entry.ending}; its last lines:")
         console.note(log_tail(entry.record.log_file))
     if not chosen and not gone and not as_json:
-        console.note("Nothing runs in the background.")
+        console.note("No background processes.")
         return 0
     # What is in a launch that ends anyway ends with it, and the router is needed until the last.
     ending = {entry.record.pid for entry in chosen}

@@ -11,7 +11,7 @@ from teleopctl.errors import UsageError
 
 VERB = Verb(
     f"{__name__}:test",
-    "Run the tests of a Python file beside what it launches.",
+    "Run the launch tests of a Python file.",
     examples=(
         "teleopctl test test/talker_launch_test.py",
         "teleopctl test --junit-xml report.xml --package-name my_pkg test/arm_test.py rate:=50",

@@ -58,11 +58,11 @@ def echo_transform(
     source_frame: Annotated[
         str,
         Argument(
-            help="The frame in which the other is expressed.", metavar="SOURCE", complete="frames"
+            help="Frame in which the transform is expressed.", metavar="SOURCE", complete="frames"
         ),
     ],
     target_frame: Annotated[
-        str, Argument(help="The frame that is looked for.", metavar="TARGET", complete="frames")
+        str, Argument(help="Frame whose pose is printed.", metavar="TARGET", complete="frames")
     ],
     rate: Annotated[float, Argument(help="How often to print, in Hz; as -r.")] = 1.0,
     rate_option: Annotated[
@@ -70,10 +70,15 @@ def echo_transform(
     ] = None,
     at: Annotated[
         float | None,
-        Option("-t", "--time", help="At which ROS time; otherwise the newest.", metavar="SECONDS"),
+        Option(
+            "-t",
+            "--time",
+            help="ROS time of the transform; by default the newest.",
+            metavar="SECONDS",
+        ),
     ] = None,
     precision: Annotated[
-        int, Option("-p", "--precision", help="How many decimals to print.", metavar="DIGITS")
+        int, Option("-p", "--precision", help="Number of decimals.", metavar="DIGITS")
     ] = ECHO_DIGITS,
     once: Annotated[bool, Option("--once", help="Print the first transform and end.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a line.")] = False,
@@ -133,10 +138,10 @@ def list_frames(
         bool, Option("-p", "--show-parents", help="Show the parent of each frame.")
     ] = False,
     count_frames: Annotated[
-        bool, Option("-c", "--count-frames", help="Print only how many there are.")
+        bool, Option("-c", "--count-frames", help="Print only the number.")
     ] = False,
     wait_time: Annotated[
-        float, Option("-t", "--wait-time", help="How long to listen.", metavar="SECONDS")
+        float, Option("-t", "--wait-time", help="Seconds to listen.", metavar="SECONDS")
     ] = _WAIT_S,
     as_json: AsJson = False,
 ) -> None:
@@ -179,18 +184,18 @@ def monitor(
     source_frame: Annotated[
         str | None,
         Argument(
-            help="The frame in which the other is expressed; none for all frames.",
+            help="Source frame; none for all frames.",
             complete="frames",
             metavar="SOURCE",
         ),
     ] = None,
     target_frame: Annotated[
         str | None,
-        Argument(help="The frame that is looked for.", complete="frames", metavar="TARGET"),
+        Argument(help="Frame whose pose is printed.", complete="frames", metavar="TARGET"),
     ] = None,
     wait_time: Annotated[
         float,
-        Option("-t", "--wait-time", help="How long to gather data first.", metavar="SECONDS"),
+        Option("-t", "--wait-time", help="Seconds to gather data first.", metavar="SECONDS"),
     ] = GATHER_S,
     once: Annotated[bool, Option("--once", help="Print the first results and end.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print one JSON object a line.")] = False,
@@ -201,7 +206,7 @@ def monitor(
     stamp to its arrival, in seconds. Ctrl-C ends it.
     """
     if source_frame is not None and target_frame is None:
-        raise UsageError("Give two frames, or none for all")
+        raise UsageError("Give two frames, or none for all frames")
     if not 0.0 < wait_time < float("inf"):
         raise UsageError(f"The time to gather data must be positive, got {wait_time:g}")
 
@@ -305,13 +310,13 @@ def publish_static(
 
 def view(
     wait_time: Annotated[
-        float, Option("-t", "--wait-time", help="How long to listen.", metavar="SECONDS")
+        float, Option("-t", "--wait-time", help="Seconds to listen.", metavar="SECONDS")
     ] = 5.0,
     output: Annotated[
         str | None,
-        Option("-o", "--output", help="Name of the files, without their endings.", metavar="FILE"),
+        Option("-o", "--output", help="File name without extension.", metavar="FILE"),
     ] = None,
-    tf_topic: Annotated[str, Option("--tf_topic", help="The topic of moving frames.")] = "/tf",
+    tf_topic: Annotated[str, Option("--tf_topic", help="Topic of dynamic transforms.")] = "/tf",
     tf_static_topic: Annotated[
         str, Option("--tf_static_topic", help="Topic of static transforms.")
     ] = "/tf_static",

@@ -274,7 +274,7 @@ class PidController(ChainableControllerInterface):
         rates = [*message.values_dot, *[math.nan] * count][:count]
         places = [names.index(name) for name in self._names if name in names]
         if len(places) != count:
-            self.logger.error(f"A DoF name is there twice: {', '.join(names)}")
+            self.logger.error(f"A DoF name is given twice: {', '.join(names)}")
             return
         self._incoming.append(([values[place] for place in places], [rates[p] for p in places]))
 

@@ -277,7 +277,7 @@ def _definition(struct: IdlStruct, where: str, text: str) -> Definition:
         lines += _comments(member.annotations)
         with _told_at(member.name, struct, where, text):
             if member.name in {field.name for field in fields}:
-                raise ValueError("the name is there twice")
+                raise ValueError("the name is given twice")
             kind, default = _line(member)
             lines.append(f"{kind} {member.name}{default}")
             plain = f"{kind} {member.name.lower()}{default}"

@@ -74,7 +74,7 @@ class DeclareArgument(Action):
                 raise UsageError(
                     f"Required launch argument '{self.name}' (description: '{self.in_words}') "
                     "was not provided",
-                    hint=f"Give it behind the file: {self.name}:=VALUE",
+                    hint=f"Give it after the file: {self.name}:=VALUE",
                 )
             variables[self.name] = launch.text(self.default)
         value = variables[self.name]

@@ -450,7 +450,9 @@ class Evaluation:
 
     def _tried(self, when: str, steps: tuple[Step, ...], moment: EvaluationPoint) -> DryRun:
         if self._trials >= DEEPEST_FORESIGHT:
-            return DryRun(when, FollowUp(), LaunchError("so far ahead nothing is evaluated"), ())
+            return DryRun(
+                when, FollowUp(), LaunchError("the dry run does not look so far ahead"), ()
+            )
         context = self.context.copy()
         trial = Evaluation(context, self._builder.copy(context))
         trial.is_trial = True

@@ -191,7 +191,7 @@ def _of_names(names: Sequence[str], rules: Sequence[str], namespace: str) -> Ite
 ROBOT_REMAPPINGS = Substitution(_robot_remappings, 3, None, words=True)
 
 
-_NO_FILE = "its <parameters> {} is no file"
+_NO_FILE = "its <parameters> {} is not a file"
 _COMMENT_LINE = re.compile(r"^[ \t]*#.*", re.MULTILINE)
 
 
@@ -321,7 +321,7 @@ def _without_value(missing: Mapping[str, Call], text: str, path: Path) -> Launch
     return LaunchError(
         f"{', '.join(call.source for call in calls)}: neither a launch argument nor an argument "
         "of the robot description has that name",
-        hint=f"Give it behind the launch file: {' '.join(f'{name}:=VALUE' for name in missing)}",
+        hint=f"Give it after the launch file: {' '.join(f'{name}:=VALUE' for name in missing)}",
     ).at(f"{path}:{line}")
 
 

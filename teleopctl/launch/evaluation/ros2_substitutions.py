@@ -48,7 +48,7 @@ def _all_quoted(call: Call) -> bool:
 def _eval(arguments: Sequence[str], _: LaunchContext) -> str:
     modules = [name.strip() for name in ",".join(arguments[1:]).split(",")]
     if others := [name for name in modules if name not in ("", "math")]:
-        raise LaunchError(f"$(eval …): module '{others[0]}' is not at hand, only math")
+        raise LaunchError(f"$(eval …): module '{others[0]}' is not available, only math")
     try:
         return evaluate(arguments[0])
     except ExpressionError as error:
@@ -162,7 +162,7 @@ def _command(arguments: Sequence[str], context: LaunchContext) -> str:
     if written and on_stderr == "fail":
         raise LaunchError(
             complaint,
-            hint="Add 'ignore', 'warn' or 'capture' behind the command where that is in order.",
+            hint="Add 'ignore', 'warn' or 'capture' after the command if that is intended.",
         )
     if written and on_stderr == "warn":
         context.warnings.append(complaint)
@@ -241,7 +241,7 @@ def _loop_value(arguments: Sequence[str], context: LaunchContext) -> str:
     if len(arguments) > 1:
         return arguments[1]
     raise LaunchError(
-        f"no loop around gives '{arguments[0]}'", hint=did_you_mean(arguments[0], loop_values)
+        f"no enclosing loop sets '{arguments[0]}'", hint=did_you_mean(arguments[0], loop_values)
     )
 
 

@@ -203,14 +203,14 @@ def wait_for_node(
         said = progress.read(record.log_file)
         state = progress.STARTED if said is None else said.state
         if said is not None and state == progress.FAILED:
-            raise LaunchError(f"{record.name}: {said.detail}", hint=f"It goes on running. {hint}")
+            raise LaunchError(f"{record.name}: {said.detail}", hint=f"It keeps running. {hint}")
         nodes = sorted(next(iter(new_nodes.names_by_session(graph).values()), []))
         waits = state == progress.WAITING and not graph.publishers(said.detail if said else "")
         if nodes and (state in (progress.STARTED, progress.READY) or settled.holds(waits, graph)):
             return nodes
         work = reported_step(record.log_file)
         if not work:
-            work = "" if nodes else "its node has not appeared"
+            work = "" if nodes else "its node has not appeared in the graph"
         signs = (progress_marker(record.log_file), nodes)
         if reason := wait.look(signs, [record.pid], [_with_work(record.name, work)]):
             raise LaunchError(
@@ -270,7 +270,7 @@ def wait_for_launch(
                 on_up(process, names[process.name])
         if failure is not None:
             status.mark_death_shown(folder, failure.name)
-            rest = f"The rest of the launch goes on; `teleopctl stop {record.name}` ends it."
+            rest = f"The rest of the launch continues; `teleopctl stop {record.name}` ends it."
             raise LaunchError(failure.text, hint=None if launch_ended else rest)
         pending = status.pending(folder)
         if published is not None and len(names) == len(statuses) and not pending:
@@ -291,7 +291,7 @@ def wait_for_launch(
         ):
             log = f"`teleopctl logs {record.name}`"
             raise LaunchError(
-                reason, hint=f"The launch goes on; see `teleopctl ps`, {log}. {_LONGER}"
+                reason, hint=f"The launch continues; see `teleopctl ps`, {log}. {_LONGER}"
             )
         graph = new_nodes.wait_for_change(graph)
 

@@ -131,7 +131,9 @@ class Restarts:
             return False
         if not self._said_what_it_waits_for:
             self._said_what_it_waits_for = True
-            self.log("INFO", "everything has ended; what is saved starts again, Ctrl-C ends this")
+            self.log(
+                "INFO", "all processes have ended; saved ones start again, Ctrl-C ends the launch"
+            )
         return True
 
     def _begin(self, child: Child, plan: ProcessPlan) -> None:

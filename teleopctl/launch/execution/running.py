@@ -245,4 +245,6 @@ def _executable_names(entry: Running) -> Iterable[str]:
 
 
 def _listing(known: list[str]) -> str:
-    return f"Running: {', '.join(known)}" if known else "Nothing runs there; see `teleopctl ps`."
+    return (
+        f"Running: {', '.join(known)}" if known else "Nothing is running there; see `teleopctl ps`."
+    )

@@ -23,7 +23,7 @@ def read_launch_file(path: Path) -> LaunchFile:
     except UnknownPluginError as error:
         endings = sorted(plugins.available(plugins.LAUNCH_LANGUAGES))
         raise LaunchError(
-            f"{path} is no launch file that teleopctl reads",
+            f"{path} is not a launch file that teleopctl can read",
             hint=f"It reads ROS 2's launch files that end in {', '.join(endings)}.",
         ) from error
     return read(path)

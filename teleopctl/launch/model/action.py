@@ -54,7 +54,7 @@ class Entity:
             if name is None:
                 raise value.error(
                     f"unknown {value.noun} '{key}', expected one of {', '.join(keys)}",
-                    hint=f"In ROS 2 it is '{renamed[plain]}'."
+                    hint=f"In ROS 2: '{renamed[plain]}'."
                     if plain in renamed
                     else did_you_mean(key, keys),
                 )

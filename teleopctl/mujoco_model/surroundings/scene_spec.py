@@ -315,7 +315,8 @@ class _Builder:
             if elements:
                 names = ", ".join(dict.fromkeys(str(e.get("name") or e.tag) for e in elements))
                 self.warnings.append(
-                    f"'{model.name}' has {words} ({names}) that are left out: {words} are of robots"
+                    f"'{model.name}' has {words} ({names}) that are left out: {words} are for "
+                    "robots only"
                 )
 
 

@@ -88,7 +88,7 @@ class NewObject:
             self._parts_are_placed = True
             _rename(self._things, None, name)
         elif not tops and not list(self._things.worldbody.geoms):
-            raise InvalidDescriptionError(f"{world.path}: there is nothing in it")
+            raise InvalidDescriptionError(f"{world.path}: it is empty")
         else:
             self._held = True
             _rename(self._things, None, name)
@@ -168,7 +168,7 @@ def without_objects(model: RobotModel, names: Iterable[str]) -> RobotModel:
     for name in names:
         thing = next((thing for thing in model.things if thing.name == name), None)
         if thing is None:
-            raise NotFoundError(f"There is no thing '{name}' in the world")
+            raise NotFoundError(f"There is no object '{name}' in the world")
         leaving.append(thing)
     spec = model.spec.copy()
     remaining = tuple(thing for thing in model.things if thing not in leaving)

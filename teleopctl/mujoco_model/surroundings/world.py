@@ -213,9 +213,11 @@ def _import(
         "move only when pushed"
         for system in description.ros2_control
     ]
-    warnings += [f"Sensor '{sensor.name}' is left out: sensors are of robots" for sensor in sensors]
     warnings += [
-        f"<selfCollide> of '{link}' has no effect: the parts of a world touch one another"
+        f"Sensor '{sensor.name}' is left out: only robots have sensors" for sensor in sensors
+    ]
+    warnings += [
+        f"<selfCollide> of '{link}' has no effect: the parts of a world collide with one another"
         for link, physics in description.gazebo.links.items()
         if physics.self_collide is False
     ]

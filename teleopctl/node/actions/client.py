@@ -460,7 +460,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         if self._node.context.ok() and not self._goals.is_destroyed:
             self._logger.warning(
                 f"No server of action '{self.action_name}' answers {what}: "
-                "none is there, or it has gone away."
+                "none is there, or it has disappeared."
             )
         future.mark_unanswered()
 

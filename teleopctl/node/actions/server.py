@@ -356,7 +356,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         response = self._action_type.Impl.SendGoalService.Response()
         handle = None
         if key in self._goal_handles:
-            self._logger.debug(f"Goal {key.hex()} is known already")
+            self._logger.debug(f"Goal {key.hex()} is already known")
         elif await self._is_accepted(request.goal):
             set_stamp(response.stamp, self.now_ns())
             handle = self._add(key, request)

@@ -139,7 +139,7 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
 
     def _queue(self, query: zenoh.Query) -> None:
         if len(self._queries) == self._depth:
-            self.refusals.refuse(f"{self._depth} wait already, the oldest falls out")
+            self.refusals.refuse(f"{self._depth} are waiting, the oldest is dropped")
         self._queries.put((query, time.time_ns()), 0)
         self.notify_executor()
 
@@ -203,7 +203,7 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
             )
         payload = serialize(response)
         # The reply fails if the callback itself has shut down or destroyed the service.
-        assert query is not None, "the header of a response answers nothing"
+        assert query is not None, "the header of a response matches no request"
         with contextlib.suppress(zenoh.ZError):
             # Published first: a client of this process may get the response before this continues.
             if self._introspection is not None:

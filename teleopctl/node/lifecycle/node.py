@@ -119,7 +119,7 @@ class LifecycleNodeMixin(ManagedEntity):
         if isinstance(outcome, TransitionCallbackReturn):
             return outcome
         self._node.get_logger().error(
-            f"{name}() returned {outcome!r}, which is no TransitionCallbackReturn"
+            f"{name}() returned {outcome!r}, which is not a TransitionCallbackReturn"
         )
         return TransitionCallbackReturn.ERROR
 
@@ -156,7 +156,7 @@ class LifecycleNodeMixin(ManagedEntity):
             if not isinstance(outcome, TransitionCallbackReturn):
                 raise TypeError(
                     f"{name}() of {entity!r} returned {outcome!r}, "
-                    "which is no TransitionCallbackReturn"
+                    "which is not a TransitionCallbackReturn"
                 )
             if outcome is not TransitionCallbackReturn.SUCCESS:
                 return outcome

@@ -25,7 +25,7 @@ class ShutdownBySignalException(NotInitializedException, ExternalShutdownExcepti
     """A context was used after a signal ended it; ends a program quietly."""
 
     def __init__(self) -> None:
-        TeleopctlError.__init__(self, "a signal has shut the context down")
+        TeleopctlError.__init__(self, "the context was shut down by a signal")
 
 
 class ShutdownException(Exception):

@@ -189,7 +189,7 @@ class QoSProfile:
 
             warnings.warn(
                 "A zero depth with KEEP_LAST doesn't make sense: nothing could be kept. "
-                "It is taken for the system's default.",
+                "The system default is used.",
                 stacklevel=2,
             )
         self._depth = value
@@ -346,7 +346,7 @@ class QoSPresetProfiles(enum.Enum):
         preset = cls.__members__.get(name.upper())
         if preset is None or preset is cls.UNKNOWN:
             raise UsageError(
-                f"'{name}' is no QoS profile",
+                f"'{name}' is not a QoS profile",
                 hint=f"choose one of {', '.join(cls.short_keys())}",
             )
         profile = preset.value

@@ -201,7 +201,7 @@ def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
         ):
             raise UsageError(
                 f"Found unknown ROS arguments: {[word]}",
-                hint="end the ROS arguments with -- where the program's own follow",
+                hint="end the ROS arguments with -- before the program's own arguments",
             )
         value = attached or _value_of(option, words)
         match option:

@@ -115,7 +115,7 @@ class BroadcasterReplay:
         wanted = spec.controller.command_interface_configuration()
         if wanted.type is not InterfaceConfigurationType.NONE:
             self.commanding.append(name)
-            return "is moved from outside: the commands that it gave are played back"
+            return "is commanded from outside: its recorded commands are played back"
         try:
             stack.activate(name)
         except AssertionError as error:

@@ -44,10 +44,10 @@ _REASONS = {
     "controller_manager_msgs": "depends on when controllers were started, in wall time",
     "action_msgs": "depends on wall time",
     "rosbag2_interfaces": "describes the recording itself",
-    "sensor_msgs/msg/Image": "is drawn, which another machine does with other bits",
-    "sensor_msgs/msg/CompressedImage": "is drawn, which another machine does with other bits",
-    "sensor_msgs/msg/CameraInfo": "comes with pictures, at times that the drawing decides",
-    "sensor_msgs/msg/PointCloud2": "is drawn, which another machine does with other bits",
+    "sensor_msgs/msg/Image": "is rendered, which differs in bits between machines",
+    "sensor_msgs/msg/CompressedImage": "is rendered, which differs in bits between machines",
+    "sensor_msgs/msg/CameraInfo": "is published with images, at times that depend on rendering",
+    "sensor_msgs/msg/PointCloud2": "is rendered, which differs in bits between machines",
 }
 _OTHERWISE = "its publisher is not run again"
 
@@ -174,15 +174,15 @@ class _Run:
         lacks = commands is None or (cycles and not commands.messages)
         if lacks and self._broadcasters.commanding:
             raise InvalidFileError(
-                f"The bag has no messages on {self._commands_topic}: what moved the joints is not "
-                "in it",
+                f"The bag has no messages on {self._commands_topic}: the commands of the "
+                "joints were not recorded",
                 hint=f"Record {self._commands_topic} too, as launch … record:=true does.",
             )
         for name in sorted(self._rerun.inputs):
             if self._session.counts.get(name):
                 self.remarks.append(
-                    f"{name} moves a robot in the simulator itself: when a message took effect is "
-                    "not in the bag, so that what it did shows as a difference"
+                    f"{name} moves a robot in the simulator itself: the times of its effect are "
+                    "not in the bag, so they show as differences"
                 )
         self._end_ns = end_of_run_ns(topics.values())
         for name, topic in topics.items():
@@ -369,16 +369,16 @@ class _Run:
         last_ns = max(self._commands.by_time, default=0)
         if self._commands.by_time and self.verdict.end_ns <= last_ns:
             last = f"{self._commands_topic} of {to_seconds(last_ns):.3f} s"
-            self.verdict.not_compared[last] = "the recording ends before it has moved anything"
+            self.verdict.not_compared[last] = "the recording ends before it commands anything"
         if late := self._commands.late_ns:
             self.remarks.append(
-                f"{len(late)} commands, the first that of {to_seconds(late[0]):.3f} s, came when "
-                "the simulator had gone on without them: it does so again"
+                f"{len(late)} commands, the first that of {to_seconds(late[0]):.3f} s, arrived "
+                "after the simulator had continued without them, as in the replay"
             )
         if self._commands.unstamped:
             self.remarks.append(
-                f"{self._commands.unstamped} commands answer no state: when they took effect is "
-                "not known"
+                f"{self._commands.unstamped} commands match no state: the time of their "
+                "effect is unknown"
             )
 
     def _say_not_compared(self) -> None:

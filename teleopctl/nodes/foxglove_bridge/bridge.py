@@ -151,7 +151,7 @@ class FoxgloveBridge(Node):
             return
         name = host_in_url(settings.address)
         address = Address(f"{scheme}://{name}:{self._gate.port}/", settings.token_file)
-        self.get_logger().info(f"Clients show the token of {settings.token_file}")
+        self.get_logger().info(f"Clients must present the token of {settings.token_file}")
         if settings.tls is None:
             self.get_logger().warning(
                 "Neither messages nor the token are encrypted: give a certificate, or use a tunnel"

@@ -217,7 +217,7 @@ class _Client(_Relay):
     def _decide(self, head: bytes) -> Answer | None:
         request = _parse(head) if len(head) <= _LONGEST_HEAD else None
         if request is None:
-            return Answer(HTTPStatus.BAD_REQUEST, "This is no request of HTTP.\n")
+            return Answer(HTTPStatus.BAD_REQUEST, "This is not an HTTP request.\n")
         answer = self._gate.access.check(request.path, request.headers.raw_items())
         if answer is not None and answer.status == HTTPStatus.FORBIDDEN:
             self._gate.on_refused(answer.text.strip())
@@ -368,7 +368,7 @@ def _listener_at(port: int) -> socket.socket:
                 if isinstance(where, tuple) and where[1] == port:
                     return found
             found.close()
-    raise UnavailableError("The socket of Foxglove's SDK is not to be found")
+    raise UnavailableError("The socket of Foxglove's SDK was not found")
 
 
 def _parse(head: bytes) -> Request | None:

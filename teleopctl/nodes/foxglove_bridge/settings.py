@@ -74,8 +74,8 @@ class BridgeSettings:
             "asset_uri_allowlist", [_ASSETS], "URIs of files that clients may fetch"
         )
         self.capability_names = self._capability_names()
-        self.min_depth = self._integer("min_qos_depth", 1, "Fewest messages that wait at a topic")
-        self.max_depth = self._integer("max_qos_depth", 25, "Most messages that wait at a topic")
+        self.min_depth = self._integer("min_qos_depth", 1, "Smallest queue depth of a topic")
+        self.max_depth = self._integer("max_qos_depth", 25, "Largest queue depth of a topic")
         self.includes_hidden = bool(
             self._declare("include_hidden", False, "Include hidden topics and services")
         )
@@ -87,7 +87,7 @@ class BridgeSettings:
             )
         )
         self.backlog = self._integer(
-            "message_backlog_size", 1024, "Messages that wait for one client; the oldest falls out"
+            "message_backlog_size", 1024, "Queue length of a client; the oldest message is dropped"
         )
         self.tls = self._tls()
 
@@ -148,12 +148,14 @@ class BridgeSettings:
         except ValueError as error:
             raise InvalidParameterError(
                 f"Parameter 'allowed_origins': {error}",
-                hint="An origin is such as https://foxglove.example.org, as the browser sends it.",
+                hint="An origin looks like https://foxglove.example.org, as the browser sends it.",
             ) from error
 
     def _token_file(self) -> Path | None:
         """The file of the token, which is needed beyond loopback."""
-        named = str(self._declare("token_file", "", "File of the token that clients have to show"))
+        named = str(
+            self._declare("token_file", "", "File of the access token that clients must present")
+        )
         if named:
             return Path(named).expanduser().absolute()
         return None if is_loopback(self.address) else default_token_file()
@@ -178,7 +180,7 @@ class BridgeSettings:
             context.load_cert_chain(certificate, key)
         except ssl.SSLError as error:
             raise InvalidParameterError(
-                f"'{certificate}' and '{key}' are no certificate with its key: {error.reason}"
+                f"'{certificate}' and '{key}' are not a certificate and its key: {error.reason}"
             ) from error
         except OSError as error:
             raise InvalidParameterError(
@@ -207,7 +209,7 @@ class BridgeSettings:
             ]
         except re.error as error:
             raise InvalidParameterError(
-                f"Parameter '{name}': '{error.pattern!s}' is no regular expression: {error}"
+                f"Parameter '{name}': '{error.pattern!s}' is not a regular expression: {error}"
             ) from error
 
 

@@ -96,7 +96,7 @@ def parse_bridge_arguments(arguments: Sequence[str]) -> tuple[list[Bridge], list
             bridges.append(Bridge(topic[1], topic[1], topic[2], _DIRECTIONS[topic[3]]))
         else:
             raise UsageError(
-                f"'{word}' is no topic to bridge",
+                f"'{word}' is not a topic to bridge",
                 hint="Usage: parameter_bridge TOPIC@ROS_TYPE@GZ_TYPE …, with [ or ] in place of "
                 "the second @ for one direction",
             )
@@ -162,7 +162,7 @@ def parameter_bridge() -> int:
     with _bridging("ros_gz_bridge") as (node, simulators):
         for service in services:
             node.get_logger().warning(
-                f"Service {service} is not there: those of the simulator are below /mujoco_sim"
+                f"Service {service} does not exist: the simulator's services are below /mujoco_sim"
             )
         node.declare_parameter("lazy", False)
         node.declare_parameter("subscription_heartbeat", 1000)

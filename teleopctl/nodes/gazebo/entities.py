@@ -114,7 +114,7 @@ def offer_spawn_services(node: Node, apply_entity: Callable[[GazeboEntity], str]
     def spawn(request: Any, response: Any) -> Any:
         frame, name = request.reference_frame, request.name
         if frame not in _WORLD:
-            reason = f"Reference frame [{frame}] is unknown here: there is the world's"
+            reason = f"Reference frame [{frame}] is unknown: only world is supported"
         elif not request.xml:
             reason = "Failed to parse XML string: it is empty"
         else:

@@ -99,7 +99,7 @@ def _files(plugin: PluginTag) -> list[Path]:
     for file in files:
         if not file.is_file():
             raise InvalidDescriptionError(
-                f"<plugin filename='{plugin.filename}'>: its <parameters> {file} is no file"
+                f"<plugin filename='{plugin.filename}'>: its <parameters> {file} is not a file"
             )
     return files
 

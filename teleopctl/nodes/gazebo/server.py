@@ -52,7 +52,7 @@ _SIMULATOR = "mujoco_sim"
 # The end of a child, and what it says of itself, are looked for this often, in seconds.
 _LOOK_EVERY_S = 0.1
 WITHOUT_EFFECT = "Without effect here, where MuJoCo simulates: {}"
-_PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; Gazebo's window is not there"
+_PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; there is no Gazebo window"
 
 
 class GazeboServer(Node):
@@ -179,7 +179,7 @@ class GazeboServer(Node):
         things = [] if reason else list(self._things.entities.values())
         for thing in things:
             if lost := self._things.spawn(thing):
-                self.get_logger().error(f"'{thing.name}' is there no more: {lost}")
+                self.get_logger().error(f"'{thing.name}' was removed: {lost}")
         return reason
 
     def _remove(self, name: str) -> str:
@@ -320,7 +320,9 @@ def _run(request: GazeboRequest) -> int:
         while True:
             spin_once(node, timeout_sec=_LOOK_EVERY_S)
             if (end := children.ended()) is not None:
-                node.get_logger().error(f"{end[0]} has ended with status {end[1]}: so does this")
+                node.get_logger().error(
+                    f"{end[0]} has ended with status {end[1]}: this program ends as well"
+                )
                 return end[1]
     return 0
 

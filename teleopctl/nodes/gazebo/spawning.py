@@ -48,7 +48,7 @@ def create() -> int:
     parser = ArgumentParser(
         prog="create", description="Put a robot into the simulator.", allow_abbrev=False
     )
-    source = parser.add_argument_group("where its description is")
+    source = parser.add_argument_group("source of the description")
     for name in ("file", "param", "string", "topic"):
         source.add_argument(f"-{name}", f"--{name}", default="")
     for name in ("name", "world"):
@@ -109,7 +109,7 @@ def spawn_entity() -> int:
     _add_pose(parser)
     options = parser.parse_args(_words())
     if options.database:
-        raise UsageError("-database: there is no data base of models", hint="Give -file or -topic.")
+        raise UsageError("-database: there is no model database", hint="Give -file or -topic.")
     options.param = options.string = ""
     with _node("spawn_entity") as node:
         node.get_logger().info("Spawn Entity started")
@@ -214,9 +214,7 @@ def _receive_text(node: Node, topic: str) -> str:
 
 def _warn_unserved(node: Node, words: Sequence[str]) -> None:
     if words:
-        node.get_logger().warning(
-            f"Without effect here, where there is one world: {', '.join(words)}"
-        )
+        node.get_logger().warning(f"Without effect, there is a single world: {', '.join(words)}")
 
 
 def _written(options: argparse.Namespace, *names: str) -> list[str]:

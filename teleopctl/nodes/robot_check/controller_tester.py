@@ -159,19 +159,22 @@ class ControllerTester:
         after = [self._position(name) for name in joints]
         blocked = [n for n, then, goal in zip(joints, before, goals, strict=True) if goal == then]
         if blocked and len(blocked) == len(joints):
-            return False, f"each way of {', '.join(blocked)} meets the ground or another link"
+            return False, f"both directions of {', '.join(blocked)} meet the ground or another link"
         still = [
             name
             for name, then, now, goal in zip(joints, before, after, goals, strict=True)
             if name not in blocked and not abs(now - goal) <= (1.0 - ENOUGH) * abs(goal - then)
         ]
         if still:
-            summary = f"{len(still)} of {len(joints)} joints stay behind: {', '.join(still)}"
+            summary = (
+                f"{len(still)} of {len(joints)} joints do not reach their targets: "
+                f"{', '.join(still)}"
+            )
             return False, summary + self._why_still(still)
         worst = max((abs(now - goal) for now, goal in zip(after, goals, strict=True)), default=0.0)
-        summary = f"{len(joints) - len(blocked)} joints get there, to {worst:.4f}"
+        summary = f"{len(joints) - len(blocked)} joints reach their targets, to {worst:.4f}"
         if blocked:
-            summary += f"; each way of {', '.join(blocked)} meets the ground or another link"
+            summary += f"; both directions of {', '.join(blocked)} meet the ground or another link"
         return bool(joints), summary
 
     def _why_still(self, joints: Sequence[str]) -> str:
@@ -297,7 +300,7 @@ class ControllerTester:
         if not way.is_enough:
             summary += self._without_shape(spec)
         if way.is_enough and way.turned < 0.0:
-            summary += "; the other way round, as its joints are"
+            summary += "; in the opposite direction, as its joints are mounted"
         return way.is_enough, summary
 
     def _slower(self, spec: ControllerSpec) -> float:
@@ -325,7 +328,7 @@ class ControllerTester:
         bare = [link for link in wheels if not self._description.links[link].collisions]
         if not bare:
             return ""
-        return f"; without collision shapes, so that they touch nothing: {', '.join(bare)}"
+        return f"; without collision shapes, so they cannot collide: {', '.join(bare)}"
 
     def _go(self, spec: ControllerSpec, topic: str, x: float, turn: float) -> Iterator[None]:
         twist: Any = get_message("geometry_msgs/msg/Twist")()

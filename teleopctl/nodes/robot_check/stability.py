@@ -42,7 +42,7 @@ class StabilityReport:
         fault: Why it does not stand; empty where it does.
         moved: Joints that followed a command.
         unmoved: Joints that did not.
-        blocked: Joints that were sent nowhere: each way meets the ground or another link.
+        blocked: Joints that were sent nowhere: each way meet the ground or another link.
         travelled_m: How far its free root link came meanwhile; None where that is fixed.
     """
 
@@ -76,7 +76,7 @@ def check_stability(robot: SimulatedRobot, seconds: float) -> StabilityReport:
     if len(away) and away.max() > _SAGGED:
         row = int(away.argmax())
         joint, limit = simulation.joint_names[row], robot.model.joints[row].limits.effort
-        fault = f"joint '{joint}' gave way by {away.max():.2f}"
+        fault = f"joint '{joint}' sagged by {away.max():.2f}"
         if abs(simulation.efforts[row]) >= AT_LIMIT * limit:
             fault += f" at its limit of effort, {limit:g}"
         return StabilityReport("sags", fault)

@@ -14,7 +14,7 @@ def main(args: list[str] | None = None) -> int:
     """Run ``tf2_echo``: print a transform repeatedly until Ctrl-C; return the exit status.
 
     Args:
-        args: Command line: the frame in which the other is expressed, the other, and the rate in
+        args: Command line: frame in which the transform is expressed, the other, and the rate in
             Hz (1); None takes the process's.
 
     Raises:
@@ -49,8 +49,8 @@ def _parser() -> argparse.ArgumentParser:
     parser = argparse.ArgumentParser(
         prog="tf2_echo", description="Print the transform between two frames repeatedly."
     )
-    parser.add_argument("source_frame", help="the frame in which the other is expressed")
-    parser.add_argument("target_frame", help="the frame that is looked for")
+    parser.add_argument("source_frame", help="frame in which the transform is expressed")
+    parser.add_argument("target_frame", help="frame whose pose is printed")
     parser.add_argument(
         "rate_by_position", nargs="?", type=_rate, default=1.0, metavar="rate", help="as --rate"
     )
@@ -61,7 +61,7 @@ def _parser() -> argparse.ArgumentParser:
         type=float,
         default=0.0,
         metavar="SECONDS",
-        help="at which ROS time (the newest)",
+        help="ROS time of the transform (the newest)",
     )
     parser.add_argument(
         "-p",
@@ -70,7 +70,7 @@ def _parser() -> argparse.ArgumentParser:
         choices=range(18),
         default=ECHO_DIGITS,
         metavar="DIGITS",
-        help="how many decimals (%(default)s)",
+        help="number of decimals (%(default)s)",
     )
     return parser
 

@@ -20,7 +20,7 @@ def main(args: list[str] | None = None) -> int:
     """
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(
-        prog="tf2_monitor", description="Print how late transforms come, each second."
+        prog="tf2_monitor", description="Print the delay of transforms each second."
     )
     parser.add_argument("frames", nargs="*", metavar="FRAME", help="two frames; else all")
     parser.add_argument(
@@ -29,11 +29,11 @@ def main(args: list[str] | None = None) -> int:
         type=float,
         default=GATHER_S,
         metavar="SECONDS",
-        help="how long to gather data first (%(default)s)",
+        help="seconds to gather data first (%(default)s)",
     )
     options = parser.parse_args(parse_ros_arguments(words).program)
     if len(options.frames) not in (0, 2):
-        parser.error("give two frames, or none for all")
+        parser.error("give two frames, or none for all frames")
     with (
         contextlib.suppress(KeyboardInterrupt),
         init(args=words),

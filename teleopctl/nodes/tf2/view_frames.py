@@ -113,9 +113,11 @@ def main(args: list[str] | None = None) -> int:
     parser.add_argument(
         "-t", "--wait-time", type=float, default=WAIT_S, help="seconds to listen (%(default)s)"
     )
-    parser.add_argument("-o", "--output", help="name of the files without their endings")
-    parser.add_argument("--tf_topic", default=TF_TOPIC, help="topic of moving frames")
-    parser.add_argument("--tf_static_topic", default=TF_STATIC_TOPIC, help="topic of fixed frames")
+    parser.add_argument("-o", "--output", help="file name without extension")
+    parser.add_argument("--tf_topic", default=TF_TOPIC, help="topic of dynamic transforms")
+    parser.add_argument(
+        "--tf_static_topic", default=TF_STATIC_TOPIC, help="topic of static transforms"
+    )
     options = parser.parse_args(parse_ros_arguments(words).program)
     with init(args=words), Node("view_frames", start_parameter_services=False) as node:
         logger = node.get_logger()

@@ -56,7 +56,7 @@ def check_names(package: NewPackage) -> None:
     is_python = package.build_type == AMENT_PYTHON
     if _PACKAGE_NAME.fullmatch(package.name) is None:
         raise UsageError(
-            f"'{package.name}' is no name of a package",
+            f"'{package.name}' is not a valid package name",
             hint="Two characters or more: a letter, then letters, digits and underscores, in lower "
             "case, as in arm_driver.",
         )
@@ -64,13 +64,13 @@ def check_names(package: NewPackage) -> None:
         raise UsageError(
             "Aborted since 'ament_python' packages can't be named 'test'. Please choose a "
             "different package name.",
-            hint="Its code and its tests would lie in the same folder.",
+            hint="Its code and its tests would be in the same folder.",
         )
     if is_python:
         _check_module(package.name, "package name")
     for name in (*package.dependencies, package.node_name, package.library_name):
         if name is not None and _PROGRAM_NAME.fullmatch(name) is None:
-            raise UsageError(f"'{name}' is no name of a package, a node or a library")
+            raise UsageError(f"'{name}' is not a valid name of a package, a node or a library")
     for name, kind in ((package.node_name, "node"), (package.library_name, "library")):
         if is_python and name is not None:
             _check_module(name, kind)

@@ -52,7 +52,7 @@ def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
     separations = plugin.numbers("wheel_separation", "wheelSeparation") or [_CLASSIC_SEPARATION_M]
     diameters = plugin.numbers("wheel_diameter", "wheelDiameter") or [_CLASSIC_DIAMETER_M]
     if len({*separations}) > 1 or len({*diameters}) > 1:
-        raise InvalidDescriptionError("its pairs of wheels differ, and here all are alike")
+        raise InvalidDescriptionError("its wheel pairs differ, but only equal pairs are supported")
     torque = plugin.number("max_wheel_torque", "wheelTorque", "torque", default=_CLASSIC_TORQUE_NM)
     acceleration = plugin.number("max_wheel_acceleration", "wheelAcceleration", default=0.0)
     rate = plugin.number("update_rate", "updateRate", default=_CLASSIC_RATE_HZ)
@@ -174,7 +174,7 @@ def _diff_drive(
         remappings.append(f"~/odom:={odometry}")
         says += f", publishes {odometry}"
     for truth in truths:
-        says += f", publishes {truth.topic} as physics has it" if truth.topic else ""
+        says += f", publishes {truth.topic} with the true pose" if truth.topic else ""
     if transform != "/tf":
         remappings.append(f"/tf:={transform}")
     names = (*wheels[0], *wheels[1])

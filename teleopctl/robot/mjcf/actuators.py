@@ -91,7 +91,9 @@ def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
         moved = _moved(model, number, mimics)
         made = None if moved is None else _actuator(model, number, *moved)
         if moved is None:
-            remarks.append(f"Actuator '{name}' moves no joint alone: it keeps its control")
+            remarks.append(
+                f"Actuator '{name}' does not move a single joint: it keeps its control value"
+            )
         elif made is None:
             remarks.append(
                 f"Actuator '{name}' of joint '{moved[0]}' is neither position, velocity nor "

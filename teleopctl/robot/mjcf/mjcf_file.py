@@ -108,7 +108,7 @@ def load_mjcf(path: Path) -> Mjcf:
     tops = _robot_of(model)
     if not tops:
         raise InvalidDescriptionError(
-            f"{path}: there is no robot in it: its world has no bodies",
+            f"{path}: it contains no robot: its world has no bodies",
             hint="A scene without a robot is a world: teleopctl launch sim.yaml world:=FILE",
         )
     home = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_KEY, _HOME)

@@ -44,7 +44,7 @@ def camera_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
         elif m.cam_projection[number] != _PERSPECTIVE:
             why = "its projection is orthographic, which camera_info cannot describe"
         elif place is None:
-            why = f"'{m.body(body).name}' is not of the robot, and moves"
+            why = f"'{m.body(body).name}' is not part of the robot, and moves"
         else:
             tags.append(_tag(m, number, *place))
             if m.cam_output[number] != _COLOURS:

@@ -335,7 +335,9 @@ def _furniture(
     match shape:
         case "table":
             if z <= _TOP_M or min(x, y) <= 2 * _LEG_M:
-                raise entry.refuse(f"is no table: the top is {_TOP_M} m thick, a leg {_LEG_M} m")
+                raise entry.refuse(
+                    f"is not a valid table: the top is {_TOP_M} m thick, a leg {_LEG_M} m"
+                )
             top = _box(x, y, _TOP_M, 0.0, 0.0, z - _TOP_M / 2, _WOOD)
             across, along = (x - _LEG_M) / 2, (y - _LEG_M) / 2
             height = z - _TOP_M
@@ -347,7 +349,7 @@ def _furniture(
         case "bin":
             wall = thick or _BIN_M
             if 2 * wall >= min(x, y) or wall >= z:
-                raise entry.refuse(f"is no bin: its walls are {wall} m thick")
+                raise entry.refuse(f"is not a valid bin: its walls are {wall} m thick")
             return [_box(x, y, wall, 0.0, 0.0, wall / 2), *_four_walls(x, y, z, wall, inside=True)]
         case "walls":
             return _four_walls(x, y, z, thick or _WALL_M, inside=False)
@@ -391,7 +393,7 @@ def _color(entry: YamlEntry) -> Rgba:
     if isinstance(entry.value, str):
         named = gazebo_colour(entry.value)
         if named is None:
-            raise entry.refuse(f"is {entry.value!r}: no colour's name; [red, green, blue] is one")
+            raise entry.refuse(f"is {entry.value!r}: not a colour name; use [red, green, blue]")
         return *named, 1.0
     parts = entry.numbers(3, 4)
     if not all(0.0 <= part <= 1.0 for part in parts):
@@ -407,7 +409,7 @@ def _file(entry: YamlEntry) -> Path:
     except (NotFoundError, OSError) as error:
         raise entry.refuse(f"is not found: {error}") from error
     if not is_there:
-        raise entry.refuse(f"is not found: {path} is no file")
+        raise entry.refuse(f"is not found: {path} is not a file")
     return path.absolute()
 
 

@@ -50,7 +50,7 @@ def find_file(uri: str, folder: Path) -> Path:
         if not path.is_absolute():
             candidates = _in_models(str(path), folder)
     elif separator:
-        raise NotFoundError(f"{uri} is not looked for: models come from folders of this machine")
+        raise NotFoundError(f"{uri} is not downloaded: models are read from local folders")
     else:
         candidates = _in_models(uri, folder)
     for candidate in candidates:

@@ -97,14 +97,14 @@ class SdfJoints:
         kind = "fixed" if said in _OF_TWO else _KINDS.get(said)
         ends = [(element.findtext(tag) or "").strip() for tag in ("parent", "child")]
         if kind is None:
-            words = f"<joint> of the type {element.get('type')} is taken for a fixed one"
+            words = f"<joint> of the type {element.get('type')} is treated as fixed"
             file.remarks.add(file.path, element.sourceline or 0, words)
             kind = "fixed"
         parent, child = map(self.frames.link_of, ends)
         for end, link in zip(ends, (parent, child), strict=True):
             if link != "world" and link not in links:
                 raise InvalidDescriptionError(
-                    f"{file.place(element)}: joint '{name}' is at '{end}', which is no link"
+                    f"{file.place(element)}: joint '{name}' is at '{end}', which is not a link"
                 )
         bare = SceneJoint(
             name,
@@ -149,7 +149,7 @@ class SdfJoints:
             if not turns:
                 raise InvalidDescriptionError(
                     f"{self.file.place(element)}: the screw joint '{turning.name}' has a "
-                    "<thread_pitch> of 0, which has no end"
+                    "<thread_pitch> of 0, which would be infinite"
                 )
             pitch = -math.tau / turns
         said = f"screw joint '{turning.name}'"

@@ -55,7 +55,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
     if not scene.is_model:
         raise InvalidDescriptionError(
             f"{path}: it is a world with {len(scene.models)} models, and no robot",
-            hint="A world is taken by world:=FILE.",
+            hint="Load a world with world:=FILE.",
         )
     (model,) = scene.models
     robot = etree.Element("robot", name=model.name or path.stem)
@@ -111,7 +111,7 @@ def _without_form(model: SceneModel) -> Iterator[str]:
                     "a robot has none, a world may"
                 )
             if shape.density is not None and body.inertial is None:
-                yield f"{shape.place}: the <density> in link '{body.name}' is taken for water's"
+                yield f"{shape.place}: the <density> in link '{body.name}' is read as that of water"
     for joint in model.joints:
         if _is_held(joint):
             yield f"{joint.place}: joint '{joint.name}' is a fixed one: its range is one point, 0"
@@ -126,13 +126,13 @@ def _divided(model: SceneModel) -> Iterator[str]:
     for (what, place), (first, second) in parts.items():
         if first.mimic is not None:
             yield (
-                f"{place}: the {what} is two here: '{second.name}' turns, '{first.name}' slides "
-                "with it"
+                f"{place}: the {what} becomes two joints: '{second.name}' turns, "
+                f"'{first.name}' slides with it"
             )
         else:
             yield (
-                f"{place}: the {what} is two here: '{first.name}' turns about its first axis, "
-                f"'{second.name}' about its second"
+                f"{place}: the {what} becomes two joints: '{first.name}' turns about its first "
+                f"axis, '{second.name}' about its second"
             )
 
 

@@ -96,7 +96,7 @@ def _scene(reading: SdfReader, root: Any, file: SdfFile) -> Scene:
         )
     file.check_tags(root, tags.ROOT)
     for other in root.findall("world")[1:]:
-        file.leave_out(other, "is left out: of several worlds the first is taken")
+        file.leave_out(other, "is left out: of several worlds the first is used")
     file.check_tags(world, tags.WORLD)
     for joint in world.findall("joint"):
         file.leave_out(joint, "is left out: joints are within models")
@@ -217,7 +217,9 @@ def _with_states(file: SdfFile, world: Any, models: list[SceneModel]) -> list[Sc
     moving = {model.name for model in models if len(model.bodies) > 1 and not model.static}
     for element in world.iterfind("state/model"):
         if element.get("name") in moving:
-            file.leave_out(element, "of the saved state is where its parts are as they were made")
+            file.leave_out(
+                element, "of the saved state is where its parts are at their initial poses"
+            )
     return [replace(model, pose=places.get(model.name, model.pose)) for model in models]
 
 
@@ -226,7 +228,7 @@ def _lights(file: SdfFile, holder: Any, frames: SdfFrames) -> list[SceneLight]:
     for element in holder.findall("light"):
         file.check_tags(element, tags.LIGHT)
         if (kind := element.get("type") or "point") not in _LIGHTS:
-            file.leave_out(element, f"of the type {kind} is taken for a point")
+            file.leave_out(element, f"of the type {kind} is treated as a point")
         if file.flag(element, "light_on", default=True):
             found.append(_light(file, element, frames))
     return found

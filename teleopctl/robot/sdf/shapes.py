@@ -43,7 +43,7 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
         return None
     file.check_tags(geometry, tags.GEOMETRY)
     for other in list(geometry)[1:]:
-        file.leave_out(other, "is left out: of several shapes the first is taken")
+        file.leave_out(other, "is left out: of several shapes the first is used")
     if solid.tag == "empty":
         return None
     found = _geometry(file, solid)
@@ -166,7 +166,7 @@ def _mesh(file: SdfFile, solid: Any) -> _Found | None:
     if path is None:
         return None
     if solid.find("submesh") is not None:
-        file.leave_out(solid.find("submesh"), "is left out: it is the whole mesh")
+        file.leave_out(solid.find("submesh"), "is left out: the whole mesh is used")
     return "mesh", file.vector(solid, "scale", (1.0, 1.0, 1.0)), path, Transform()
 
 
@@ -175,7 +175,7 @@ def _heightmap(file: SdfFile, solid: Any) -> _Found | None:
     if path is None:
         return None
     if path.suffix.lower() != ".png":
-        file.leave_out(solid, "is left out: its heights are no PNG picture")
+        file.leave_out(solid, "is left out: its heights are not a PNG image")
         return None
     size = file.vector(solid, "size", (1.0, 1.0, 1.0))
     if min(size) <= 0.0:
@@ -197,7 +197,7 @@ def _file(file: SdfFile, solid: Any) -> Any:
         file.leave_out(solid, f"is left out: {error.message}")
         return None
     if not path.is_file():
-        file.leave_out(solid, f"is left out: {path} is no file")
+        file.leave_out(solid, f"is left out: {path} is not a file")
         return None
     return path.absolute()
 
@@ -248,7 +248,7 @@ def _opaque_colour(file: SdfFile, visual: Any) -> Rgba | None:
     if colour is not None:
         return *colour, 1.0
     if script is not None:
-        file.leave_out(script, f"'{(script.text or '').strip()}' is left out: no colour of ours")
+        file.leave_out(script, f"'{(script.text or '').strip()}' is left out: not a known colour")
     return None if material.find("ambient") is None else _rgba(file, material.find("ambient"))
 
 

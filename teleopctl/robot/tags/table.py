@@ -90,7 +90,7 @@ class TagFinding(NamedTuple):
     def sentence(self) -> str:
         """Sentence that the tag or attribute is unknown, or why it has no effect."""
         if self.entry is not None and self.entry.fate == "works":
-            return f"Of several <{local_name(self.element.tag)}> side by side the first is taken"
+            return f"Of several <{local_name(self.element.tag)}> side by side the first is used"
         if self.entry is None:
             hint = f" (is it {self.alike}?)" if self.alike else ""
             kind = "Attribute " if "@" in self.path else ""

@@ -100,7 +100,7 @@ class BoundedPython:
             value = eval(code, names, local)  # noqa: S307 - that is what xacro files are
         except RecursionError as error:
             if any(isinstance(part, CodeType) for part in code.co_consts):
-                raise BudgetError("a function of it calls itself without end") from error
+                raise BudgetError("a function of it recurses without end") from error
             raise  # it is files or macros that do
         _size(value)
         return value
@@ -295,4 +295,4 @@ def _limit_bits(bits: int) -> None:
 
 def _check_format(text: str | bytes) -> None:
     if _WIDE.search(text if isinstance(text, str) else text.decode("latin-1")):
-        raise BudgetError("a width that large, or one that is computed, is refused")
+        raise BudgetError("a width that is too large or computed is refused")

@@ -91,7 +91,7 @@ def model_from_message(message: Any, described: RobotModel) -> RobotModel:
         (mujoco.mjtObj.mjOBJ_JOINT, [joint.ball or joint.name for joint in described.joints]),
     ):
         if any(mujoco.mj_name2id(model, kind, name) < 0 for name in names):
-            raise InvalidMessageError(f"{MODEL_TOPIC}: it is the model of another robot")
+            raise InvalidMessageError(f"{MODEL_TOPIC}: it describes another robot")
     known = {body.link: body for body in described.free_bodies}
     free = []
     for number in np.flatnonzero(model.jnt_type == mujoco.mjtJoint.mjJNT_FREE):

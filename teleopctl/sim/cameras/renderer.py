@@ -305,7 +305,7 @@ def make_renderer(
         return CameraRenderer(model, cameras, chosen), f"drawing at quality {chosen}"
     if quality != "auto":
         raise UnavailableError(
-            f"Unknown quality '{quality}'", hint=f"It is one of {', '.join(QUALITIES)}"
+            f"Unknown quality '{quality}'", hint=f"Expected one of {', '.join(QUALITIES)}"
         )
     rate_hz = max(camera.rate_hz for camera in cameras)
     budget = _SHARE / rate_hz

@@ -94,7 +94,7 @@ def _set_state(running: RunningSimulation, request: Any, response: Any) -> None:
     if getattr(request, "set_acceleration", False):
         raise Refusal(
             Result.RESULT_FEATURE_UNSUPPORTED,
-            "An acceleration follows from forces: none is set",
+            "Accelerations cannot be set: they follow from forces",
         )
 
     def change() -> None:
@@ -186,7 +186,7 @@ def _is_within(
         return True
     if bounds.type not in (_Bounds.TYPE_BOX, _Bounds.TYPE_SPHERE):
         raise Refusal(
-            Result.RESULT_FEATURE_UNSUPPORTED, "Entities are found within boxes and spheres only"
+            Result.RESULT_FEATURE_UNSUPPORTED, "Only boxes and spheres are supported as bounds"
         )
     if len(points) != 2 or not np.isfinite(points).all():
         raise Refusal(Result.RESULT_OPERATION_FAILED, "The bounds are not two finite points")

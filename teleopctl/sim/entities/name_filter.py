@@ -104,7 +104,7 @@ def _asked(pattern: str, names: Sequence[str], longest_s: float) -> list[str] | 
     except subprocess.TimeoutExpired:
         return f"it takes longer than {longest_s:g} s"
     except (OSError, ValueError, subprocess.CalledProcessError) as error:
-        return f"it could not be looked for: {error}"
+        return f"the filter could not be applied: {error}"
     return answer
 
 

@@ -30,7 +30,7 @@ def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
     if name in ("", "world", simulation.model.world_frame):
         return None
     if not simulation.has_link(name):
-        raise NotFoundError(f"There is no link '{name}' that could be a frame")
+        raise NotFoundError(f"There is no link '{name}' to use as a frame")
     return simulation.link_pose(name)
 
 
@@ -47,7 +47,9 @@ def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
         raise InvalidMessageError(f"A number of the pose {reason}")
     length = float(np.linalg.norm(turn))
     if abs(length - 1.0) > _LENGTH_ERROR:
-        raise InvalidMessageError(f"The orientation is no rotation: its length is {length:g}")
+        raise InvalidMessageError(
+            f"The orientation is not a unit quaternion: its norm is {length:g}"
+        )
     turn /= length
     if frame is None:
         return np.concatenate([place, turn])

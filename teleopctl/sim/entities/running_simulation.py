@@ -153,9 +153,7 @@ class RunningSimulation:
         with self._spawning.changing:
             parts = self._parts_of(name)
             if not parts and find(self.simulation, name).is_robot:
-                raise RefusedError(
-                    f"'{name}' is the robot of this simulator: it stays as long as that runs"
-                )
+                raise RefusedError(f"'{name}' is the robot of this simulator: it cannot be removed")
             self._take(without_objects(self.simulation.model, parts or [name]))
 
     def delete_spawned(self) -> None:

@@ -162,7 +162,7 @@ def _read_resource(resource: Any, codes: Any, noun: str) -> World:
         raise Refusal(codes.UNSUPPORTED_FORMAT, error.message) from error
     except InvalidDescriptionError as error:
         raise Refusal(codes.RESOURCE_PARSE_ERROR, error.message) from error
-    raise Refusal(codes.NO_RESOURCE, f"There is neither a URI nor a text of {noun}")
+    raise Refusal(codes.NO_RESOURCE, f"There is neither a URI nor a string of {noun}")
 
 
 def meshes_left_out(warnings: Sequence[str]) -> list[str]:
@@ -200,7 +200,7 @@ def choose_name(running: RunningSimulation, world: World, wanted: str, *, rename
     if not _NAME.fullmatch(name) or name == "world":
         raise Refusal(
             _Answer.NAME_INVALID,
-            f"'{shortened(name)}' is no name: letters, digits and _ . : / - are"
+            f"'{shortened(name)}' is not a valid name: use letters, digits and _ . : / -"
             if name
             else "It has no name",
         )

@@ -124,7 +124,7 @@ class SensorPublisher:
             except Exception as error:  # noqa: BLE001 -- a sensor of an extension stops nothing else
                 self._channels.remove(channel)
                 name = channel.sensor.description.name
-                self._logger.error(f"Sensor '{name}' is read no more: {_text_of(error)}")
+                self._logger.error(f"Sensor '{name}' is disabled: {_text_of(error)}")
 
 
 class _Channel:
@@ -136,7 +136,7 @@ class _Channel:
         topic = ros_topic(sensor.topic)
         if topic != sensor.topic:
             node.get_logger().warning(
-                f"'{sensor.topic}' is no topic of ROS: sensor '{sensor.description.name}' "
+                f"'{sensor.topic}' is not a valid topic name: sensor '{sensor.description.name}' "
                 f"publishes on '{topic}'"
             )
         self.publisher = node.create_publisher(message_class, topic, 10)

@@ -55,7 +55,7 @@ class SavedState:
             InvalidFileError: The file cannot be read, or is no saved state.
         """
         if _plain_size(path) > _LONGEST_FILE:
-            raise InvalidFileError(f"{path} is too long for a state")
+            raise InvalidFileError(f"{path} is too large for a saved state")
         try:
             content = json.loads(read_text(path))
             if content["format"] != _FORMAT:
@@ -63,7 +63,7 @@ class SavedState:
             values = {str(k): np.array(v, float).ravel() for k, v in content["values"].items()}
             return cls(tuple(map(str, content["parts"])), values)
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-            raise InvalidFileError(f"{path} is no state that a simulator has saved") from error
+            raise InvalidFileError(f"{path} is not a state saved by the simulator") from error
 
     def write(self, path: Path) -> None:
         """Write the state to a file, replacing an existing one.
@@ -101,9 +101,11 @@ class SavedState:
         for name in {"waiting", "pushes"} & saved.keys():
             saved[name] = sizes[name]
         if here != there or sizes != saved:
-            raise RefusedError("The state is of another model: the same parts are made otherwise")
+            raise RefusedError(
+                "The state is of another model: the same parts have other properties"
+            )
         if not all(np.isfinite(value).all() for value in self.values.values()):
-            raise RefusedError("The state makes no sense: not all of its numbers are finite")
+            raise RefusedError("The saved state is invalid: not all of its numbers are finite")
         simulation.restore(values)
 
 
@@ -121,7 +123,7 @@ def _plain_size(path: Path) -> int:
     except OSError as error:
         raise InvalidFileError(f"Cannot open {path}: {error.strerror}") from error
     if not stat.S_ISREG(there.st_mode):
-        raise InvalidFileError(f"{path} is no plain file")
+        raise InvalidFileError(f"{path} is not a regular file")
     return there.st_size
 
 

@@ -156,8 +156,8 @@ class MujocoServices:
             saved = self._find(running, keyframe)
             if overrides.joint_states.name:
                 raise RefusedError(
-                    "The joints of a saved state are where its drives hold them: only free_joints "
-                    "of state_overrides go with it"
+                    "The joints of a saved state are held by its drives: only free_joints of "
+                    "state_overrides can be combined with it"
                 )
 
         def change() -> None:
@@ -211,7 +211,7 @@ def _file(name: str) -> Path | None:
         return None
     path = resolve_uri(name)
     if not path.is_absolute():
-        raise RefusedError(f"'{name}' starts nowhere: give a file by its whole path")
+        raise RefusedError(f"'{name}' is a relative path: give an absolute one")
     return path
 
 

@@ -81,7 +81,7 @@ class Cluster:
         for worker, found in theirs.items():
             if isinstance(found, Exception):
                 raise RefusedError(
-                    f"The worker {worker} cannot do runs: {found}",
+                    f"The worker {worker} cannot execute runs: {found}",
                     hint="Install teleopctl[cluster] on its machine, in the same version.",
                 )
             for name, version in ours.items():
@@ -165,7 +165,7 @@ class Cluster:
             except queue.Empty:
                 away_s = 0.0 if self._client.status == "running" else away_s + _LOOK_EVERY_S
                 if away_s >= _RETURNS_WITHIN_S or self._client.status == "closed":
-                    raise UnavailableError("The Dask scheduler has gone") from None
+                    raise UnavailableError("The Dask scheduler has disappeared") from None
                 continue
             count -= not isinstance(each, int)
             yield each
@@ -179,7 +179,7 @@ def _received(future: Any, request: RunRequest, folder: Path) -> RunResult:
         fields, packed = future.result()
     except Exception as error:  # noqa: BLE001 - any error of Dask or of the worker
         words = f"{type(error).__name__}: {error}"
-        result = failed_result(request, folder, f"the cluster could not do it: {words}")
+        result = failed_result(request, folder, f"the cluster failed: {words}")
     else:
         if packed:
             unpack(packed, folder)

@@ -88,7 +88,7 @@ def pack_launch(file: Path, folder: Path | None, cwd: Path) -> tuple[SentFolder,
         name = str(file.relative_to(folder))
     else:
         raise RefusedError(
-            f"{file} does not lie in {folder}, which is sent",
+            f"{file} is not in {folder}, the folder that is sent",
             hint="--send names a folder with the launch file in it.",
         )
     return SentFolder(str(folder), name, inner), _packed_folder(folder)
@@ -116,7 +116,7 @@ def pack(folder: Path) -> bytes:
     files = [path for path in folder.rglob("*") if path.is_file()]
     size = sum(path.stat().st_size for path in files)
     if size > _LARGEST_BACK:
-        raise RefusedError(f"{size >> 20} MB are too much to be sent back: record less")
+        raise RefusedError(f"{size >> 20} MB are too much to send back: record less")
     return _packed(folder, files)
 
 

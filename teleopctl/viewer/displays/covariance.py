@@ -21,7 +21,7 @@ from teleopctl.viewer.scene.drawing import (
 )
 
 COVARIANCE_PROPERTIES = (
-    Property("Covariance", True, hint="Draw how uncertain the pose is"),
+    Property("Covariance", True, hint="Draw the covariance of the pose"),
     Property("Covariance/Position", True),
     Property("Covariance/Position/Color", (204, 51, 204)),
     Property("Covariance/Position/Alpha", 0.3, low=0.0, high=1.0),

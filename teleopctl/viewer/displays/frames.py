@@ -40,7 +40,7 @@ class TfDisplay(Display):
             15.0,
             low=1.0,
             high=1e6,
-            hint="Seconds until a frame that is silent while others are not loses its axes",
+            hint="Seconds without updates after which a frame's axes are removed",
         ),
         Property(_ONLY, "", hint="A regular expression: only frames that it finds are shown"),
         Property(_WITHOUT, "", hint="A regular expression: frames that it finds are not shown"),
@@ -74,7 +74,7 @@ class TfDisplay(Display):
         faults = [self._wrong] if self._wrong else []
         if self.stage.frames.buffer.is_full:
             faults.append(
-                f"More than {MOST_FRAMES} frames: those that are silent for {SILENT_S:.0f} s are "
+                f"More than {MOST_FRAMES} frames: those without messages for {SILENT_S:.0f} s are "
                 "forgotten, and new ones left out until there is room"
             )
         if left_out := self._left_out():
@@ -89,7 +89,7 @@ class TfDisplay(Display):
         listed = ", ".join(f"{count} of {printable_line(name)}" for name, count in counts)
         return (
             f"Transforms more than {AHEAD_S:.0f} s ahead of /clock are left out: {listed}; "
-            "a node here is not on simulated time"
+            "a node does not use simulated time"
         )
 
     def parts(self) -> dict[str, bool]:
@@ -145,7 +145,7 @@ class TfDisplay(Display):
         try:
             return re.compile(text) if text else None
         except re.error as error:
-            self._wrong = f"{name} is no regular expression: {error}"
+            self._wrong = f"{name} is not a regular expression: {error}"
             return None
 
     def time_jumped_back(self) -> None:
@@ -275,7 +275,7 @@ class Trace(Display):
         Property("Frame", "", is_frame=True, hint="The frame whose path is drawn"),
         Property("Seconds", 10.0, low=0.1, high=3600.0, hint="How far back"),
         Property("Color", (255, 170, 0)),
-        Property("Line Width", 0.004, low=0.0, high=10.0, hint="Metres; 0 is as thin as can be"),
+        Property("Line Width", 0.004, low=0.0, high=10.0, hint="Metres; 0 for the thinnest line"),
     )
 
     def _prepare(self) -> None:

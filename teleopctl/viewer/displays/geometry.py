@@ -39,7 +39,7 @@ class PointStamped(DrawnDisplay):
         Property("Color", (204, 41, 204)),
         Property("Alpha", 1.0, low=0.0, high=1.0),
         Property("Radius", 0.2, low=0.001, high=1000.0),
-        Property("History Length", 1, low=1, high=10_000, hint="How many points are drawn"),
+        Property("History Length", 1, low=1, high=10_000, hint="Number of points to keep"),
     )
 
     @property
@@ -126,7 +126,7 @@ class Range(DrawnDisplay):
     properties: ClassVar[tuple[Property, ...]] = (
         Property("Color", (255, 255, 255)),
         Property("Alpha", 0.5, low=0.0, high=1.0),
-        Property("Buffer Length", 1, low=1, high=1000, hint="How many cones are drawn"),
+        Property("Buffer Length", 1, low=1, high=1000, hint="Number of cones to keep"),
     )
 
     @property
@@ -179,7 +179,7 @@ def _properties(along_name: str, about_name: str, scale: float) -> tuple[Propert
         Property(f"{along_name} Arrow Scale", scale, low=0.0, high=1000.0, hint="Metres per unit"),
         Property(f"{about_name} Arrow Scale", scale, low=0.0, high=1000.0, hint="Metres per unit"),
         Property("Arrow Width", 0.5, low=0.0, high=1000.0),
-        Property("History Length", 1, low=1, high=1000, hint="How many are drawn"),
+        Property("History Length", 1, low=1, high=1000, hint="Number of messages to keep"),
         Property("Hide Small Values", True, hint="Hide arrows that are shorter than they are wide"),
     )
 

@@ -119,7 +119,7 @@ class OdometryDisplay(DrawnDisplay):
     properties: ClassVar[tuple[Property, ...]] = (
         Property("Position Tolerance", 0.1, low=0.0, high=1000.0, hint="Metres to the next shape"),
         Property("Angle Tolerance", 0.1, low=0.0, high=10.0, hint="Radians to the next shape"),
-        Property("Keep", 100, low=0, high=_MOST_KEPT, hint="How many poses are drawn"),
+        Property("Keep", 100, low=0, high=_MOST_KEPT, hint="Number of poses to keep"),
         *shape_properties("Shape"),
         *COVARIANCE_PROPERTIES,
     )
@@ -304,7 +304,7 @@ class PathDisplay(DrawnDisplay):
         Property("Alpha", 1.0, low=0.0, high=1.0, hint="0 hides the line"),
         Property("Line Style", "Lines", choices=("Lines", "Billboards")),
         Property("Line Width", 0.03, low=0.001, high=100.0, hint="Metres, of billboards"),
-        Property("Buffer Length", 1, low=1, high=1000, hint="How many paths are drawn"),
+        Property("Buffer Length", 1, low=1, high=1000, hint="Number of paths to keep"),
         Property("Pose Style", "None", choices=("None", "Axes", "Arrows")),
         Property("Pose Color", (255, 85, 255)),
         Property("Length", 0.3, low=0.0, high=1000.0, hint="Of axes"),

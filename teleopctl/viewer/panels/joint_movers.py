@@ -421,7 +421,9 @@ class MoverSelector:
                 f"{STATES_TOPIC} is published by {_names(others)}, which takes no commands."
             )
         if self._gone:
-            return NoJointMover(f"{_names(self._gone)}, which published {STATES_TOPIC}, has gone.")
+            return NoJointMover(
+                f"{_names(self._gone)}, which published {STATES_TOPIC}, has disappeared."
+            )
         return StatePublisher(
             self._node,
             STATES_TOPIC,

@@ -68,7 +68,7 @@ class SimulationPanel(Panel):
                 "Steps", 10, min=1, max=1_000_000, step=1, hint="Physics steps of one Step"
             )
             self._pace: Any = self.gui.add_dropdown(
-                "Pace", (_label(1.0),), visible=False, hint="Simulated seconds in one second"
+                "Pace", (_label(1.0),), visible=False, hint="Real-time factor"
             )
             self._pace.on_update(self.page.on_node_thread(self._choose_pace))
             self._reset: Any = self.gui.add_button_group("World", ("Reset",))
@@ -278,7 +278,7 @@ class SimulationPanel(Panel):
 
         def fail(reason: str) -> None:
             self._pace.value = _label(self._factor)
-            self.page.notify("The pace is not set", reason, wrong=True)
+            self.page.notify("The real-time factor was not set", reason, wrong=True)
 
         self._calls.call(
             f"{self._simulator}/set_parameters",

@@ -99,17 +99,17 @@ def test_several_outputs_and_what_has_no_effect_are_told(read):
 @pytest.mark.parametrize(
     ("text", "kind", "message"),
     [
-        ("", InvalidFileError, ":1: here has to be a mapping"),
+        ("", InvalidFileError, ":1: expected a mapping"),
         ("output_bags: []", InvalidFileError, ": it has no list 'output_bags'"),
         ("output_bag: []", InvalidFileError, ":1: 'output_bag' is not known"),
         ("output_bags:\n- all: true", InvalidFileError, ":2: an output has no 'uri'"),
         ("output_bags:\n- uri: x\n  al: true", InvalidFileError, ":3: 'al' is not known"),
         ("output_bags:\n- uri: x\n  uri: y", InvalidFileError, ":3: 'uri' is given twice"),
-        ("output_bags:\n- uri: 5", InvalidFileError, ":2: 'uri' has to be a text, not 5"),
+        ("output_bags:\n- uri: 5", InvalidFileError, ":2: 'uri' must be a text, not 5"),
         (
             "output_bags:\n- uri: x\n  topics: /a",
             InvalidFileError,
-            ":3: 'topics' has to be a list of names, not '/a'",
+            ":3: 'topics' must be a list of names, not '/a'",
         ),
         (
             "output_bags:\n- uri: x\n  storage_id: rosbag_v2",
@@ -141,7 +141,7 @@ def test_several_outputs_and_what_has_no_effect_are_told(read):
             UnsupportedError,
             ":3: compression_format cannot be 'bz2': it is zstd or lz4",
         ),
-        ("output_bags:\n- {uri: x, regex: '('}", UsageError, ":2: '(' is no regular expression"),
+        ("output_bags:\n- {uri: x, regex: '('}", UsageError, ":2: '(' is not a regular expression"),
         (
             "output_bags:\n- uri: x\n  storage_preset_profile: best",
             UsageError,

@@ -283,9 +283,9 @@ def test_what_makes_no_table_is_left_out_with_the_reason(tmp_path):
     assert (
         export.left_out["/image"]
         == export.left_out["/jpeg"]
-        == ("Pictures make a film: --format mp4")
+        == ("Images are exported as a video: --format mp4")
     )
-    assert export.left_out["/cloud"] == "Point clouds make no table"
+    assert export.left_out["/cloud"] == "Point clouds cannot be exported as a table"
     assert export.left_out["/lost"] == "Unknown interface type my/msg/Lost"
     assert "what is this" in export.left_out["/broken"]
     assert "'json'" in export.left_out["/json"]

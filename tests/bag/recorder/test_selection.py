@@ -98,7 +98,7 @@ def test_what_is_no_regular_expression_is_refused():
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("\n- /chatter", ":2: here have to be a topic and its type, not '/chatter'"),
+        ("\n- /chatter", ":2: expected a topic and its type, got '/chatter'"),
         ("\n- [/chatter, '']", ":2: here have to be a topic and its type"),
         ("\n- [/a, b/C]\n- [/a, b/D]", ":3: '/a' is given twice"),
         (" {}", ": it has no list 'static_topics_and_types_list'"),

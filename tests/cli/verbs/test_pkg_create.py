@@ -164,7 +164,7 @@ def test_licenses_are_listed_for_a_question_mark(ros_without_router):
 @pytest.mark.parametrize(
     ("line", "told"),
     [
-        ("../greeter", "'../greeter' is no name of a package"),
+        ("../greeter", "'../greeter' is not a valid package name"),
         (
             "test --build-type ament_python",
             "Aborted since 'ament_python' packages can't be named 'test'.",

@@ -213,7 +213,7 @@ class TestReferences:
             ([2.0], ["joint1"], "Size of input data names (1) and/or values (1) is not matching"),
             ([2.0], ["joint1", "joint2"], "names (2) and/or values (1) is not matching the exp"),
             ([2.0, 3.0], ["joint1", "other"], "DoF name 'other' not found in the defined list"),
-            ([2.0, 3.0], ["joint1", "joint1"], "A DoF name is there twice: joint1, joint1"),
+            ([2.0, 3.0], ["joint1", "joint1"], "A DoF name is given twice: joint1, joint1"),
         ],
     )
     def test_a_message_that_does_not_fit_is_told_and_dropped(self, values, names, told):

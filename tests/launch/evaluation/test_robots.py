@@ -189,7 +189,7 @@ def test_a_variable_of_the_controllers_file_without_a_value_is_named_with_its_li
     with pytest.raises(TeleopctlError, match=r"\$\(var tool\): neither") as caught:
         evaluated(f"$(with-plugins FILE sim {tmp_path}/c.yaml)")
     assert caught.value.place == f"{tmp_path}/c.yaml:3"
-    assert caught.value.hint == "Give it behind the launch file: tool:=VALUE"
+    assert caught.value.hint == "Give it after the launch file: tool:=VALUE"
 
 
 @pytest.mark.parametrize(

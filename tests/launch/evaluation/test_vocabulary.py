@@ -245,7 +245,7 @@ def test_substitutions(value, text, expected):
     ("text", "message"),
     [
         ("$(param nope)", "no set_parameter has set parameter 'nope'"),
-        ("$(for-var a)", "no loop around gives 'a'"),
+        ("$(for-var a)", "no enclosing loop sets 'a'"),
         ("$(file-content nope.txt)", r"File not found: .*nope\.txt"),
         ("$(exec-in-pkg nope camera)", "No executable found"),
         ("$(eval '1' 'os')", "module 'os' is not at hand, only math"),

@@ -41,7 +41,7 @@ def test_a_process_whose_log_cannot_be_written_runs_and_the_launch_says_so_once(
     assert Supervisor(planned(tmp_path, [talks])).run() == 0
     output = capfd.readouterr().out
     assert output.count("[WARNING] [launch]: Cannot write ") == 1
-    assert f"{tmp_path / 'works-1.log'}: Is a directory; it will lack lines" in output
+    assert f"{tmp_path / 'works-1.log'}: Is a directory; lines will be missing" in output
 
 
 def test_a_process_that_writes_no_line_ends_does_not_fill_the_memory(tmp_path, capfd):

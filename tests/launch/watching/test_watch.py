@@ -121,7 +121,7 @@ def test_in_the_background_too_and_a_launch_of_which_all_has_ended_waits_for_a_s
     launched = ros.run("launch -d --watch file.yaml")
     assert launched.returncode == 0, launched.stderr
     log = ros.spawn("logs -f file")
-    log.wait_for_line("everything has ended; what is saved starts again, Ctrl-C ends this")
+    log.wait_for_line("all processes have ended; saved ones start again, Ctrl-C ends the launch")
     save(ros.folder / "once.py", "print('second')\n")
     log.wait_for_line(r"once.py saved: python3-1 restarts")
     log.wait_for_line(r"^\[python3-1\] second$")

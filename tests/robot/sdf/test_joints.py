@@ -55,7 +55,8 @@ def test_a_joint_with_two_axes_is_two_hinges_in_series(tmp_path: Path, kind: str
     assert second.dynamics is not None
     assert second.dynamics.damping == 0.3
     assert told(description) == [
-        f"{kind} joint 'j' is two here: 'j_1' turns about its first axis, 'j_2' about its second"
+        f"{kind} joint 'j' becomes two joints: 'j_1' turns about its first axis, 'j_2' about "
+        "its second"
     ]
 
 
@@ -78,7 +79,9 @@ def test_a_screw_turns_and_slides_by_its_pitch(tmp_path: Path, thread: str, pitc
     assert slide.mimic.joint == "j"
     assert slide.mimic.multiplier == pytest.approx(pitch_m / math.tau)
     assert description.joints["j"].type == "continuous"
-    assert told(description) == ["screw joint 'j' is two here: 'j' turns, 'j_slide' slides with it"]
+    assert told(description) == [
+        "screw joint 'j' becomes two joints: 'j' turns, 'j_slide' slides with it"
+    ]
 
 
 HINGE = "<axis><xyz>0 0 {}</xyz></axis>"

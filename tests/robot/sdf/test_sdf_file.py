@@ -361,7 +361,7 @@ def test_what_nobody_reads_is_told_with_its_lines(tmp_path: Path) -> None:
         (
             model("m", "<link name='l'/><joint name='j' type='fixed'><parent>l</parent>"
                   "<child>x</child></joint>"),
-            ":2: joint 'j' is at 'x', which is no link",
+            ":2: joint 'j' is at 'x', which is not a link",
         ),
         (world("<include><uri>world.sdf</uri></include>"), ""),
     ],
@@ -535,7 +535,7 @@ def test_what_stands_there_twice_and_what_is_misspelt_is_told(tmp_path: Path) ->
     found = scene(tmp_path, world(model("m", twice)))
     assert [remark.partition("world.sdf:")[2] for remark in found.remarks] == [
         "3: <inertal> in <link> is unknown (is it inertial?)",
-        "4: Of several <pose> side by side the first is taken",
+        "4: Of several <pose> side by side the first is used",
     ]
 
 
@@ -594,7 +594,7 @@ def test_words_that_mean_nothing_are_told(tmp_path: Path) -> None:
         "'type' of <physics> has no effect: MuJoCo simulates",
         "<model> 'm' has no link 'x': its first one is canonical",
         "<pose> has a rotation_format 'y', and is read as euler_rpy",
-        "<light> 'a' of the type w is taken for a point",
+        "<light> 'a' of the type w is treated as a point",
     ]
 
 

@@ -139,7 +139,11 @@ def test_without_its_camera_info_the_status_says_what_is_missing(page: FakePage,
     [
         (image("16UC1", DEPTHS), info(width=99), "of 99 x 6 pixels, the image of 8 x 6"),
         (image("16UC1", DEPTHS), INFO(width=WIDTH, height=HEIGHT), "not calibrated"),
-        (image("rgb8", np.zeros((HEIGHT, WIDTH, 3), np.uint8)), info(), "in rgb8 hold no depths"),
+        (
+            image("rgb8", np.zeros((HEIGHT, WIDTH, 3), np.uint8)),
+            info(),
+            "in rgb8 contain no depths",
+        ),
     ],
 )
 def test_what_makes_no_points_is_told(page: FakePage, draw: Draw, sent: Any, lens: Any, why: str):
@@ -199,5 +203,5 @@ def test_depths_are_metres_in_each_encoding():
     inverse = np.where(DEPTHS > 0, 100 / np.maximum(metres, 1) + 2, 0).round().astype(np.uint16)
     found = depths_of(compressed("32FC1", inverse, 100.0, 2.0))
     np.testing.assert_allclose(found, metres, rtol=0.02)
-    with pytest.raises(PictureError, match="hold no depths"):
+    with pytest.raises(PictureError, match="contain no depths"):
         depths_of(COMPRESSED(format="jpeg"))

@@ -72,7 +72,7 @@ def test_an_expression_that_is_none_is_told_and_hides_nothing(frames: FakePage, 
     look(frames)
     assert dressed(frames) == ALL
     assert display.status[0] == WARN
-    assert display.status[1].startswith("Filter (whitelist) is no regular expression")
+    assert display.status[1].startswith("Filter (whitelist) is not a regular expression")
 
 
 def test_parent_and_age_of_each_frame_can_be_read(frames: FakePage, draw: Draw):

@@ -32,13 +32,13 @@ GROUP = VerbGroup(
         ),
         "info": Verb(
             f"{__name__}.info:bag_info",
-            "Show what a bag holds.",
+            "Show the contents of a bag.",
             examples=("teleopctl bag info my_bag", "teleopctl bag info -v my_bag/my_bag_0.mcap"),
         ),
         "list": Verb(f"{__name__}.info:list_plugins", "List storage and compression plug-ins."),
         "convert": Verb(
             f"{__name__}.files:convert_bag",
-            "Write bags in another form.",
+            "Convert bags.",
             examples=(
                 "teleopctl bag convert old_session.bag -o session",
                 "teleopctl bag convert -i my_bag -o outputs.yaml",
@@ -66,7 +66,7 @@ GROUP = VerbGroup(
         ),
         "cut": Verb(
             f"{__name__}.files:cut_bag",
-            "Write a bag with a part of the time of another one.",
+            "Write a bag with a time range of another one.",
             examples=("teleopctl bag cut my_bag -o part --start-offset 10 --duration 5",),
         ),
         "export": Verb(
@@ -95,7 +95,7 @@ GROUP = VerbGroup(
         ),
         "verify": Verb(
             f"{__name__}.verify:verify",
-            "Simulate a recorded session once more, and compare.",
+            "Simulate a recorded session again, and compare.",
             examples=("teleopctl bag verify my_bag", "teleopctl bag verify my_bag --json"),
         ),
     },

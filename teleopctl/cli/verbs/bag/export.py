@@ -19,14 +19,14 @@ def export(
     bag_path: BagPath,
     topics: Annotated[
         list[str] | None,
-        Option("--topics", help="Only this topic; may be given again.", metavar="TOPIC"),
+        Option("--topics", help="Export only this topic; repeatable.", metavar="TOPIC"),
     ] = None,
     output: Annotated[
         str | None,
         Option(
             "-o",
             "--output",
-            help="The new folder; the bag's name with _csv or so behind it by default.",
+            help="Output folder; by default the bag's name with a suffix such as _csv.",
             metavar="FOLDER",
         ),
     ] = None,
@@ -57,12 +57,12 @@ def export(
         list[str] | None,
         Option(
             "--camera",
-            help="With lerobot: a topic of pictures; may be given again.",
+            help="With lerobot: a topic of images; repeatable.",
             metavar="TOPIC",
         ),
     ] = None,
     task: Annotated[
-        str, Option("--task", help="With lerobot: what was done, in words.", metavar="TEXT")
+        str, Option("--task", help="With lerobot: description of the task.", metavar="TEXT")
     ] = "teleoperation",
     form: Annotated[str, Option("--format", help="Output format.", choices=_FORMATS)] = "csv",
     as_json: AsJson = False,

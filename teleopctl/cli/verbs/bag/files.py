@@ -39,7 +39,7 @@ def convert_bag(
         Option(
             "-o",
             "--output-options",
-            help="The folder to be made, or a YAML file with the outputs, as ros2 bag has it.",
+            help="Output folder, or a YAML file with the outputs, as in ros2 bag.",
             metavar="FOLDER_OR_YAML",
         ),
     ],
@@ -61,7 +61,7 @@ def convert_bag(
         str | None,
         Option(
             "--input-options",
-            help="A YAML file with the bags, and from when to when each is read.",
+            help="YAML file with the bags, and the time range of each.",
             metavar="YAML",
         ),
     ] = None,
@@ -326,7 +326,7 @@ def _write_bags(bags: "Sequence[Bag]", outputs: "Sequence[OutputBag]", *, as_jso
     if any(output.options.database_settings is not None for output in outputs):
         files = {attachment.name for bag in bags for attachment in bag.attachments()}
         if files:
-            console.warn(f"A database has no place for {', '.join(sorted(files))}: left out")
+            console.warn(f"SQLite bags cannot store {', '.join(sorted(files))}: left out")
     with _show_percent() as told:
         counts = copy_bags(bags, outputs, told)
     written = [

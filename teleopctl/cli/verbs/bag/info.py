@@ -24,12 +24,12 @@ def bag_info(
         Option(
             "-v",
             "--verbose",
-            help="Read the whole bag, and show how large each topic is and what services did.",
+            help="Read the whole bag, and show the size of each topic and the events of services.",
         ),
     ] = False,
     sort: Annotated[
         str,
-        Option("--sort", help="What topics are sorted by.", choices=("name", "type", "count")),
+        Option("--sort", help="Sort order of topics.", choices=("name", "type", "count")),
     ] = "name",
     storage: Storage = None,
     as_json: AsJson = False,
@@ -65,10 +65,10 @@ def _size(bag: "Bag") -> int:
 _PLUGINS = {
     "storage": {
         "mcap": "MCAP files, read and written.",
-        "sqlite3": "SQLite databases, those of older ROS 2 distributions too, read and written.",
+        "sqlite3": "SQLite databases, also of older ROS 2 distributions, read and written.",
         "rosbag_v2": "Bags of ROS 1, read.",
     },
-    "converter": {"cdr": "The form of messages on the wire, which is written as it came."},
+    "converter": {"cdr": "Serialization of messages on the wire, stored unchanged."},
     "compressor": {
         "zstd": "Chunks of MCAP files, small.",
         "lz4": "Chunks of MCAP files, fast.",

@@ -27,9 +27,7 @@ BagPaths = Annotated[
     list[str],
     Argument(help="The bags: folders, or files of them.", metavar="BAG...", complete="bags"),
 ]
-OutputFolder = Annotated[
-    str, Option("-o", "--output", help="The folder to be made.", metavar="FOLDER")
-]
+OutputFolder = Annotated[str, Option("-o", "--output", help="Output folder.", metavar="FOLDER")]
 
 
 class FileOptions(OptionSet):
@@ -37,15 +35,21 @@ class FileOptions(OptionSet):
 
     compression: Annotated[
         str,
-        Option("--compression", help="How chunks are compressed.", choices=("none", "lz4", "zstd")),
+        Option("--compression", help="Compression of chunks.", choices=("none", "lz4", "zstd")),
     ] = "zstd"
     max_bag_size: Annotated[
         int,
-        Option("-b", "--max-bag-size", help="Bytes at which a new file begins; 0 for never."),
+        Option(
+            "-b", "--max-bag-size", help="Size in bytes after which a new file starts; 0 for never."
+        ),
     ] = 0
     max_bag_duration: Annotated[
         float,
-        Option("-d", "--max-bag-duration", help="Seconds at which a new file begins; 0 for never."),
+        Option(
+            "-d",
+            "--max-bag-duration",
+            help="Duration in seconds after which a new file starts; 0 for never.",
+        ),
     ] = 0.0
 
     def check(self) -> None:
@@ -80,11 +84,17 @@ ChosenTypes = Annotated[
 ]
 Regex = Annotated[
     str,
-    Option("-e", "--regex", help="Only topics and services in whose names this is found."),
+    Option(
+        "-e", "--regex", help="Only topics and services whose names match this regular expression."
+    ),
 ]
 ExcludeRegex = Annotated[
     str,
-    Option("-x", "--exclude-regex", help="No topics and services in whose names this is found."),
+    Option(
+        "-x",
+        "--exclude-regex",
+        help="Exclude topics and services whose names match this regular expression.",
+    ),
 ]
 ExcludeTopics = Annotated[
     list[str] | None,
@@ -92,7 +102,7 @@ ExcludeTopics = Annotated[
 ]
 ExcludeTypes = Annotated[
     list[str] | None,
-    Option("--exclude-topic-types", help="No topics of these types.", metavar="TYPE"),
+    Option("--exclude-topic-types", help="Exclude topics of these types.", metavar="TYPE"),
 ]
 
 
@@ -102,18 +112,18 @@ class TimeRangeOptions(OptionSet):
     start_offset: Annotated[
         float | None,
         Option(
-            "--start-offset", help="Seconds from the beginning of the bag to that of the new one."
+            "--start-offset", help="Seconds from the start of the bag to the start of the new one."
         ),
     ] = None
     duration: Annotated[
-        float | None, Option("--duration", help="Seconds that the new bag lasts at most.")
+        float | None, Option("--duration", help="Longest duration of the new bag, in seconds.")
     ] = None
     start: Annotated[
-        float | None, Option("--from", help="Seconds since the epoch at which the new bag begins.")
+        float | None, Option("--from", help="Start of the new bag, in seconds since the epoch.")
     ] = None
     until: Annotated[
         float | None,
-        Option("--until", help="Seconds since the epoch up to which the new bag lasts, exclusive."),
+        Option("--until", help="End of the new bag, in seconds since the epoch, exclusive."),
     ] = None
 
     def check(self) -> None:
@@ -152,7 +162,7 @@ class TimeRangeOptions(OptionSet):
             end_ns = from_seconds(self.until)
         if end_ns <= start_ns:
             raise UsageError(
-                f"That leaves no time: the bag lasts {length_s:.3f} s",
+                f"The time range is empty: the bag lasts {length_s:.3f} s",
                 hint="teleopctl bag info BAG shows from when to when it goes.",
             )
         return start_ns, end_ns

@@ -30,7 +30,7 @@ class PlaybackOptions(OptionSet):
         Option("--actions", help="Only the topics of these actions.", metavar="ACTION..."),
     ] = None
     start_offset: Annotated[
-        float, Option("--start-offset", help="Begin so many seconds into the bag.", metavar="S")
+        float, Option("--start-offset", help="Start this many seconds into the bag.", metavar="S")
     ] = 0.0
     remap: Annotated[
         list[str] | None,
@@ -40,7 +40,7 @@ class PlaybackOptions(OptionSet):
         str | None,
         Option(
             "--qos-profile-overrides-path",
-            help="A YAML file with the quality of service of single topics.",
+            help="YAML file with QoS overrides of topics.",
             metavar="FILE",
         ),
     ] = None
@@ -53,7 +53,7 @@ class PlaybackOptions(OptionSet):
         str | None,
         Option(
             "--storage-config-file",
-            help="Accepted for ros2's sake: reading has nothing to configure.",
+            help="Accepted for compatibility with ros2; without effect.",
             metavar="FILE",
         ),
     ] = None
@@ -101,14 +101,14 @@ def play(
     rate: Annotated[
         float, Option("-r", "--rate", help="Seconds of the bag per second.", metavar="RATE")
     ] = 1.0,
-    loop: Annotated[bool, Option("-l", "--loop", help="Start again at the end.")] = False,
+    loop: Annotated[bool, Option("-l", "--loop", help="Loop the playback.")] = False,
     delay: Annotated[
         float,
-        Option("-d", "--delay", help="Wait so many seconds before each beginning.", metavar="S"),
+        Option("-d", "--delay", help="Seconds to wait before each start.", metavar="S"),
     ] = 0.0,
     playback_duration: Annotated[
         float,
-        Option("--playback-duration", help="Play so many seconds of the bag.", metavar="S"),
+        Option("--playback-duration", help="Seconds of the bag to play.", metavar="S"),
     ] = -1.0,
     playback_until_sec: Annotated[
         float,
@@ -120,10 +120,22 @@ def play(
     ] = -1,
     start_paused: Annotated[bool, Option("-p", "--start-paused", help="Begin paused.")] = False,
     regex: Annotated[
-        str, Option("-e", "--regex", help="Only topics whose whole names fit this.", metavar="RE")
+        str,
+        Option(
+            "-e",
+            "--regex",
+            help="Only topics whose full names match this regular expression.",
+            metavar="RE",
+        ),
     ] = "",
     exclude_regex: Annotated[
-        str, Option("-x", "--exclude-regex", help="Not those whose names fit this.", metavar="RE")
+        str,
+        Option(
+            "-x",
+            "--exclude-regex",
+            help="Exclude topics whose names match this regular expression.",
+            metavar="RE",
+        ),
     ] = "",
     exclude_topics: Annotated[
         list[str] | None,
@@ -141,7 +153,7 @@ def play(
         float | None,
         Option(
             "--clock",
-            help="Publish /clock at this rate, 40 without a number; not the bag's.",
+            help="Publish /clock at this rate (40 Hz without a number), instead of the bag's.",
             metavar="[HZ]",
             alone="40",
         ),
@@ -161,27 +173,29 @@ def play(
         int,
         Option(
             "--wait-for-all-acked",
-            help="Wait for subscribers that are slow, so that they lose nothing; the time is not "
-            "limited.",
+            help="Wait for slow subscribers, without a time limit, so that no messages are lost.",
             metavar="MS",
         ),
     ] = -1,
     disable_loan_message: Annotated[  # noqa: ARG001 (ros2's)
         bool,
-        Option("--disable-loan-message", help="Accepted for ros2's sake: no message is loaned."),
+        Option(
+            "--disable-loan-message",
+            help="Accepted for compatibility with ros2: no message is loaned.",
+        ),
     ] = False,
     publish_service_requests: Annotated[
         bool,
         Option(
             "--publish-service-requests",
-            help="Send the requests that services had, instead of their events.",
+            help="Send recorded service requests, instead of publishing service events.",
         ),
     ] = False,
     send_actions_as_client: Annotated[
         bool,
         Option(
             "--send-actions-as-client",
-            help="Send the requests that actions had, instead of their topics.",
+            help="Send recorded action requests, instead of publishing action topics.",
         ),
     ] = False,
     service_requests_source: Annotated[
@@ -196,7 +210,7 @@ def play(
         str,
         Option(
             "--message-order",
-            help="Whether messages come when they were received or when they were sent.",
+            help="Order and timing by the time of reception or of publication.",
             choices=("received", "sent"),
         ),
     ] = "received",
@@ -204,7 +218,8 @@ def play(
         int,
         Option(
             "--progress-bar-update-rate",
-            help="Draw the progress so often on a terminal; 0 for never, -1 for each message.",
+            help="Updates of the progress per second on a terminal; 0 for none, -1 for each "
+            "message.",
             metavar="HZ",
         ),
     ] = 3,
@@ -217,13 +232,13 @@ def play(
         ),
     ] = 2,
     disable_keyboard_controls: Annotated[
-        bool, Option("--disable-keyboard-controls", help="Leave the keys alone.")
+        bool, Option("--disable-keyboard-controls", help="Do not read the keyboard.")
     ] = False,
     log_level: Annotated[
         str,
         Option(
             "--log-level",
-            help="Lowest log level that is shown.",
+            help="Lowest log level to show.",
             choices=("debug", "info", "warn", "error", "fatal"),
         ),
     ] = "info",
@@ -349,7 +364,7 @@ def burst(
     bag_path: BagPath,
     num_messages: Annotated[
         int,
-        Option("-n", "--num-messages", help="Send so many messages; 0 for all.", metavar="N"),
+        Option("-n", "--num-messages", help="Number of messages to send; 0 for all.", metavar="N"),
     ] = 0,
     *,
     shared: PlaybackOptions,

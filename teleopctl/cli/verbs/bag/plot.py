@@ -32,15 +32,18 @@ def plot(
     output: Annotated[
         str | None,
         Option(
-            "-o", "--output", help="A picture instead: PNG, SVG or PDF by its name.", metavar="FILE"
+            "-o",
+            "--output",
+            help="Write a picture instead: PNG, SVG or PDF, by the file name.",
+            metavar="FILE",
         ),
     ] = None,
     start_offset: Annotated[
         float,
-        Option("--start-offset", help="Begin so long after the bag's start.", metavar="SECONDS"),
+        Option("--start-offset", help="Seconds from the start of the bag.", metavar="SECONDS"),
     ] = 0.0,
     duration: Annotated[
-        float, Option("--duration", help="Draw only so many seconds.", metavar="SECONDS")
+        float, Option("--duration", help="Number of seconds to draw.", metavar="SECONDS")
     ] = math.inf,
 ) -> None:
     """Draw numbers of a bag over time.

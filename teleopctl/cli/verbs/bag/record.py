@@ -29,7 +29,7 @@ def record(
         Option("-o", "--output", help="Folder of the bag; by default named after the time."),
     ] = None,
     storage: Annotated[
-        str, Option("-s", "--storage", help="Form of the files.", choices=("mcap", "sqlite3"))
+        str, Option("-s", "--storage", help="Storage format.", choices=("mcap", "sqlite3"))
     ] = "mcap",
     topics: Annotated[
         list[str] | None, Option("--topics", help="Topics to record.", complete="topics")
@@ -38,7 +38,7 @@ def record(
         str | None,
         Option(
             "--static-topics-path",
-            help="YAML with topics and their types, recorded before anybody publishes them.",
+            help="YAML with topics and their types, subscribed to before they are published.",
             metavar="FILE",
         ),
     ] = None,
@@ -64,9 +64,11 @@ def record(
     all_topics: Annotated[bool, Option("--all-topics", help="Record all topics.")] = False,
     all_services: Annotated[bool, Option("--all-services", help="Record all services.")] = False,
     all_actions: Annotated[bool, Option("--all-actions", help="Record all actions.")] = False,
-    regex: Annotated[str, Option("-e", "--regex", help="Record names that this is found in.")] = "",
+    regex: Annotated[
+        str, Option("-e", "--regex", help="Record names that match this regular expression.")
+    ] = "",
     exclude_regex: Annotated[
-        str, Option("--exclude-regex", help="Leave out names that this is found in.")
+        str, Option("--exclude-regex", help="Exclude names that match this regular expression.")
     ] = "",
     exclude_topics: Annotated[
         list[str] | None,
@@ -89,11 +91,11 @@ def record(
     ] = None,
     include_unpublished_topics: Annotated[
         bool,
-        Option("--include-unpublished-topics", help="Record topics without a publisher, too."),
+        Option("--include-unpublished-topics", help="Include topics without a publisher."),
     ] = False,
     include_hidden_topics: Annotated[
         bool,
-        Option("--include-hidden-topics", help="Record names with a part that starts with _, too."),
+        Option("--include-hidden-topics", help="Include names with a part that starts with _."),
     ] = False,
     ignore_leaf_topics: Annotated[
         bool, Option("--ignore-leaf-topics", help="Leave out topics without subscriptions.")
@@ -109,7 +111,7 @@ def record(
         str | None,
         Option(
             "--qos-profile-overrides-path",
-            help="YAML with the quality of service for topics.",
+            help="YAML with QoS overrides of topics.",
             metavar="FILE",
         ),
     ] = None,
@@ -118,11 +120,11 @@ def record(
     ] = "cdr",
     max_bag_size: Annotated[
         int,
-        Option("-b", "--max-bag-size", help="Begin a new file from this size on.", metavar="BYTES"),
+        Option("-b", "--max-bag-size", help="Start a new file after this size.", metavar="BYTES"),
     ] = 0,
     max_bag_duration: Annotated[
         int,
-        Option("-d", "--max-bag-duration", help="Begin a new file after so long.", metavar="S"),
+        Option("-d", "--max-bag-duration", help="Start a new file after this time.", metavar="S"),
     ] = 0,
     max_bag_files: Annotated[
         int,
@@ -130,13 +132,13 @@ def record(
     ] = 0,
     max_cache_size: Annotated[
         int,
-        Option("--max-cache-size", help="What may wait for the disk.", metavar="BYTES"),
+        Option("--max-cache-size", help="Size of the write cache.", metavar="BYTES"),
     ] = _CACHE_BYTES,
     max_cache_duration: Annotated[
         int,
         Option(
             "--max-cache-duration",
-            help="How far back a snapshot reaches; 0 for as far as there is room.",
+            help="Duration of a snapshot; 0 for as long as fits the cache.",
             metavar="S",
         ),
     ] = 0,
@@ -151,7 +153,8 @@ def record(
         list[str] | None,
         Option(
             "--repeat-transient-local",
-            help="Accepted for ROS 2's sake: each file begins with what all latched topics had.",
+            help="Accepted for compatibility with ROS 2: each file begins with the messages "
+            "of latched topics.",
             metavar="TOPIC",
         ),
     ] = None,
@@ -165,9 +168,7 @@ def record(
         ),
     ] = None,
     start_paused: Annotated[bool, Option("--start-paused", help="Start paused.")] = False,
-    use_sim_time: Annotated[
-        bool, Option("--use-sim-time", help="Take the time from /clock.")
-    ] = False,
+    use_sim_time: Annotated[bool, Option("--use-sim-time", help="Use the time of /clock.")] = False,
     node_name: Annotated[
         str, Option("--node-name", help="The recorder's name in the graph.", metavar="NAME")
     ] = "rosbag2_recorder",
@@ -179,7 +180,7 @@ def record(
         str | None,
         Option(
             "--storage-preset-profile",
-            help="How files are written: resilient is for sqlite3, the others are for mcap.",
+            help="Preset of the storage: resilient for sqlite3, the others for mcap.",
             choices=_PRESETS,
         ),
     ] = None,
@@ -195,7 +196,7 @@ def record(
         str,
         Option(
             "--compression-mode",
-            help="file and message compress the chunks, in which MCAP has its compression.",
+            help="file and message both compress MCAP's chunks.",
             choices=("none", "file", "message"),
         ),
     ] = "none",
@@ -216,7 +217,7 @@ def record(
         float,
         Option(
             "--stats_max_publishing_rate",
-            help="How often losses are published at most; 0 for never.",
+            help="Highest rate at which losses are published; 0 for never.",
             metavar="HZ",
         ),
     ] = 1.0,
@@ -397,7 +398,7 @@ def _writer_options(
                 "Databases are written as they are, and not compressed",
                 hint="Record as mcap, which is compressed by itself.",
             )
-        console.note("A database has no place for robot descriptions and parameters; mcap has.")
+        console.note("SQLite bags cannot store robot descriptions and parameters; mcap has.")
         return WriterOptions(database_settings=database_settings(preset or "", config))
     settings = chunk_settings(preset or "", config)
     if compressed:

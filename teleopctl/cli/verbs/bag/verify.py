@@ -29,7 +29,10 @@ def verify(
     picture: Annotated[
         str | None,
         Option(
-            "-o", "--output", help="Draw what differs first: a .png, .svg or .pdf.", metavar="FILE"
+            "-o",
+            "--output",
+            help="Plot of the first difference: a .png, .svg or .pdf.",
+            metavar="FILE",
         ),
     ] = None,
     as_json: AsJson = False,
@@ -70,7 +73,7 @@ def _draw(found: "Verification", traces: "ComparedTraces", picture: Path, title:
         if each.field
     ]
     if not differences:
-        console.warn("No number differs that could be drawn")
+        console.warn("There is no differing number to plot")
         return
     first = differences[0]
     save_plot(traces.curves(first), picture, title)

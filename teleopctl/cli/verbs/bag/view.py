@@ -19,7 +19,7 @@ def view(
     bag_path: BagPath,
     display_config: Annotated[
         str | None,
-        Option("-d", "--display-config", help="An .rviz file to begin with.", metavar="FILE"),
+        Option("-d", "--display-config", help="An .rviz file to start with.", metavar="FILE"),
     ] = None,
     rate: Annotated[float, Option("-r", "--rate", help="Seconds of the bag per second.")] = 1.0,
     start_paused: Annotated[bool, Option("-p", "--start-paused", help="Begin paused.")] = False,

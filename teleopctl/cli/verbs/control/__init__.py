@@ -30,7 +30,8 @@ GROUP = VerbGroup(
             f"{__name__}.controllers:set_controller_state", "Bring a controller to a state."
         ),
         "switch_controllers": Verb(
-            f"{__name__}.controllers:switch_controllers", "Stop and start controllers in one go."
+            f"{__name__}.controllers:switch_controllers",
+            "Stop and start controllers in one switch.",
         ),
         "set_hardware_component_state": Verb(
             f"{__name__}.hardware:set_hardware_component_state",
@@ -46,7 +47,7 @@ GROUP = VerbGroup(
         ),
         "view_hardware_status": Verb(
             f"{__name__}.hardware:view_hardware_status",
-            "Print what hardware reports of itself.",
+            "Print the status that hardware reports.",
         ),
     },
 )

@@ -149,7 +149,7 @@ def load_controller(
         str | None,
         Option(
             "--set-state",
-            help="Bring it to this state as well.",
+            help="State to bring the controller to after loading.",
             metavar="STATE",
             choices=("inactive", "active"),
         ),
@@ -279,11 +279,9 @@ def switch_controllers(
         list[str] | None,
         Option("--activate", help="Controllers to start.", complete="controllers"),
     ] = None,
-    strict: Annotated[
-        bool, Option("--strict", help="Change nothing unless all can be changed.")
-    ] = False,
+    strict: Annotated[bool, Option("--strict", help="Switch all controllers or none.")] = False,
     best_effort: Annotated[
-        bool, Option("--best-effort", help="Change those that can be changed.")
+        bool, Option("--best-effort", help="Switch the controllers that can be switched.")
     ] = False,
     activate_asap: Annotated[
         bool, Option("--activate-asap", help="Switch between two control cycles.")
@@ -295,7 +293,7 @@ def switch_controllers(
     manager: ManagerOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Stop and start controllers in one go."""
+    """Stop and start controllers in one switch."""
     if strict and best_effort:
         raise UsageError("--strict and --best-effort exclude each other")
     with manager.client() as client:
@@ -358,8 +356,7 @@ def view_controller_chains(
         Option(
             "-o",
             "--output",
-            help="Name of the files, without their endings; otherwise in the folder for temporary "
-            "files.",
+            help="File name without extension; by default in the folder for temporary files.",
             metavar="FILE",
         ),
     ] = None,

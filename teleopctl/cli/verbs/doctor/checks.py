@@ -71,7 +71,7 @@ def check_router() -> Iterator[Finding]:
         holder = port_holder(sessions)
         if holder is None:
             yield Finding(
-                f"No router answers at {sessions}: nodes do not find each other.",
+                f"No router answers at {sessions}: nodes cannot discover each other.",
                 "Start it with `teleopctl daemon start`; nodes and launches start it themselves."
                 if daemon.serves(sessions)
                 else "Start it there.",
@@ -85,7 +85,7 @@ def check_router() -> Iterator[Finding]:
     if daemon.is_missed_by(sessions):
         yield warning(
             f"The daemon would listen at {daemon}, sessions connect to {sessions}.",
-            "Nodes of the two do not see each other unless the routers are connected.",
+            "Their nodes do not discover each other unless the routers are connected.",
         )
 
 
@@ -138,7 +138,8 @@ def check_environment() -> Iterator[Finding]:
     asked = os.environ.get("RMW_IMPLEMENTATION", "")
     if asked not in ("", "rmw_zenoh_cpp"):
         yield warning(
-            f"RMW_IMPLEMENTATION={asked}: nodes of ROS 2 that use it do not meet those of here.",
+            f"RMW_IMPLEMENTATION={asked}: ROS 2 nodes that use it do not discover the nodes "
+            "of teleopctl.",
             "Start them with RMW_IMPLEMENTATION=rmw_zenoh_cpp.",
         )
     try:
@@ -172,8 +173,9 @@ def check_nodes(graph: Graph) -> Iterator[Finding]:
     for name, count in Counter(graph.node_names()).items():
         if count > 1:
             yield Finding(
-                f"{count} nodes are called {name}: their services and parameters are mixed up.",
-                f"Give each a name of its own: --ros-args -r __node:={name.rsplit('/', 1)[1]}_2",
+                f"{count} nodes are called {name}: calls to their services and parameters are "
+                "ambiguous.",
+                f"Give each a unique name: --ros-args -r __node:={name.rsplit('/', 1)[1]}_2",
             )
 
 
@@ -263,7 +265,7 @@ def check_clocks(graph: Graph) -> Iterator[Finding]:
                 ahead = "ahead of" if measured[0] > 0 else "behind"
                 yield Finding(
                     f"The clock of {server.full_name} is {abs(measured[0]) / 1e9:.3f} s {ahead} "
-                    "this machine's: its transforms and stamps are taken for old or of the future.",
+                    "this machine's: its transforms and stamps seem to be old or in the future.",
                     "Synchronise the machines, with chrony for one.",
                 )
 

@@ -32,7 +32,7 @@ def hello(
         float, Option("-pp", "--print-period", help="Seconds from one table to the next.")
     ] = 1.0,
     ttl: Annotated[
-        int | None, Option("--ttl", help="How many routers a datagram may pass.", metavar="N")
+        int | None, Option("--ttl", help="Number of routers that a datagram may pass.", metavar="N")
     ] = None,
     once: Annotated[
         bool, Option("-1", "--once", help="Print one table, after one period, and end.")

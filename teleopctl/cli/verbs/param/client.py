@@ -45,7 +45,7 @@ class GraphParameters:
 
     Args:
         timeout_s: How long to wait until a node that was named is there.
-        service_timeout_s: How long to wait for answers.
+        service_timeout_s: Seconds to wait for responses.
 
     Raises:
         UsageError: A time is negative, or ``ROS_DOMAIN_ID`` malformed.
@@ -264,11 +264,11 @@ Nodes = Annotated[str, Argument(help="The node, or a pattern such as '/arm/*'.",
 ParameterName = Annotated[str, Argument(help="The parameter.", complete="parameter_names")]
 Timeout = Annotated[
     float,
-    Option("--timeout", help="How long to wait until the node is there.", metavar="SECONDS"),
+    Option("--timeout", help="Seconds to wait for the node.", metavar="SECONDS"),
 ]
 ServiceTimeout = Annotated[
     float,
-    Option("--service-timeout", help="How long to wait for answers.", metavar="SECONDS"),
+    Option("--service-timeout", help="Seconds to wait for responses.", metavar="SECONDS"),
 ]
 
 
@@ -279,7 +279,7 @@ class ParameterServiceOptions(OptionSet):
         bool,
         Option(
             "--include-hidden-nodes",
-            help="Let patterns mean nodes whose name starts with _, too.",
+            help="Let patterns match nodes whose name starts with _ as well.",
         ),
     ] = False
     timeout: Timeout = DISCOVERY_TIMEOUT_S

@@ -26,7 +26,7 @@ if TYPE_CHECKING:
 def list_parameters(
     node_name: Annotated[
         str | None,
-        Argument(help="The node, or a pattern; otherwise all nodes.", complete="nodes"),
+        Argument(help="Node, or a pattern; by default all nodes.", complete="nodes"),
     ] = None,
     show_types: Annotated[
         bool, Option("--param-type", help="Show the type of each parameter.")
@@ -36,7 +36,7 @@ def list_parameters(
     ] = False,
     name_filter: Annotated[
         str | None,
-        Option("--filter", help="List only names that begin with this regular expression."),
+        Option("--filter", help="List only names whose start matches this regular expression."),
     ] = None,
     prefixes: Annotated[
         list[str] | None,
@@ -99,7 +99,7 @@ def _pattern(text: str | None) -> "re.Pattern[str]":
     try:
         return re.compile(text or "")
     except re.error as error:
-        raise UsageError(f"'{text}' is no regular expression: {error}") from error
+        raise UsageError(f"'{text}' is not a regular expression: {error}") from error
 
 
 def get_parameter(

@@ -255,7 +255,7 @@ def _with_reason(text: str, reason: str) -> str:
 NodesOrAll = Annotated[
     list[str] | None,
     Argument(
-        help="The nodes, or patterns such as '/arm/*'; otherwise all.",
+        help="Nodes, or patterns such as '/arm/*'; by default all.",
         metavar="NODE_NAME...",
         complete="nodes",
     ),
@@ -361,7 +361,7 @@ def load_parameters(
 
 def restore_parameters(
     parameter_file: Annotated[
-        str, Argument(help="What `teleopctl param save` has written.", metavar="FILE")
+        str, Argument(help="A file written by `teleopctl param save`.", metavar="FILE")
     ],
     node_names: NodesOrAll = None,
     *,

@@ -5,11 +5,11 @@ from __future__ import annotations
 from teleopctl.cli.verb import Verb, VerbGroup
 
 GROUP = VerbGroup(
-    "List, watch, measure and publish topics.",
+    "List, print, measure and publish topics.",
     {
         "list": Verb(f"{__name__}.listing:list_topics", "List the topics."),
         "info": Verb(
-            f"{__name__}.listing:topic_info", "Show who publishes and subscribes a topic."
+            f"{__name__}.listing:topic_info", "Show the publishers and subscriptions of a topic."
         ),
         "echo": Verb(
             f"{__name__}.echo:echo",

@@ -29,14 +29,14 @@ def echo(
     message_type: Annotated[
         str | None,
         Argument(
-            help="Its type; otherwise the one that it has in the graph.",
+            help="Type; by default the one in the graph.",
             complete="message_types",
         ),
     ] = None,
     more: Annotated[
         list[str] | None,
         Argument(
-            help="More topics, each with its type behind it or not.",
+            help="More topics, each optionally followed by its type.",
             metavar="TOPIC_NAME...",
             complete="topics",
         ),
@@ -75,7 +75,7 @@ def echo(
         Option("--plot", help="Draw fields over time instead.", metavar="FIELD[,FIELD]..."),
     ] = None,
     window: Annotated[
-        float, Option("--window", help="With --plot: how far back.", metavar="SECONDS")
+        float, Option("--window", help="With --plot: time range, in seconds.", metavar="SECONDS")
     ] = 10.0,
     no_lost_messages: Annotated[
         bool, Option("--no-lost-messages", help="Do not report lost messages.")

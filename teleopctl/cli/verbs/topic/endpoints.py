@@ -51,7 +51,7 @@ def warn_of_type_mismatch(topic: str, endpoints: Sequence[EndpointToken]) -> Non
     if len(types) > 1:
         console.warn(
             f"{topic} has more than one type ({', '.join(sorted(types))}); "
-            "nothing passes between ends of different types"
+            "endpoints of different types are not connected"
         )
     for type_name in sorted(types):
         nodes_by_hash: dict[str, list[str]] = {}
@@ -62,7 +62,7 @@ def warn_of_type_mismatch(topic: str, endpoints: Sequence[EndpointToken]) -> Non
             groups = " and ".join(", ".join(sorted(set(nodes))) for nodes in nodes_by_hash.values())
             console.warn(
                 f"{topic}: {groups} mean different versions of {type_name} (their type hashes "
-                "differ), so nothing passes between them"
+                "differ), so they are not connected"
             )
 
 

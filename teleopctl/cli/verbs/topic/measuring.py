@@ -175,9 +175,7 @@ _DELAYS: _Figures[Summary] = _Figures(
 TopicNames = Annotated[
     list[str] | None, Argument(help="The topics.", metavar="TOPIC_NAME...", complete="topics")
 ]
-WindowSize = Annotated[
-    int, Option("-w", "--window", help="How many messages the average is taken over.")
-]
+WindowSize = Annotated[int, Option("-w", "--window", help="Number of messages in the average.")]
 AllTopics = Annotated[bool, Option("-a", "--all", help="Measure every topic.")]
 AsJsonReports = Annotated[bool, Option("--json", help="Print one JSON object a report.")]
 
@@ -191,7 +189,7 @@ def measure_rate(
     ] = None,
     wall_time: Annotated[
         bool,
-        Option("--wall-time", help="Do not measure the time of /clock, in spite of -s."),
+        Option("--wall-time", help="Measure wall time even with -s."),
     ] = False,
     all_topics: AllTopics = False,
     as_json: AsJsonReports = False,

@@ -157,7 +157,7 @@ def _numbers(path: str, value: Any) -> list[tuple[str, float]]:
     except (TypeError, ValueError):
         pass
     kind = getattr(value, "TYPE_NAME", type(value).__name__)
-    raise InvalidMessageError(f"'{path}' is no number but {kind}")
+    raise InvalidMessageError(f"'{path}' is not a number but {kind}")
 
 
 def _canvas_width(width: int) -> int:

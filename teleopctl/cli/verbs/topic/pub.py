@@ -59,7 +59,7 @@ def publish(
     ] = None,
     max_wait_time: Annotated[
         float | None,
-        Option("--max-wait-time-secs", help="Give up waiting after this many seconds."),
+        Option("--max-wait-time-secs", help="Seconds to wait at most."),
     ] = None,
     print_every: Annotated[
         int, Option("-p", "--print", help="Print only every Nth message; 0 for none.")
@@ -68,7 +68,7 @@ def publish(
         float | None,
         Option(
             "--keep-alive",
-            help="Seconds to stay after the last message; by default until it is on its way.",
+            help="Seconds to stay after the last message; by default until it is sent.",
         ),
     ] = None,
     node_name: Annotated[
@@ -105,9 +105,11 @@ def publish(
         wait_matching_subscriptions=wait_matching_subscriptions,
     )
     if once and times:
-        raise UsageError("--once and --times contradict each other; leave one of them out")
+        raise UsageError("--once and --times contradict each other; give one of them")
     if sum((stdin, yaml_file is not None, values is not None)) > 1:
-        raise UsageError("The message is given more than once: leave --stdin or the others out")
+        raise UsageError(
+            "The message is given more than once: give only one of MESSAGE, --stdin and the file"
+        )
     profile = qos.applied_to(QoSProfile(depth=_DEPTH))
     file = "-" if stdin else yaml_file
     documents = yaml_documents(_read(file) if file else "{}" if values is None else values)
@@ -234,7 +236,7 @@ def _wait_for_subscribers(
         if came := len(graph.subscriptions(topic, type_name)):
             return f"'{topic}' has {came} of {count} subscribers yet."
         heard = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
-        there_is = what_there_is("topics that anybody subscribes", [topic], heard)
+        there_is = what_there_is("topics with subscriptions", [topic], heard)
         return f"No subscription to '{topic}' yet. {there_is}"
 
     if not wait_with_notice(

@@ -15,7 +15,7 @@ class QosOptions(OptionSet):
         str | None,
         Option(
             "--qos-profile",
-            help="A preset to start from.",
+            help="QoS preset to start from.",
             choices=(
                 *("default", "system_default", "sensor_data", "services_default", "parameters"),
                 *("parameter_events", "action_status_default", "best_available"),
@@ -26,7 +26,7 @@ class QosOptions(OptionSet):
         str | None,
         Option(
             "--qos-reliability",
-            help="Whether lost messages are sent again.",
+            help="Reliability policy.",
             choices=("system_default", "reliable", "best_effort", "best_available"),
         ),
     ] = None
@@ -34,7 +34,7 @@ class QosOptions(OptionSet):
         str | None,
         Option(
             "--qos-durability",
-            help="Whether late subscribers get earlier messages.",
+            help="Durability policy.",
             choices=("system_default", "transient_local", "volatile", "best_available"),
         ),
     ] = None
@@ -42,18 +42,16 @@ class QosOptions(OptionSet):
         str | None,
         Option(
             "--qos-history",
-            help="How many messages are kept.",
+            help="History policy.",
             choices=("system_default", "keep_last", "keep_all"),
         ),
     ] = None
-    qos_depth: Annotated[
-        int | None, Option("--qos-depth", help="Messages kept with keep_last.")
-    ] = None
+    qos_depth: Annotated[int | None, Option("--qos-depth", help="Depth of keep_last.")] = None
     qos_liveliness: Annotated[
         str | None,
         Option(
             "--qos-liveliness",
-            help="How a publisher shows that it is alive.",
+            help="Liveliness policy.",
             choices=("system_default", "automatic", "manual_by_topic", "best_available"),
         ),
     ] = None
@@ -61,7 +59,7 @@ class QosOptions(OptionSet):
         float | None,
         Option(
             "--qos-liveliness-lease-duration-seconds",
-            help="How long it may be silent.",
+            help="Liveliness lease duration, in seconds.",
             metavar="SECONDS",
         ),
     ] = None

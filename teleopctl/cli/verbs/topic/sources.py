@@ -145,7 +145,7 @@ def find_sources(
                 raise
             console.warn(f"{topic}: {failure.message}")
     if not found:
-        raise UnavailableError("None of these topics can be listened to")
+        raise UnavailableError("None of these topics can be subscribed to")
     return found
 
 
@@ -171,7 +171,7 @@ def _only_type(graph: Graph, topic: str, takes_type: bool) -> str:
     if len(types) > 1:
         raise RefusedError(
             f"Cannot echo topic '{topic}', as it contains more than one type: [{', '.join(types)}]",
-            hint="Name the one that is meant." if takes_type else None,
+            hint="Give the type explicitly." if takes_type else None,
         )
     return types[0]
 
@@ -232,7 +232,7 @@ class NamedTopics:
             UsageError: There are several.
         """
         if self.are_several:
-            raise UsageError("Fields of one topic can be drawn, not of several")
+            raise UsageError("Only fields of a single topic can be drawn")
         return self._wanted[0][0]
 
     def sources(self, *, raw: bool, graph: Graph | None = None) -> list[TopicSource]:

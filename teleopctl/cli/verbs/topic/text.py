@@ -115,7 +115,7 @@ class TextOptions(OptionSet):
         bool, Option("-f", "--full-length", help="Print long lists and texts in full.")
     ] = False
     truncate_length: Annotated[
-        int, Option("-l", "--truncate-length", help="Longest list or text that is printed in full.")
+        int, Option("-l", "--truncate-length", help="Longest list or text printed in full.")
     ] = 128
     no_arr: Annotated[bool, Option("--no-arr", help="Print no elements of lists.")] = False
     no_str: Annotated[bool, Option("--no-str", help="Print no texts.")] = False

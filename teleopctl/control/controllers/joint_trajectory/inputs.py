@@ -166,9 +166,9 @@ class TrajectoryInputs:
         ahead = (start_ns - self._controller.params.now_ns()) / NANOSECONDS_PER_SECOND
         if ahead > _FAR_AHEAD:
             self._logger.warning(
-                f"The trajectory starts in {ahead:.0f} s: the robot heads for it slowly until "
-                "then. Stamps count on this controller's clock; a sender with another one "
-                "(use_sim_time) leaves them at 0."
+                f"The trajectory starts in {ahead:.0f} s: the robot moves to its first point "
+                "slowly until then. Stamps refer to this controller's clock; senders with another "
+                "clock (use_sim_time) should leave them at 0."
             )
         self._replace_waiting(
             ReceivedTrajectory(lambda hold: to_points(message, joints, hold), start_ns, goal=goal)

@@ -189,7 +189,7 @@ class ToleranceVerdict(Enum):
 
     MOVING = "on the way"
     PATH_VIOLATED = "an error is larger than the path allows"
-    WAITING = "the trajectory has ended, the robot is not there yet"
+    WAITING = "the trajectory has ended, the robot is not at the goal yet"
     REACHED = "the robot is at the goal"
     GOAL_LATE = "the robot has not reached the goal in time"
     TIMED_OUT = "no new trajectory was received in time"

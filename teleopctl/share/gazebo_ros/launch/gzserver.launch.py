@@ -25,7 +25,7 @@ OTHERS = {
     "world": ("", "A world: its file, or its name."),
     "params_file": ("", "A file of parameters."),
     "extra_gazebo_args": ("", "More words for gzserver."),
-    "server_required": ("false", "Whether everything ends with the simulator."),
+    "server_required": ("false", "Whether the launch ends with the simulator."),
     "gdb": ("false", "Whether to run it in gdb."),
     "valgrind": ("false", "Whether to run it in valgrind."),
 }

@@ -8,7 +8,7 @@ from launch_ros.actions import Node
 
 ARGUMENTS = {
     "container_name": ("ros_gz_container", "Where it would be loaded."),
-    "create_own_container": ("False", "Whether it would be loaded into one of its own."),
+    "create_own_container": ("False", "Whether a container of its own would be created."),
     "namespace": ("", "Its namespace."),
     "use_composition": ("False", "Whether it would be loaded into a container."),
     "use_respawn": ("False", "Whether it is started again when it ends."),

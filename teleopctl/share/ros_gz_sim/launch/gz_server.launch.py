@@ -10,7 +10,7 @@ ARGUMENTS = {
     "world_sdf_file": ("", "A world: its file, or its name."),
     "world_sdf_string": ("", "A world as text."),
     "container_name": ("ros_gz_container", "Where it would be loaded."),
-    "create_own_container": ("False", "Whether it would be loaded into one of its own."),
+    "create_own_container": ("False", "Whether a container of its own would be created."),
     "use_composition": ("False", "Whether it would be loaded into a container."),
 }
 

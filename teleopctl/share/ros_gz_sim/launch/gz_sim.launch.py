@@ -41,10 +41,10 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "gz_args",
                 default_value="",
-                description="Arguments of `gz sim`; -r: time passes from the start.",
+                description="Arguments of `gz sim`; -r: start unpaused.",
             ),
             DeclareLaunchArgument(
-                "gz_version", default_value=VERSION, description="Without effect: there is MuJoCo."
+                "gz_version", default_value=VERSION, description="Without effect: MuJoCo simulates."
             ),
             DeclareLaunchArgument(
                 "ign_args", default_value="", description="The older name of gz_args."
@@ -58,7 +58,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "on_exit_shutdown",
                 default_value="false",
-                description="Whether everything ends with the simulator.",
+                description="Whether the launch ends with the simulator.",
             ),
             OpaqueFunction(function=start),
         ]

@@ -23,7 +23,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "rviz_config",
                 default_value=PathJoinSubstitution([share, "config", "urdf.rviz"]),
-                description="An .rviz file to begin with.",
+                description="An .rviz file to start with.",
             ),
             IncludeLaunchDescription(
                 PathJoinSubstitution([share, "launch", "description.launch.py"]),

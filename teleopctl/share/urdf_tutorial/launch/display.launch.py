@@ -20,7 +20,7 @@ def generate_launch_description() -> LaunchDescription:
             DeclareLaunchArgument(
                 "rvizconfig",
                 default_value=PathJoinSubstitution([display, "config", "urdf.rviz"]),
-                description="An .rviz file to begin with.",
+                description="An .rviz file to start with.",
             ),
             DeclareLaunchArgument(
                 "model",

@@ -204,7 +204,7 @@ def _triangles(drawing: Drawing, marker: Any, pose: Transform) -> str:
     points, fault = _points(marker, 3)
     whole = len(points) // 3 * 3
     if whole < len(points):
-        fault = fault or "has a number of points that is no multiple of 3"
+        fault = fault or "has a number of points that is not a multiple of 3"
     # A colour for each corner, or one for each triangle.
     by_triangle = len(marker.colors) == len(marker.points) // 3 > 0
     colors, wrong = _colors(marker, whole // 3 if by_triangle else len(points))

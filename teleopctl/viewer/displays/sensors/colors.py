@@ -18,7 +18,7 @@ COLOR_PROPERTIES = (
     Property("Color Transformer", INTENSITY, choices=(INTENSITY, RGB8, RGBF32, AXIS, FLAT)),
     Property("Color", (255, 255, 255), hint="Of FlatColor"),
     Property("Channel Name", "intensity", hint="Of Intensity: the field that is shown"),
-    Property("Use rainbow", True, hint="Of Intensity: not from one colour to another"),
+    Property("Use rainbow", True, hint="Intensity: use rainbow colours"),
     Property("Invert Rainbow", False),
     Property("Min Color", (0, 0, 0), hint="Of Intensity without rainbow"),
     Property("Max Color", (255, 255, 255), hint="Of Intensity without rainbow"),
@@ -117,7 +117,7 @@ class Coloring:
             found = self._by(transformer, cloud, pose)
             if found is not None:
                 return found, transformer
-        raise AssertionError("every point is somewhere along an axis")
+        raise AssertionError("points have no intensity or colour")
 
     def _by(self, transformer: str, cloud: Cloud, pose: Transform) -> Colors | None:
         channels = cloud.channels

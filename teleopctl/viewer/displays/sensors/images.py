@@ -138,10 +138,14 @@ def camera_info_topic(topic: str) -> str:
 # Any: messages, whose classes are created from definitions at run time.
 
 GREY_PROPERTIES = (
-    Property("Normalize Range", True, hint="Black and white are the least and the most measured"),
-    Property("Min Value", 0.0, hint="Black, where the range is not normalized"),
-    Property("Max Value", 1.0, hint="White, where the range is not normalized"),
-    Property("Median window", 5, low=1, high=1000, hint="Pictures whose range counts"),
+    Property(
+        "Normalize Range", True, hint="Scale black and white to the smallest and largest value"
+    ),
+    Property("Min Value", 0.0, hint="Value of black, without Normalize Range"),
+    Property("Max Value", 1.0, hint="Value of white, without Normalize Range"),
+    Property(
+        "Median window", 5, low=1, high=1000, hint="Number of images in the median of the range"
+    ),
 )
 _GREY = frozenset(known.name for known in GREY_PROPERTIES)
 

@@ -117,7 +117,7 @@ def test_convert_reads_the_spans_of_bags_that_a_file_names(here, capsys):
         ("{uri: in, start_time_ns: 1.5}", "in.yaml:2: 'start_time_ns' has to be a whole number"),
         ("{uri: in, uri: in}", "in.yaml:2: 'uri' is given twice"),
         ("{uri: in, topics: [/a]}", "in.yaml:2: 'topics' is not known"),
-        ("in", "in.yaml:2: here has to be a mapping"),
+        ("in", "in.yaml:2: expected a mapping"),
     ],
 )
 def test_what_is_wrong_with_a_file_of_inputs_is_told_with_its_line(here, entry, told, capsys):
@@ -131,10 +131,10 @@ def test_what_is_wrong_with_a_file_of_inputs_is_told_with_its_line(here, entry, 
     ("line", "status", "told"),
     [
         ("cut in -o out", 2, "Give the range to keep"),
-        ("cut in -o out --start-offset 5", 2, "That leaves no time: the bag lasts 0.099 s"),
+        ("cut in -o out --start-offset 5", 2, "The time range is empty: the bag lasts 0.099 s"),
         ("cut in -o out --start-offset 0 --from 1", 2, "both set the start"),
         ("filter in -o in", 1, "Output folder 'in' already exists."),
-        ("filter in -o out -e (", 2, "'(' is no regular expression"),
+        ("filter in -o out -e (", 2, "'(' is not a regular expression"),
         ("filter in", 2, "Missing option '-o' / '--output'"),
         ("filter in -o out --topics /topic0", 1, "Did you mean /topic_0"),
         ("filter none -o out", 1, "Bag path 'none' does not exist!"),

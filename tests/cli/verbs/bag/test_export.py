@@ -30,7 +30,7 @@ def test_each_topic_becomes_a_file_and_what_is_left_out_is_told(session, capsys)
         "session_csv/arm__notes.csv: messages 0, columns 3\n"
     )
     assert printed.err == (
-        "WARNING: /image_raw is left out. Pictures make a film: --format mp4\n"
+        "WARNING: /image_raw is left out. Images are exported as a video: --format mp4\n"
         "WARNING: /chatter: 1 not readable. 4 bytes are not a message of type "
         "std_msgs/msg/String: it ends too early\n"
     )

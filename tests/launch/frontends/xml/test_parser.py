@@ -93,7 +93,7 @@ def test_a_misspelled_attribute_has_a_suggestion(write):
 def test_an_old_spelling_has_the_present_one_as_a_hint(write):
     with pytest.raises(TeleopctlError, match="unknown attribute 'node-name'") as caught:
         read_launch_file(write("<launch><node pkg='a' exec='b' node-name='c'/></launch>"))
-    assert caught.value.hint == "In ROS 2 it is 'name'."
+    assert caught.value.hint == "In ROS 2: 'name'."
 
 
 @pytest.mark.parametrize(
