@@ -1,4 +1,4 @@
-"""Small installed distributions for tests: a folder on the path with metadata is one."""
+"""Small installed distributions for tests, made of a folder on the path with metadata."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -11,16 +11,16 @@ def install(
     entry_points: Mapping[str, Mapping[str, str]] | str,
     files: Mapping[str, str] | None = None,
 ) -> Path:
-    """Write a distribution as an installer leaves it.
+    """Write the files of an installed distribution into a folder.
 
     Args:
-        site: A folder that is, or comes to be, on ``PYTHONPATH``.
-        name: The distribution's name.
-        entry_points: Name and value of each entry, by group; or the file's text.
-        files: Contents by path below the folder.
+        site: Folder that the test puts on ``PYTHONPATH``.
+        name: Name of the distribution.
+        entry_points: Value of each entry point by name, by group; or the text of the file.
+        files: Text of further files, by path relative to ``site``.
 
     Returns:
-        The folder.
+        The folder ``site``.
     """
     metadata = site / f"{name.replace('-', '_')}-1.0.dist-info"
     metadata.mkdir(parents=True)

@@ -13,7 +13,7 @@ import sys
 import time
 from pathlib import Path
 
-# Module and arguments of the whole run, then those of the quick one.
+# Module, arguments of the full run, and arguments of the quick run.
 CAMPAIGNS = (
     ("tests.fuzz.decoders", "--count 1000000", "--count 20000"),
     ("tests.fuzz.graph", "--count 20000", "--count 1000"),
@@ -27,7 +27,7 @@ CAMPAIGNS = (
 
 
 def main() -> None:
-    """Run all campaigns; print how each ended."""
+    """Run all campaigns; print exit status and duration of each."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--quick", action="store_true", help="a few trials of each")
     options = parser.parse_args()

@@ -1,7 +1,7 @@
-"""Ends what tests have left running, and removes their folder, however the tests end.
+"""Process that kills processes left running by tests, and removes the tests' folder.
 
-A process of its own, which waits for the end of the one that runs the tests: killed, timed out or
-in order. Whatever has the folder in its environment was started there.
+The reaper waits for the end of the process that runs the tests, whether regular, killed or timed
+out. Processes of the tests are found by the folder in their environment variables.
 """
 
 from __future__ import annotations
@@ -13,23 +13,23 @@ import subprocess
 import sys
 from pathlib import Path
 
-# A process that is killed may just have started another one.
+# Number of searches: a killed process may have started another process just before.
 _LOOKS = 5
 
 
 def watch_over(folder: Path) -> subprocess.Popen[bytes]:
-    """Start a reaper for this process; closing its standard input has it do its work now."""
+    """Start a reaper for this process and return it; the reaper acts when its stdin is closed."""
     return subprocess.Popen(
         [sys.executable, "-I", __file__, str(folder)],
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
-        # Ctrl-C and the end of the terminal are for the tests.
+        # Ctrl-C and the end of the terminal must not end the reaper.
         start_new_session=True,
     )
 
 
 def _reap(folder: str, tester: int) -> None:
-    # Not needed while the tests run.
+    # Imported only here: not needed while the tests run.
     import psutil
 
     spared = {os.getpid(), tester}

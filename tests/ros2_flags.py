@@ -1,7 +1,7 @@
-"""The verbs of ``ros2`` and their flags, as facts: Jazzy's, and what Lyrical adds.
+"""Verbs of ``ros2`` and their flags: those of Jazzy, and those that Lyrical adds.
 
-Alternatives of one flag stand with a slash between them. What of this is here, and under which
-flags, is not written down anywhere: `tests.ros2_table` compares it with our declarations.
+A slash separates the alternative names of a flag. `tests.ros2_table` compares these flags with the
+declarations of teleopctl's verbs.
 """
 
 from __future__ import annotations
@@ -179,7 +179,7 @@ FLAGS = {
     "topic bw": f"-w/--window -a/--all {_QOS} {_NODE}",
     "topic delay": f"-w/--window {_QOS} {_NODE}",
 }
-"""Flags by verb."""
+"""Flags of ros2, by verb."""
 
 ELSEWHERE = {
     "doctor": "doctor check",
@@ -189,7 +189,7 @@ ELSEWHERE = {
     "run tf2_tools view_frames": "tf view_frames",
     "wtf": "wtf check",
 }
-"""Verbs and programs that have another name here too; ROS 2's is understood as well."""
+"""teleopctl's names of verbs and programs, by their ROS 2 name, which is accepted too."""
 
 NOT_HERE = {
     "security": (
@@ -198,7 +198,7 @@ NOT_HERE = {
     ),
     "launch -d": "means `--detach` here; use `--debug`",
 }
-"""Why a group, or a flag of one, is not here."""
+"""Reasons why a group of verbs or a flag is missing in teleopctl."""
 
 OTHERWISE = {
     "action send_goal": "status 1 if the goal did not succeed",
@@ -239,4 +239,4 @@ OTHERWISE = {
     "topic pub": "`--once` waits for a subscription and reports it; `--stdin` takes several",
     "topic type": "reports an unknown topic",
 }
-"""What a verb, or all of a group, does otherwise; the flags being the same."""
+"""Differences of a verb, or of all verbs of a group, other than flags."""

@@ -1,6 +1,7 @@
-"""The page on ros2's verbs and flags, made of facts on ros2 and of what our verbs declare.
+"""Generator of the page on ros2's verbs and flags, from `ros2_flags` and teleopctl's declarations.
 
-``python -m tests.ros2_table`` writes it and tells how much is here; `tests.test_docs` compares.
+``python -m tests.ros2_table`` writes the page and prints how many verbs and flags teleopctl has;
+`tests.test_docs` checks that the page is up to date.
 """
 
 from __future__ import annotations
@@ -37,11 +38,11 @@ _COLUMNS = "| verb | same | additional | not here | differences |\n|---|---|---|
 
 
 class Row:
-    """What there is of one verb of ros2.
+    """Row of the table: comparison of one verb of ros2 with teleopctl's verb.
 
     Args:
-        name: The verb, such as ``topic list``.
-        theirs: The alternatives of each of its flags.
+        name: Name of the verb, such as ``topic list``.
+        theirs: Alternative names of each flag of ros2's verb.
     """
 
     def __init__(self, name: str, theirs: list[list[str]]) -> None:
@@ -55,7 +56,7 @@ class Row:
         self.count_here = 0
         besides = dict.fromkeys(declared or ())
         for flags in theirs if self.is_here else ():
-            # One of ours with another name that is theirs means something else: `launch -d`.
+            # A name of ros2's flag may be a flag of another meaning in teleopctl: `launch -d`.
             ours = max(declared or (), key=lambda each: _overlap(each, flags), default=())
             here = [flag for flag in flags if flag in ours]
             self.missing += [f for f in flags if f not in here and not _is_accepted(name, f)]
@@ -66,7 +67,7 @@ class Row:
         self.besides = ["/".join(flags) for flags in besides]
 
     def reasons(self) -> dict[str, str]:
-        """Why each of the missing flags, or the verb itself, is missing; "" if nobody said."""
+        """Return the reason for each missing flag, or for the missing verb; "" without a reason."""
         if not self.is_here:
             return {self.name: NOT_HERE.get(self.name) or NOT_HERE.get(self.group, "")}
         return {
@@ -75,7 +76,7 @@ class Row:
         }
 
     def line(self) -> str:
-        """The row as Markdown."""
+        """Return the row as Markdown."""
         by_reason: dict[str, list[str]] = {}
         for name, reason in self.reasons().items():
             by_reason.setdefault(reason, []).append(name)
@@ -96,12 +97,12 @@ class Row:
 
 
 def rows() -> list[Row]:
-    """One for each verb of ros2."""
+    """Return a row for each verb of ros2."""
     return [Row(name, [one.split("/") for one in text.split()]) for name, text in FLAGS.items()]
 
 
 def page() -> str:
-    """The page's text."""
+    """Return the text of the page."""
     found = rows()
     lines = [_HEAD]
     for group, members in _by_group(found):
@@ -116,7 +117,7 @@ def page() -> str:
 
 
 def ours_alone(theirs: Iterable[str]) -> list[str]:
-    """The verbs that ros2 does not have; of groups that it does not have, the group."""
+    """Return teleopctl's verbs that ros2 does not have; the group if ros2 lacks all its verbs."""
     known = {ELSEWHERE.get(name, name) for name in theirs}
     groups = {name.partition(" ")[0] for name in known}
     found = []
@@ -130,7 +131,7 @@ def ours_alone(theirs: Iterable[str]) -> list[str]:
 
 
 def declared_flags(name: str) -> list[tuple[str, ...]] | None:
-    """The flags of one of our verbs; None where there is no such verb."""
+    """Return the flags of a verb of teleopctl; None if the verb does not exist."""
     first, _, second = name.partition(" ")
     if first not in plugins.VERBS.ours:
         return None
@@ -144,12 +145,12 @@ def declared_flags(name: str) -> list[tuple[str, ...]] | None:
 
 
 def _overlap(ours: tuple[str, ...], theirs: list[str]) -> int:
-    """How much two lists of alternatives have in common; a long name tells more than a letter."""
+    """Return the total length of the names that two flags share; long names count more."""
     return sum(len(flag) for flag in theirs if flag in ours)
 
 
 def _is_accepted(name: str, flag: str) -> bool:
-    """Whether a flag is taken, and changes nothing."""
+    """Return whether a flag is accepted without effect."""
     return flag not in ros2_options.without_ignored_options([*name.split(), flag, "1"])
 
 
@@ -165,7 +166,7 @@ def _code(names: Iterable[str]) -> str:
 
 
 def counts() -> str:
-    """How many of ros2's verbs and flags are here."""
+    """Return the number of ros2's verbs and flags that teleopctl has, as text."""
     found = rows()
     verbs = f"{sum(row.is_here for row in found)} of {len(found)} verbs"
     return f"{verbs}, {sum(row.count_here for row in found)} of {sum(r.count for r in found)} flags"

@@ -1,4 +1,4 @@
-"""Which of many cases a run tries: a part by default, all with ``--hypothesis-profile=nightly``."""
+"""Sampling of test cases: a part by default, all with ``--hypothesis-profile=nightly``."""
 
 from collections.abc import Sequence
 from typing import TypeVar
@@ -9,10 +9,10 @@ Case = TypeVar("Case")
 
 
 def is_nightly() -> bool:
-    """Whether this run has the time for every case."""
+    """Return whether this run uses the nightly profile, which tries all cases."""
     return settings.get_current_profile_name() == "nightly"
 
 
 def sample(cases: Sequence[Case], one_of: int) -> Sequence[Case]:
-    """One of so many cases, the same each time; all of them nightly."""
+    """Return every ``one_of``-th case, the same in each run; all cases in a nightly run."""
     return cases if is_nightly() else cases[::one_of]

@@ -1,4 +1,4 @@
-"""One table of all figures at the end of the run, with the date, the machine and the aims."""
+"""Fixtures of the benchmarks; print a table of all figures, with date, machine and aims."""
 
 from __future__ import annotations
 
@@ -25,13 +25,13 @@ _FIGURES = pytest.StashKey[dict[str, list[Figure]]]()
 
 @pytest.fixture
 def figures(request: pytest.FixtureRequest) -> list[Figure]:
-    """Figures of the benchmark's file; a `Figure` that is appended is a row of the table."""
+    """Fixture: figures of the benchmark's file; an appended `Figure` is a row of the table."""
     return request.config.stash[_FIGURES].setdefault(request.path.stem, [])
 
 
 @pytest.fixture(autouse=True)
 def _processes_find_the_benchmarks(monkeypatch: pytest.MonkeyPatch) -> None:
-    """Let ``python -m tests.benchmarks.…`` work in any folder, from a fresh clone."""
+    """Set PYTHONPATH so that ``python -m tests.benchmarks.…`` works in any folder."""
     path = os.environ.get("PYTHONPATH")
     monkeypatch.setenv("PYTHONPATH", os.pathsep.join([str(ROOT), *([path] if path else [])]))
 

@@ -1,4 +1,4 @@
-"""The tests of this folder import what teleopctl offers to programs."""
+"""Makes ``rclpy`` and ROS 2's other packages importable for the tests of this folder."""
 
 import teleopctl
 

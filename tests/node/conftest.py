@@ -1,4 +1,4 @@
-"""A context of its own for each test, joined to the test's router and domain."""
+"""Fixtures: context, executor and nodes of each test, in the test's graph."""
 
 import time
 from collections.abc import Callable, Iterator
@@ -12,7 +12,7 @@ from teleopctl.testing import RosGraph
 
 @pytest.fixture
 def context(ros: RosGraph) -> Iterator[Context]:
-    del ros  # this process is in it
+    del ros  # the fixture makes this process join the graph
     context = Context()
     context.init([])
     yield context
@@ -28,7 +28,7 @@ def executor(context: Context) -> Iterator[SingleThreadedExecutor]:
 
 @pytest.fixture
 def make_node(context: Context, executor: SingleThreadedExecutor) -> Iterator[Callable[..., Node]]:
-    """Make nodes that the executor serves."""
+    """Fixture: function that makes nodes and adds them to the executor."""
     nodes = []
 
     def make(name: str = "tester", **options: Any) -> Node:
@@ -44,7 +44,7 @@ def make_node(context: Context, executor: SingleThreadedExecutor) -> Iterator[Ca
 
 @pytest.fixture
 def spin_until(executor: SingleThreadedExecutor) -> Callable[..., None]:
-    """Run callbacks until a condition holds; fail when it does not within the deadline."""
+    """Fixture: function that spins until a condition is true, and fails after a timeout."""
 
     def spin(condition: Callable[[], object], timeout_s: float = 10.0) -> None:
         deadline = time.monotonic() + timeout_s

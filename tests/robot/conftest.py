@@ -1,4 +1,4 @@
-"""The teleop arm, expanded once for all tests of this folder."""
+"""Fixtures: description of the teleop arm, expanded once for all tests of this folder."""
 
 import pytest
 

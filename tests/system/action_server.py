@@ -1,6 +1,8 @@
-"""A server of ``/fib`` as ROS 2's examples write one: negative goals are rejected, 0 is aborted,
-those above 90 go on until they are cancelled, and 99 cannot be; 98 keeps its only thread until it
-reads a line."""
+"""Action server of ``/fib`` in the style of ROS 2's examples.
+
+Negative goals are rejected, goal 0 is aborted, and goals above 90 run until they are canceled,
+which goal 99 rejects. Goal 98 blocks the only thread until the server reads a line.
+"""
 
 import contextlib
 import sys

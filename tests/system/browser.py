@@ -1,4 +1,4 @@
-"""A real browser for tests of the page: Chromium of the system, driven by Playwright."""
+"""Real browser for tests of the page: Chromium of the system, driven by Playwright."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swi
 
 
 def chromium_program() -> str:
-    """Find the browser; skips the test where there is none."""
+    """Return the path of Chromium; skip the test if Chromium is not installed."""
     program = next(filter(None, map(shutil.which, _NAMES)), None)
     if program is None:
         pytest.skip("There is no Chromium; on Debian and Ubuntu: apt install chromium")
@@ -24,7 +24,7 @@ def chromium_program() -> str:
 
 @contextmanager
 def browser() -> Iterator[Browser]:
-    """Start a browser without a window; skips the test where there is none."""
+    """Start a headless browser; skip the test if Chromium is not installed."""
     program = chromium_program()
     with sync_playwright() as playwright:
         started = playwright.chromium.launch(
@@ -36,8 +36,8 @@ def browser() -> Iterator[Browser]:
             started.close()
 
 
-# Software draws the pictures: few of them, in the light of a small sky, leave the cores to the
-# tests.
+# Pictures are rendered in software: a low frame rate and a small environment map leave the cores to
+# the tests.
 _LITTLE_TO_DRAW = """
 const draw = window.requestAnimationFrame.bind(window);
 window.requestAnimationFrame = (callback) => setTimeout(() => draw(callback), 200);
@@ -50,7 +50,7 @@ window.createImageBitmap = (image, ...options) =>
 
 
 def open_page(browser: Browser, address: str) -> Page:
-    """Open a page of the viewer that draws at most five pictures per second."""
+    """Open a page of the viewer that renders at most five pictures per second."""
     page = browser.new_page(viewport={"width": 900, "height": 640})
     page.add_init_script(_LITTLE_TO_DRAW)
     page.goto(address)

@@ -1,4 +1,4 @@
-"""Fixtures of several modules."""
+"""Fixtures of several test modules."""
 
 import pytest
 
@@ -7,8 +7,8 @@ from tests import ROOT
 
 @pytest.fixture
 def start_stranger(ros, tmp_path_factory):
-    """Starts a node with types of a package that nobody else can find."""
-    # Not below the folder in which the commands run: packages are found there.
+    """Fixture: function that starts a node with types of a package that only the node can find."""
+    # Not below the working directory of the commands, where packages are found.
     folder = tmp_path_factory.mktemp("stranger")
     package = folder / "strange_msgs"
     for kind, name, text in (
@@ -32,5 +32,5 @@ def start_stranger(ros, tmp_path_factory):
 
 @pytest.fixture
 def stranger(start_stranger):
-    """Such a node, which explains its types."""
+    """Fixture: node of `start_stranger` that serves its type descriptions."""
     return start_stranger()

@@ -1,4 +1,4 @@
-"""A client of Foxglove's WebSocket protocol, written from its specification."""
+"""Client of Foxglove's WebSocket protocol, written from the protocol's specification."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ MESSAGE, TIME, SERVICE_RESPONSE, ASSET = 1, 2, 3, 4
 
 
 class FoxgloveClient:
-    """What one client has been told; messages are waited for with a deadline."""
+    """Client that stores received messages, and waits for messages with a timeout."""
 
     def __init__(self, port: int) -> None:
         self._socket = connect(f"ws://127.0.0.1:{port}", subprotocols=[SUBPROTOCOL], max_size=None)
@@ -41,7 +41,7 @@ class FoxgloveClient:
         self._socket.send(bytes([op]) + data)
 
     def until(self, answer):
-        """Receive until ``answer()`` is something; returns it."""
+        """Receive until ``answer()`` returns a true value, and return the value."""
         deadline = time.monotonic() + LONGEST_WAIT_S
         while not (found := answer()):
             left = deadline - time.monotonic()
@@ -54,7 +54,7 @@ class FoxgloveClient:
         return found
 
     def document(self, op: str, **fields: Any) -> Any:
-        """The first message of a kind with such fields; it is taken out."""
+        """Return and remove the first JSON message with an ``op`` and field values."""
 
         def look():
             for document in self.documents:
@@ -66,7 +66,7 @@ class FoxgloveClient:
         return self.until(look)
 
     def binary(self, op: int) -> Any:
-        """What follows the first byte of the next binary message of a kind; it is taken out."""
+        """Remove the next binary message of an opcode; return its bytes after the opcode."""
 
         def look():
             for data in self.binaries:
@@ -84,7 +84,7 @@ class FoxgloveClient:
         self._socket.send(self._last_subscribe)
 
     def message(self) -> tuple[int, int, bytes]:
-        """Subscription, time and bytes of the next message."""
+        """Return subscription number, time in nanoseconds and bytes of the next message."""
         data = self.binary(MESSAGE)
         number, stamp = struct.unpack_from("<IQ", data)
         return number, stamp, data[12:]
@@ -110,7 +110,7 @@ class FoxgloveClient:
             case "advertiseServices":
                 self.services.update({s["name"]: s for s in document["services"]})
             case "status" if "Unknown channel ID" in document["message"]:
-                # The SDK announces a channel before it knows it itself.
+                # The SDK advertises a channel before it accepts subscriptions to the channel.
                 self._socket.send(self._last_subscribe)
             case _:
                 self.documents.append(document)

@@ -1,4 +1,4 @@
-"""A server of ``/add`` that tells what it is asked and answers."""
+"""Service server of ``/add`` with introspection of requests and responses."""
 
 import contextlib
 

@@ -1,4 +1,4 @@
-"""A node with a parameter of every type, and some that are hard to write down."""
+"""Node with a parameter of every type, and parameters whose values are hard to write as YAML."""
 
 import contextlib
 

@@ -1,4 +1,4 @@
-"""The bags that a reader of the page about them has already: an arm with a camera, for 16 s."""
+"""Bags that the documentation page on bags uses: an arm with a camera, for 16 s."""
 
 from __future__ import annotations
 
@@ -60,10 +60,10 @@ _TOPICS: dict[str, tuple[str, Callable[[int], dict[str, Any]]]] = {
 
 
 def write_page_bags(folder: Path) -> None:
-    """Write them.
+    """Write the bags of the page.
 
     Args:
-        folder: Where the reader is.
+        folder: Working directory of the page's commands.
     """
     _write(folder / "my_bag", _TOPICS)
     _write(folder / "robot_bag", _TOPICS.keys() - _CAMERA)

@@ -1,4 +1,4 @@
-"""Garbage for the page's websocket: everything but what its own browser side would send."""
+"""Invalid messages for the page's websocket, which the page's own client would not send."""
 
 from __future__ import annotations
 
@@ -20,10 +20,10 @@ _VALUES: tuple[object, ...] = (
 
 
 def garbage(count: int) -> Iterator[bytes | str]:
-    """Messages of all kinds, the same each time."""
+    """Yield invalid messages of all types, the same in each run."""
     chance = random.Random(20)
     kinds = sorted(Message.get_subclasses(), key=lambda kind: kind.__name__)
-    assert _messages  # whose classes these are
+    assert _messages  # the module that defines the classes
     for number in range(count):
         kind = kinds[number % len(kinds)]
         names = list(getattr(kind, "__dataclass_fields__", {}))
@@ -45,7 +45,7 @@ def garbage(count: int) -> Iterator[bytes | str]:
 
 
 def send_garbage(port: int, count: int) -> None:
-    """Send it, each message over a connection of its own: the page may end one after the first."""
+    """Send each message over a new connection, since the page may close one after a message."""
     for message in garbage(count):
         with connect(f"ws://127.0.0.1:{port}/", subprotocols=[PROTOCOL], max_size=None) as client:
             client.send(message)

@@ -1,14 +1,14 @@
-"""Types a page of the documentation as its reader would: its files, its commands, in their order.
+"""Runner of a documentation page: writes its files and runs its commands, in order.
 
-What a page shows below a command has to come, whatever numbers, times and paths it has. A command
-that goes on until Ctrl-C is interrupted when that has come; a node or a launch in the foreground
-stays in its terminal until the next heading, as it does for a reader with two terminals.
+A command must print the output that the page shows, except for numbers, times and paths. A command
+that runs until Ctrl-C is interrupted after this output; a node or a launch in the foreground runs
+until the next heading, as for a reader with two terminals.
 
-A comment in the page, in the line above a block, tells the exceptions:
+A comment in the page, in the line above a block, marks exceptions:
 
-- ``<!-- not typed: REASON -->``: what no test can do; `NOT_TYPED` of the test lists them all.
-- ``<!-- stays open -->``: what runs in the foreground stays to the end of the page.
-- ``<!-- to the digit -->``: the numbers have to be right too, but for times.
+- ``<!-- not typed: REASON -->``: a command that no test can run; `NOT_TYPED` of the test lists all.
+- ``<!-- stays open -->``: a command in the foreground that runs to the end of the page.
+- ``<!-- to the digit -->``: numbers must be equal too, except times.
 """
 
 from __future__ import annotations
@@ -39,13 +39,13 @@ STEP = re.compile(
 FILE_NAME = re.compile(r"^(?:# |<!-- )([\w./]+\.\w+)(?: -->)?\n")
 IN_TABLE = re.compile(r"`(teleopctl (?:[^`])+)`")
 
-# Rather than what puts out the cursor.
+# Drawn text, in contrast to the escape sequence that hides the cursor.
 A_WORD = r"[a-z_]{4}"
 
 LONGEST_COMMAND_S = 90.0
-TOLERANCE = 2e-3  # Of numbers that are printed with three digits.
+TOLERANCE = 2e-3  # of numbers that are printed with three digits
 
-# What is different at every run: folders, identifiers, numbers with what they count.
+# Output that differs in every run: folders, identifiers, numbers with their units.
 CHANGES = re.compile(
     r"(?P<left_out>…)|(?P<path>/home/me\b[^\s:',)]*)|(?P<gid>(?:[0-9a-f]{2}\.){15}[0-9a-f]{2})"
     r"|(?P<number>(?<!\w)-?\d+(?:\.\d+)*(?:e[-+]\d+)?(?:m\d+)?s?(?!\w))|(?P<blank>\s+)"
@@ -61,14 +61,14 @@ STANDS_FOR = {
 
 @dataclass(frozen=True, slots=True)
 class Step:
-    """A command of a page.
+    """Step of a page: a command, a file or a heading.
 
     Attributes:
-        line: What is typed; it may have several lines.
-        shown: What the page shows below it.
-        remark: The comment above its block, or nothing.
-        file: A file to write instead, as name and text.
-        is_heading: Whether a part of the page begins here.
+        line: Command line, which may have several lines.
+        shown: Output lines that the page shows for the command.
+        remark: Comment above the command's block; empty without a comment.
+        file: Name and text of a file to write instead; None for a command.
+        is_heading: Whether the step is a heading.
     """
 
     line: str = ""
@@ -79,25 +79,25 @@ class Step:
 
     @property
     def is_typed(self) -> bool:
-        """Whether a test can do it."""
+        """Whether a test can run the command."""
         return not self.remark.startswith("not typed")
 
     @property
     def is_side_by_side(self) -> bool:
-        """Whether it changes nothing and the page shows nothing of it, so that others may run."""
+        """Whether the command may run in parallel: changes nothing, and the page has no output."""
         words = shlex.split(self.line, comments=True)
         looks = words[:1] == ["teleopctl"] and only_looks(words) and not goes_on(words)
         return looks and self.is_typed and not any(self.shown) and not self.line.endswith("&")
 
     def lacks(self, shown: tuple[str, ...], process: Process) -> list[str]:
-        """What of some lines that the page shows a process has not written."""
-        # The router of a test is not where that of a reader is, and so it is said who says where.
+        """Return the lines of the page that a process has not written."""
+        # Messages name the source of the router's endpoint, which a reader does not set.
         output = (process.stdout + process.stderr).replace(" (from TELEOPCTL_ROUTER)", "")
         return missing(shown, output, numbers=self.remark == "to the digit")
 
 
 def steps(text: str, *, tables: bool = False) -> Iterator[Step]:
-    """What a page has its reader do; the commands in its tables too if asked for."""
+    """Yield the steps of a page; with ``tables``, also the commands in its tables."""
     for match in STEP.finditer(text):
         if match["heading"] is not None:
             yield Step(is_heading=True)
@@ -118,7 +118,7 @@ def _commands(language: str, text: str, remark: str) -> Iterator[Step]:
     if not prompt:
         yield from (Step(line=line, remark=remark) for line in typed)
         return
-    # What follows a prompt is the command, which may have several lines, then its output.
+    # A prompt is followed by the command, which may have several lines, and its output.
     parts = [part.splitlines() for part in re.split(r"^\$ ", text, flags=re.MULTILINE)[1:]]
     for line, part in zip(typed, parts, strict=True):
         own = next(n for n in range(1, len(part) + 1) if _is_whole(part[:n]))
@@ -137,7 +137,7 @@ def _is_whole(lines: list[str]) -> bool:
 
 
 def goes_on(words: list[str]) -> bool:
-    """Whether a command goes on until Ctrl-C."""
+    """Return whether a command runs until Ctrl-C."""
     options = {word for word in words if word.startswith("-")}
     match words[1:]:
         case ["launch", *_]:
@@ -160,14 +160,14 @@ def goes_on(words: list[str]) -> bool:
 
 
 def stays(words: list[str]) -> bool:
-    """Whether a reader leaves it running, and goes on in another terminal."""
+    """Return whether a reader keeps the command running and continues in another terminal."""
     if words[1] == "bag":
         return "burst" in words or "--snapshot-mode" in words
     return words[1] in ("run", "launch") and "tf2_echo" not in words
 
 
 def only_looks(words: list[str]) -> bool:
-    """Whether typing it again changes nothing."""
+    """Return whether the command only reads, so that it may be repeated."""
     if words[1] == "bag":
         return words[2] in ("check", "info", "list")
     if words[1] == "sim":
@@ -177,7 +177,7 @@ def only_looks(words: list[str]) -> bool:
 
 
 def pattern(line: str) -> re.Pattern[str]:
-    """A regular expression for a line that a page shows, as another run may write it."""
+    """Return a regular expression for an output line of a page, which matches any run."""
     parts, at = [], 0
     for match in CHANGES.finditer(line):
         parts += [re.escape(line[at : match.start()]), STANDS_FOR[match.lastgroup or ""]]
@@ -186,7 +186,7 @@ def pattern(line: str) -> re.Pattern[str]:
 
 
 def missing(shown: tuple[str, ...], output: str, *, numbers: bool = False) -> list[str]:
-    """The lines that a page shows and an output lacks; all of them if its numbers are others."""
+    """Return the lines of a page that an output lacks; all lines if ``numbers`` differ."""
     lines = [line.strip() for line in output.splitlines()]
     wanted = [line.strip().removeprefix("^C") for line in shown if line.strip()]
     if numbers:
@@ -203,10 +203,10 @@ def _numbers(text: str) -> list[float]:
 
 @dataclass
 class Reader:
-    """Somebody with a few terminals in one folder.
+    """Runner of a page's steps in one folder, with several terminals.
 
     Attributes:
-        ros: The graph.
+        ros: ROS graph of the commands; its folder is their working directory.
     """
 
     ros: RosGraph
@@ -215,20 +215,20 @@ class Reader:
     _running: list[tuple[Process | Terminal, bool]] = field(default_factory=list)
 
     def __post_init__(self) -> None:
-        """Put a `teleopctl` on the path that is the one under test."""
+        """Put scripts on PATH that run the `teleopctl` under test."""
         programs = self.ros.folder / "programs"
         programs.mkdir()
         for name in ("teleopctl", "pytest", "mypy"):
             script = f'#!/bin/sh\nexec "{sys.executable}" -m {name} "$@"\n'
             (programs / name).write_text(script, encoding="utf-8")
             (programs / name).chmod(0o755)
-        # CI installs with README's own line.
+        # pip does nothing here: CI runs the install command of the README.
         (programs / "pip").write_text("#!/bin/sh\n", encoding="utf-8")
         (programs / "pip").chmod(0o755)
         self.ros.env["PATH"] = os.pathsep.join([str(programs), os.environ["PATH"]])
 
     def follow(self, text: str, *, tables: bool = False) -> None:
-        """Do what a page says."""
+        """Run all steps of a page."""
         try:
             for step in steps(text, tables=tables):
                 if not step.is_side_by_side:
@@ -246,7 +246,7 @@ class Reader:
                 process.kill()
 
     def write(self, name: str, text: str) -> None:
-        """Make a file in the reader's folder."""
+        """Write a file of the page into the graph's folder."""
         path = self.ros.folder / name
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text, encoding="utf-8")
@@ -273,7 +273,7 @@ class Reader:
             self._to_the_end(step, process, argv, stripped)
 
     def _unseen(self, step: Step, argv: list[str], words: list[str]) -> None:
-        """Type what the page does not show: until it is up, or has drawn something."""
+        """Run a command without shown output until it is ready or has drawn something."""
         before = _nodes() if words[1] == "run" else []
         terminal = Terminal(argv, self.ros.env, self.ros.folder)
         self._running.append((terminal, step.remark == "stays open"))
@@ -297,7 +297,7 @@ class Reader:
             nonlocal seen
             has_ended = process.returncode is not None
             if has_ended:
-                process.wait()  # for all its output
+                process.wait()  # reads all output
             before, seen = seen, len(process.stdout) + len(process.stderr)
             if seen == before and not has_ended:
                 return False
@@ -330,7 +330,7 @@ class Reader:
         eventually(is_right, LONGEST_COMMAND_S, what)
 
     def _read_answers(self) -> None:
-        """Wait for what was typed side by side."""
+        """Wait for the commands that run in parallel, and check them."""
         for answer in self._asked:
             answer()
         self._asked.clear()
@@ -342,7 +342,7 @@ class Reader:
 
 
 def _nodes() -> list[str]:
-    """Return the names of the nodes, as this process sees them; none where no router runs."""
+    """Return the names of the nodes in the graph; none if no router runs."""
     try:
         with open_configured(session_config("client")) as session:
             return query_graph(session).node_names()
@@ -355,12 +355,12 @@ def _shows_failure(step: Step) -> bool:
 
 
 def _of_this_command(shown: tuple[str, ...]) -> tuple[str, ...]:
-    """What comes before Ctrl-C."""
+    """Return the shown lines before Ctrl-C."""
     end = next((n for n, line in enumerate(shown) if line.startswith("^C")), len(shown))
     return shown[:end]
 
 
 def _press_ctrl_c(process: Process | Terminal) -> None:
-    with suppress(ProcessLookupError):  # it may have done its work and ended
+    with suppress(ProcessLookupError):  # the process may have ended
         os.killpg(process.pid, signal.SIGINT)
     assert process.wait() in (0, 130, -signal.SIGINT), process.report()

@@ -1,4 +1,4 @@
-"""What the tests of recording share."""
+"""Helpers of the tests of recording."""
 
 from typing import Any
 
@@ -14,12 +14,12 @@ SERVICES = "/rosbag2_recorder"
 
 
 def select(*topics):
-    """Record these topics and nothing else."""
+    """Return options that record only these topics."""
     return RecorderOptions(Selection(topics=topics), recording_metadata=False)
 
 
 def contents(folder):
-    """The messages of a bag by topic, decoded by rosbags."""
+    """Return the messages of a bag by topic, decoded by rosbags."""
     found: dict[str, list[Any]] = {}
     with AnyReader([folder]) as reader:
         for connection, _, data in reader.messages():
@@ -28,12 +28,12 @@ def contents(folder):
     return found
 
 
-# Waits rather than drops where the recorder is slower.
+# The publisher waits for a slow recorder instead of dropping messages.
 PATIENT = QoSProfile(history=HistoryPolicy.KEEP_ALL)
 
 
 def say(ros, topic, texts, qos=PATIENT, subscribers=1):
-    """Publish texts once so many subscribe, and return the publisher."""
+    """Wait for a number of subscribers, publish texts, and return the publisher."""
     publisher = ros.node.create_publisher(String, topic, qos)
     assert ros.node.wait_for_subscribers(topic, subscribers, 20)
     for text in texts:
@@ -42,7 +42,7 @@ def say(ros, topic, texts, qos=PATIENT, subscribers=1):
 
 
 def call(ros, name, **fields):
-    """Call one of the recorder's services."""
+    """Call a service of the recorder, and return the response."""
     service = get_service(f"rosbag2_interfaces/srv/{name}")
     snake = "".join(f"_{c.lower()}" if c.isupper() else c for c in name).lstrip("_")
     client = ros.node.create_client(service, f"{SERVICES}/{snake}")
@@ -54,30 +54,30 @@ def call(ros, name, **fields):
 
 
 def record(ros, *options):
-    """A recorder's process that is under way."""
+    """Start a recorder, wait until it records, and return its process."""
     process = ros.spawn(["bag", "record", *options])
     process.wait_for_line("Recording...")
     return process
 
 
 def stop(process):
-    """End it as a person does."""
+    """Stop a recorder by Ctrl-C, and check its exit status and output."""
     process.interrupt()
     assert process.wait() == 0, process.report()
     assert "Recording stopped" in process.stderr
 
 
 def wait_for_count(recorder, count):
-    """Wait until a recorder has received so many messages."""
+    """Wait until a recorder has received a number of messages."""
     eventually(lambda: recorder.message_count == count)
 
 
 def wait_until_written(folder, count):
-    """Wait until a bag that is being written holds so many messages."""
+    """Wait until a bag that is being written holds a number of messages."""
     eventually(lambda: written_count(folder) >= count)
 
 
 def written_count(folder):
-    """How many messages a bag holds that is being written."""
+    """Return the number of messages in a bag that is being written."""
     with open_bag(folder) as bag:
         return sum(1 for _ in bag.messages())

@@ -1,8 +1,8 @@
-"""What verbs say of what is wrong: the words of ros2, then what is added to them here.
+"""Error messages of verbs: the words of ros2, and teleopctl's additions.
 
 The words are those of the format strings in the sources of ros2cli, ros2launch and ros2bag (Jazzy).
-Here they stand behind ``teleopctl: ``; behind them may follow what was wrong, and below them what
-to do.
+teleopctl prints them after ``teleopctl: ``. The cause may follow on the same line, and a hint on
+the next line.
 """
 
 from typing import NamedTuple
@@ -22,13 +22,13 @@ _NOT_YAML = (
 
 
 class Refusal(NamedTuple):
-    """A line, and what is said of it on stderr; nothing is printed.
+    """Command line and its error message on stderr; the command prints nothing on stdout.
 
     Attributes:
-        line: What is typed.
-        words: The words of ros2.
-        more: What follows them here.
-        status: The exit status; ros2's, but where docs/ros2_verbs.md says otherwise.
+        line: Command line after ``teleopctl``.
+        words: Error message of ros2.
+        more: Text that teleopctl adds.
+        status: Exit status; that of ros2, unless docs/ros2_verbs.md names the difference.
     """
 
     line: str | list[str]
@@ -170,7 +170,7 @@ INTERFACE = [
         "Invalid name 'std_msgs/String'. Expected three parts separated by '/'",
     ),
     Refusal("interface show nope/msg/X", "Unknown package 'nope'"),
-    # ros2 has the path of a file there.
+    # ros2 prints the path of a file here.
     Refusal("interface show std_msgs/msg/X", "Could not find the interface '", "std_msgs/msg/X'"),
     Refusal("interface package nope", "Unknown package 'nope'"),
     Refusal("interface proto nope/msg/X", "Unknown package 'nope'"),

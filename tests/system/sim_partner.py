@@ -1,4 +1,4 @@
-"""The other end of the simulator's topics: a robot_state_publisher and a controller in one."""
+"""Counterpart of the simulator: robot_state_publisher and controller in one node."""
 
 import contextlib
 import threading
@@ -22,30 +22,30 @@ JointState: Any = get_message("sensor_msgs/msg/JointState")
 String: Any = get_message("std_msgs/msg/String")
 Clock: Any = get_message("rosgraph_msgs/msg/Clock")
 
-# A command for a state, or none.
+# Function that returns a command for a state, or None.
 Answer = Callable[[Any], Any]
 
 
 def teleop_urdf(**mappings: str) -> str:
-    """The teleop arm's description."""
+    """Return the URDF of the teleop arm."""
     file = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
     return expand_xacro(str(file), mappings)
 
 
 def stamp_ns(message) -> int:
-    """The stamp of a message with a header, in nanoseconds."""
+    """Return the stamp of a message with a header, in nanoseconds."""
     return int(message.header.stamp.sec * 1_000_000_000 + message.header.stamp.nanosec)
 
 
 def command(state, **positions: float) -> Any:
-    """A position command that answers a state."""
+    """Return a position command with the stamp of a state."""
     answer = JointState(name=list(positions), position=list(positions.values()))
     answer.header.stamp = state.header.stamp
     return answer
 
 
 class Partner(Node):
-    """Publishes the description, answers states, and remembers what it has seen."""
+    """Node that publishes the description and commands, and stores received states and clocks."""
 
     def __init__(self, urdf: str) -> None:
         self._own = Context()
@@ -69,15 +69,15 @@ class Partner(Node):
         self._description.publish(String(data=urdf))
 
     def connect(self, answer: Answer) -> None:
-        """Become the controller."""
+        """Start to answer states with commands, as a controller; wait for the simulator."""
         self.answer = answer
         self.create_subscription(
             JointState, "/robot_joint_states", self._on_state, 10, immediate=True
         )
         self.commands = self.create_publisher(JointState, "/robot_joint_commands", 10)
         assert self.wait_for_subscribers("/robot_joint_commands", 1, LONGEST_WAIT_S)
-        # The simulator shows its state to each new subscriber. One that is declared after the
-        # controller's topics gets it when the simulator has seen those as well.
+        # The simulator publishes its state for each new subscriber. A subscriber that is declared
+        # after the controller's topics receives it when the simulator has discovered those too.
         seen = threading.Event()
         shown = self.create_subscription(
             JointState, "/mujoco_sim/joint_states", lambda _: seen.set(), 10, immediate=True
@@ -86,34 +86,34 @@ class Partner(Node):
         self.destroy_subscription(shown)
 
     def disconnect(self) -> None:
-        """Stop being the controller, while states are still heard."""
+        """Stop to publish commands; states are still received."""
         commands, self.commands = self.commands, None
         assert commands is not None
         self.destroy_publisher(commands)
 
     def wait(self, what: Callable[[], object], timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Wait for something that a state or a clock message brings about."""
+        """Wait until a condition on received states or clocks is true."""
         with self._changed:
             assert self._changed.wait_for(what, timeout_s), f"{len(self.states)} states came"
 
     def wait_for_states(self, count: int) -> list[Any]:
-        """Wait until so many states have come."""
+        """Wait for a number of states, and return them."""
         self.wait(lambda: len(self.states) >= count)
         return self.states[:count]
 
     def call(self, service: str, name: str, **request):
-        """Call a service of the simulator."""
+        """Call a service of the simulator, and return the response."""
         kind = get_service(f"mujoco_ros2_control_msgs/srv/{service}")
         return self.call_as(kind, f"/mujoco_sim/{name}", kind.Request(**request))
 
     def call_as(self, kind: Any, name: str, request: Any) -> Any:
-        """Call a service of a type."""
+        """Call a service by type and name, and return the response."""
         client = self.create_client(kind, name)
         assert client.wait_for_service(LONGEST_WAIT_S)
         return client.call(request, timeout_sec=LONGEST_WAIT_S)
 
     def close(self) -> None:
-        """Leave the graph."""
+        """Shut down the node's context and thread."""
         self._own.try_shutdown()
         self._thread.join(LONGEST_WAIT_S)
 

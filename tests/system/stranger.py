@@ -1,4 +1,4 @@
-"""A node whose types only its own process knows: it publishes, subscribes and serves them."""
+"""Node with a publisher, a subscription and a service of types that only its process can find."""
 
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import Node, init, spin

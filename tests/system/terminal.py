@@ -1,4 +1,4 @@
-"""A command in a terminal of its own, for what draws on one; for POSIX."""
+"""Command in a pseudo-terminal, for programs that draw on a terminal; POSIX only."""
 
 from __future__ import annotations
 
@@ -17,15 +17,15 @@ from teleopctl.testing import LONGEST_WAIT_S
 
 
 class Terminal:
-    """A program in a terminal.
+    """Program in a pseudo-terminal.
 
     Args:
-        argv: Program and arguments.
-        env: Its whole environment.
-        cwd: Where it starts; None for the current folder.
+        argv: Path of the program, and its arguments.
+        env: Environment of the program; TERM, COLUMNS and LINES are set in addition.
+        cwd: Working directory of the program; None for the current folder.
 
     Attributes:
-        text: What it has drawn so far.
+        text: Output of the program so far, with escape sequences.
     """
 
     def __init__(
@@ -46,11 +46,11 @@ class Terminal:
 
     @property
     def pid(self) -> int:
-        """Its process id."""
+        """Process ID of the program."""
         return self._process.pid
 
     def until(self, pattern: str, timeout_s: float = LONGEST_WAIT_S) -> re.Match[str]:
-        """Wait until it has drawn something."""
+        """Wait until the output matches a pattern, and return the match."""
         deadline = time.monotonic() + timeout_s
         while not (match := re.search(pattern, self.text, re.DOTALL)):
             patience = deadline - time.monotonic()
@@ -59,27 +59,27 @@ class Terminal:
         return match
 
     def report(self) -> str:
-        """What it has drawn, and its exit status, for the text of a failure."""
+        """Return output and exit status of the program, for a failure report."""
         return f"{self.text}\nstatus: {self._process.returncode}"
 
     def press(self, keys: str) -> None:
-        """Type."""
+        """Write keys to the terminal."""
         os.write(self._master, keys.encode())
 
     def close(self) -> int:
-        """End it, and return its exit status."""
+        """Send SIGTERM to the program, wait for its end, and return its exit status."""
         self._process.terminate()
         return self.wait()
 
     def kill(self) -> None:
-        """End it and what it has started, at once."""
+        """Kill the program and its process group, and wait for the program's end."""
         with contextlib.suppress(ProcessLookupError):
             os.killpg(self.pid, signal.SIGKILL)
         self.wait()
 
     def wait(self) -> int:
-        """Wait for its end, and return its exit status."""
-        with contextlib.suppress(OSError):  # the other end is closed
+        """Wait for the end of the program, and return its exit status."""
+        with contextlib.suppress(OSError):  # raised when the program has closed the terminal
             while text := os.read(self._master, 65536):
                 self.text += text.decode(errors="replace")
         status = self._process.wait(LONGEST_WAIT_S)

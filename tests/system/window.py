@@ -1,4 +1,4 @@
-"""A window of Chromium that can be covered; Playwright has its pages believe they are seen."""
+"""Window of Chromium that can be covered; pages of Playwright are always visible."""
 
 from __future__ import annotations
 
@@ -18,10 +18,10 @@ from tests.system.browser import SOFTWARE_GL, chromium_program
 
 
 class Window:
-    """A window with one tab.
+    """Window of Chromium with one tab.
 
     Args:
-        tab: Chromium's own protocol, with the tab at its other end.
+        tab: WebSocket connection to the tab, for the Chrome DevTools Protocol.
     """
 
     def __init__(self, tab: Connection) -> None:
@@ -29,7 +29,7 @@ class Window:
         self._sent = 0
 
     def cover(self) -> None:
-        """Open another tab in front."""
+        """Open another tab in front, which hides the page."""
         self._do("Target.createTarget", url="about:blank")
 
     def uncover(self) -> None:
@@ -46,11 +46,11 @@ class Window:
 
 @contextmanager
 def window(address: str, folder: Path) -> Iterator[Window]:
-    """Open a page in a window of its own; skips the test where there is no Chromium.
+    """Open a page in a new window; skip the test if Chromium is not installed.
 
     Args:
-        address: The page's.
-        folder: For what the browser keeps.
+        address: URL of the page.
+        folder: Folder for the browser's profile.
     """
     words = ["--headless=new", "--no-sandbox", "--window-size=400,300", *SOFTWARE_GL]
     words += ["--remote-debugging-port=0", f"--user-data-dir={folder}", address]
@@ -64,7 +64,7 @@ def window(address: str, folder: Path) -> Iterator[Window]:
 
 
 def _tabs_of(address: str, folder: Path) -> list[str]:
-    """Where the tabs with a page are spoken to, once there are any."""
+    """Return the WebSocket debugger URLs of the tabs with a page; empty before there is one."""
     port = folder / "DevToolsActivePort"
     if not port.is_file() or not (lines := port.read_text().splitlines()):
         return []

@@ -1,4 +1,4 @@
-"""A user's environment: teleopctl is installed from its wheel, and nothing is configured."""
+"""Fixtures: virtual environment of a user, with teleopctl from its wheel and no configuration."""
 
 import subprocess
 import sys
@@ -28,14 +28,14 @@ def wheel(tmp_path_factory) -> Path:
 
 @pytest.fixture(scope="session")
 def users_python(tmp_path_factory, wheel) -> Path:
-    """The interpreter of a virtual environment with teleopctl and what it depends on."""
+    """Fixture: interpreter of a virtual environment with teleopctl and its dependencies."""
     folder = tmp_path_factory.mktemp("user") / "venv"
     venv.create(folder, with_pip=False)
     scheme = {"base": str(folder), "platbase": str(folder)}
     packages = Path(sysconfig.get_path("purelib", "venv", scheme))
     with zipfile.ZipFile(wheel) as archive:
         archive.extractall(packages)
-    # What it depends on is taken from here; of teleopctl itself the wheel comes first.
+    # Dependencies are those of this environment; the wheel's teleopctl precedes this checkout's.
     dependencies = [path for path in sys.path if path.endswith(("site-packages", "dist-packages"))]
     packages.joinpath("dependencies.pth").write_text("\n".join(dependencies), encoding="utf-8")
     scripts = Path(sysconfig.get_path("scripts", "venv", scheme))

@@ -1,4 +1,4 @@
-"""A page to try displays and panels on: viser's own server, and a graph that the test plays."""
+"""Fixtures for tests of displays and panels: a page on viser's server, and a simulated graph."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
 
 
 class FakeClient:
-    """A browser; it notes what it is told.
+    """Client of a browser that records downloads.
 
     Attributes:
-        files: What it was given to download, by name.
+        files: Contents of files that were sent for download, by name.
     """
 
     client_id = 1
@@ -33,12 +33,12 @@ class FakeClient:
 
 
 class FakeNode:
-    """What displays and panels ask a node.
+    """Node with the methods that displays and panels call.
 
     Attributes:
-        topics: What is published: types by topic.
-        warnings: What was logged.
-        now_ns: The time, in nanoseconds; the test sets it.
+        topics: Types of published topics, by topic.
+        warnings: Logged warnings.
+        now_ns: Time of the node's clock in nanoseconds, set by the test.
     """
 
     def __init__(self) -> None:
@@ -70,17 +70,17 @@ class FakeNode:
 
 
 class FakePage:
-    """Page and stage in one, as the viewer's node is; it does everything at once, in the test.
+    """Page and stage in one, as the viewer's node is; runs every task at once, in the test.
 
     Args:
-        server: The page's server.
-        node: A node, for what asks for one; otherwise one that is alone.
+        server: Server of the page.
+        node: Node of the page; a `FakeNode` by default.
 
     Attributes:
-        subscribed: The callbacks of what is listened to, by topic.
-        told: What everybody who looks was told.
-        last_camera_pose: From where somebody looks.
-        resets: How often Reset was asked for.
+        subscribed: Callbacks of the subscriptions, by topic.
+        told: Title and text of the notifications sent to all clients.
+        last_camera_pose: Pose of a client's camera, or None.
+        resets: Number of requested resets.
     """
 
     def __init__(self, server: ViserServer, node: Any = None) -> None:
@@ -118,7 +118,7 @@ class FakePage:
         return self.last_camera_pose
 
     def publish(self, topic: str, message: object) -> None:
-        """Hand a message to whoever listens."""
+        """Call the callbacks of a topic's subscriptions with a message."""
         for callback in tuple(self.subscribed.get(topic, ())):
             callback(message)
 
@@ -128,7 +128,7 @@ class FakePage:
     def run_in_background(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
         try:
             result = task()
-        except Exception as error:  # noqa: BLE001 -- as the viewer does
+        except Exception as error:  # noqa: BLE001 -- as in the viewer
             result = error
         then(result)
 
@@ -149,14 +149,14 @@ class FakePage:
         display.end()
         self.displays.remove(display)
 
-    # --- what a person does on the page -------------------------------------------------------
+    # --- actions of a person on the page ------------------------------------------------------
 
     def click(self, handle: Any) -> None:
-        """Press a button."""
+        """Simulate a click on a button."""
         self._happen(handle)
 
     def choose(self, handle: Any, value: object) -> None:
-        """Give a dropdown, a checkbox, a text or a group of buttons a value."""
+        """Set the value of a dropdown, checkbox, text field or button group, as a person does."""
         handle._impl.value = value
         self._happen(handle)
 
@@ -168,7 +168,7 @@ class FakePage:
 
 @pytest.fixture(scope="module")
 def page_server() -> Iterator[ViserServer]:
-    """The server of a module's pages."""
+    """Fixture: server of all pages of a test module."""
     server = open_server(port=0)
     yield server
     server.stop()
@@ -176,7 +176,7 @@ def page_server() -> Iterator[ViserServer]:
 
 @pytest.fixture
 def page(page_server: ViserServer) -> Iterator[FakePage]:
-    """A page of the test's own, whose picture is empty at the end."""
+    """Fixture: page of one test, whose scene is cleared at the end."""
     page = FakePage(page_server)
     yield page
     page.frames.remove()
@@ -186,6 +186,6 @@ def page(page_server: ViserServer) -> Iterator[FakePage]:
 
 @pytest.fixture
 def stage(page):
-    """The page as what displays work with, with a graph of the test's own."""
+    """Fixture: the page as the stage of displays, with a simulated graph of its own."""
     page.node = FakeNode()
     return page

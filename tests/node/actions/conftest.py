@@ -1,4 +1,4 @@
-"""A server and a client of one action, in one process."""
+"""Fixtures: server and client of an action in one process."""
 
 from collections.abc import Callable, Iterator
 from typing import Any
@@ -18,7 +18,7 @@ def node(make_node: Callable[..., Node]) -> Node:
 
 @pytest.fixture
 def serve(node: Node) -> Callable[..., ActionServer[Any, Any, Any]]:
-    """Make a server of /fib; its goals succeed at once unless told otherwise."""
+    """Fixture: function that makes a server of /fib; by default its goals succeed at once."""
 
     def make(
         execute: Callable[..., object] | None = None, **options: Any
@@ -42,7 +42,7 @@ def client(node: Node) -> Iterator[ActionClient[Any, Any, Any]]:
 def send(
     client: ActionClient[Any, Any, Any], spin_until: Callable[..., None]
 ) -> Callable[..., Any]:
-    """Send a goal and return its handle when the server has answered."""
+    """Fixture: function that sends a goal, waits for the response and returns the goal handle."""
 
     def send_and_wait(order: int = 3, **options: Any) -> Any:
         assert client.wait_for_server(10)
@@ -55,7 +55,7 @@ def send(
 
 @pytest.fixture
 def result_of(spin_until: Callable[..., None]) -> Callable[[Any], Any]:
-    """Return the answer to a request for the result of a goal."""
+    """Fixture: function that requests the result of a goal and returns the response."""
 
     def wait(handle: Any) -> Any:
         future = handle.get_result_async()
@@ -67,7 +67,7 @@ def result_of(spin_until: Callable[..., None]) -> Callable[[Any], Any]:
 
 @pytest.fixture
 def said(capsys: pytest.CaptureFixture[str], monkeypatch: pytest.MonkeyPatch) -> Callable[[], str]:
-    """Return what has been written to stderr since the last time, logs included."""
-    # The console of the logs keeps the stream that it found when it was first used.
+    """Fixture: function that returns new output on stderr since its last call, with logs."""
+    # The log console keeps the stream of its first use.
     monkeypatch.setattr("teleopctl.node.values.logging._console", None)
     return lambda: capsys.readouterr().err

@@ -1,4 +1,4 @@
-"""What the tests of displays share."""
+"""Fixtures of the tests of displays."""
 
 from tests.viewer.displays.conftest import draw, picture
 

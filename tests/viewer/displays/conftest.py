@@ -1,4 +1,4 @@
-"""What the tests of displays share: displays that are drawn, frames, and what browsers have."""
+"""Fixtures and helpers of display tests: displays, tf frames, and the scene of the clients."""
 
 from __future__ import annotations
 
@@ -18,13 +18,13 @@ Draw = Callable[..., Display]
 
 
 class Picture:
-    """What browsers have been sent below a display's root, or below anything else."""
+    """Scene nodes sent to clients, below a display's root node or another node."""
 
     def __init__(self, page: FakePage) -> None:
         self._scene: Any = page.scene
 
     def nodes(self, below: str) -> dict[str, Any]:
-        """The visible nodes whose path begins so, by the rest of it."""
+        """Return the nodes below a path, except frames, by the rest of their path."""
         return {
             path.removeprefix(below).lstrip("/"): node
             for path, node in self._scene._handle_from_node_name.items()
@@ -34,13 +34,13 @@ class Picture:
 
 @pytest.fixture
 def picture(page: FakePage) -> Picture:
-    """What browsers have."""
+    """Fixture: scene nodes that clients have received."""
     return Picture(page)
 
 
 @pytest.fixture
 def draw(page: FakePage) -> Iterator[Draw]:
-    """Makes a display that is drawn; all are ended afterwards."""
+    """Fixture: function that makes and starts a display; all displays are removed at the end."""
     put_frame(page, "base", "map", Transform())
     page.frames.set_fixed_frame("map")
     page.frames.update()
@@ -62,19 +62,19 @@ def draw(page: FakePage) -> Iterator[Draw]:
 def put_frame(
     page: FakePage, child: str, parent: str, transform: Transform, stamp: int = SECOND
 ) -> None:
-    """Tell tf where a frame stands."""
+    """Set the transform of a frame in the tf buffer."""
     page.frames.buffer.set_transform(transform_stamped(parent, child, stamp, transform))
 
 
 def look(page: FakePage) -> None:
-    """The next picture."""
+    """Update frames and displays, as the viewer does for each picture."""
     page.frames.update()
     for display in page.displays:
         display.update(jumped_back=False)
 
 
 def message(type_name: str, frame: str = "map", stamp: int = 0, **fields: Any) -> Any:
-    """A message with a header."""
+    """Return a message with a header and the given fields."""
     made = get_message(type_name)()
     made.header.frame_id = frame
     made.header.stamp.sec, made.header.stamp.nanosec = divmod(stamp, SECOND)

@@ -1,4 +1,4 @@
-"""Pages on a graph."""
+"""Fixture: page in a ROS graph."""
 
 from collections.abc import Iterator
 
@@ -11,7 +11,7 @@ from tests.viewer.panels.live import LivePage
 
 @pytest.fixture
 def live(page_server: ViserServer, ros: RosGraph) -> Iterator[LivePage]:
-    """A page of the test's own on a graph of the test's own."""
+    """Fixture: page of one test in the test's own graph."""
     del ros
     page = LivePage(page_server)
     yield page
