@@ -12,11 +12,11 @@ from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.packages import builtin_package, find_package, include_package_of
 
 SUFFIXES = (".yaml", ".yml", ".xml", ".launch", ".py")
-"""The endings of launch files in our languages; the last one is that of many other files, too."""
+"""Suffixes of launch files in all languages; the last one is also that of many other files."""
 
-# Added to a name that has no ending, in this order.
+# Endings that are tried for a name without an ending, in this order.
 _ADDED = (".yaml", ".launch.yaml", ".launch.xml", ".launch.py", ".xml", ".py")
-# What the names of launch files look like, among the many that Python files have.
+# Endings of names of launch files; of Python files, only those that end in ``launch.py``.
 _LOOKS = (*SUFFIXES[:-1], "launch.py")
 
 
@@ -51,13 +51,13 @@ def find_launch_file(package: str | None, name: str) -> Path:
     """Return the absolute path of a launch file.
 
     Args:
-        package: Package to look in, or None for a path or a built-in file.
-        name: A path, or the name of a file of the package, or of a built-in one; the ending may be
-            left out.
+        package: Name of the package that has the file, or None for a path or a built-in file.
+        name: Path, or name of a file of the package or of a built-in file. The ending of a name may
+            be left out.
 
     Raises:
-        NotFoundError: There is no such package or file, it is no launch file, or a package has
-            several of that name.
+        NotFoundError: The package or file does not exist, the file is no launch file, or the
+            package has several files of that name.
     """
     given = _in_package(package, name) if package is not None else [Path(name).expanduser()]
     for path in chain(given, (_builtin_folder() / name, _builtin_folder() / f"{name}.yaml")):
@@ -92,7 +92,7 @@ def files_in_package(package: str) -> list[str]:
     """Return the names of the launch files of a package.
 
     Raises:
-        TeleopctlError: There is no such package.
+        TeleopctlError: The package does not exist.
     """
     folder = find_package(package).share / "launch"
     return sorted({path.name for path in _files_below(folder) if is_launch_file(path.name)})
@@ -117,7 +117,7 @@ def _in_package(package: str, name: str) -> Iterator[Path]:
 
 
 def _files_below(folder: Path) -> Iterator[Path]:
-    """Iterate over the files in a folder; what begins with a dot, such as ``.git``, is left out."""
+    """Yield all files below a folder, without hidden folders such as ``.git``."""
     for place, folders, files in os.walk(folder):
         folders[:] = [name for name in folders if name[:1] != "." and name != "__pycache__"]
         yield from (Path(place, name) for name in files)

@@ -14,30 +14,30 @@ from teleopctl.launch.arguments import argument_names
 from teleopctl.launch.model.plan import LaunchPlan, ProcessPlan
 
 ARGUMENT = "record"
-"""The argument that every launch file has, unless it declares one of that name."""
+"""Launch argument of every launch file, unless the file declares an argument of that name."""
 
-# What the recorder writes into the bag.
+# Environment variable with the file and arguments of the launch, which the recorder stores.
 _LAUNCH_VARIABLE = "TELEOPCTL_LAUNCH_OF_RECORDING"
 _NODE = "rosbag2_recorder"
-# Writing what is still in memory to a slow disk takes longer than other nodes' endings.
+# Writing the recorder's cache to a slow disk takes longer than the shutdown of other nodes.
 _FINISHED_WITHIN_S = 30.0
 
 
 def bag_folder(file: Path, arguments: dict[str, str]) -> Path | None:
     """Remove ``record`` from the launch arguments; return the folder for the bag, or None.
 
-    ``true`` is a folder in the working directory named after the launch file and the time,
-    ``false`` none; everything else is the folder.
+    ``true`` stands for a folder in the working directory, named after the launch file and the time;
+    ``false`` for no recording. Any other value is the path of the folder.
 
     Args:
-        file: The launch file.
-        arguments: What is given on the command line.
+        file: Path of the launch file.
+        arguments: Launch arguments from the command line, by name.
 
     Returns:
-        None where nothing is to be recorded, or the file has an argument of that name itself.
+        The folder; None without recording, or if the launch file declares an argument ``record``.
 
     Raises:
-        RefusedError: There is something at that place already.
+        RefusedError: The folder already exists.
     """
     if ARGUMENT not in arguments or ARGUMENT in argument_names(file):
         return None
@@ -61,10 +61,10 @@ def with_recorder(
     """Return a launch plan with a recorder added, which runs from before the start to the end.
 
     Args:
-        plan: What is to be started.
-        folder: Where the bag is to be.
-        file: The launch file, whose text and arguments the bag is to have.
-        arguments: What was given on the command line.
+        plan: Plan of the launch.
+        folder: Folder of the bag to record.
+        file: Path of the launch file, which the recorder stores in the bag.
+        arguments: Launch arguments from the command line, which are stored as well.
     """
     about = json.dumps({"file": str(file.absolute()), "arguments": dict(arguments)})
     recorder = ProcessPlan(

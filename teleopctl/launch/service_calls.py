@@ -21,9 +21,9 @@ if TYPE_CHECKING:
     from teleopctl.node import Context, Node
 
 CONFIGURE, ACTIVATE = 1, 3
-"""Of ``lifecycle_msgs/msg/Transition``."""
+"""Transition ids of ``lifecycle_msgs/msg/Transition``."""
 
-# A service may stand in the graph a moment before it can be reached.
+# A service may be in the graph a moment before it can be called.
 _AGAIN_AFTER_S = 0.05
 _numbers = itertools.count(1)
 
@@ -31,12 +31,12 @@ _numbers = itertools.count(1)
 class CallSequence:
     """Base of service calls that a launch makes one after the other, on a thread.
 
-    The calls wait for nodes that are not there yet. They stop when the launch ends, or when the
+    The calls wait for nodes that do not exist yet. The calls stop when the launch ends, or when the
     process of the called node has ended and is not restarted.
 
     Args:
         node_name: Full name of the node whose services are called.
-        launch: The launch.
+        launch: Launch that makes the calls.
     """
 
     wants_output: bool = False
@@ -55,7 +55,7 @@ class CallSequence:
         """Make the service calls from a node of the launch; called on a thread.
 
         Raises:
-            CallsCancelledError: What `call` raises.
+            CallsCancelledError: The launch or the process of the called node ends.
         """
         raise NotImplementedError
 
@@ -64,7 +64,7 @@ class CallSequence:
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
         """Start to make the calls on a thread; ``report`` is called when all have ended."""
-        # The launch does not wait for a thread that may wait for Zenoh.
+        # A daemon, so that the launch can end while the thread waits for Zenoh.
         threading.Thread(
             target=self._work, args=(report,), name="service_calls", daemon=True
         ).start()
@@ -99,7 +99,7 @@ class CallSequence:
         """Wait for a service, call the service and return the response.
 
         Raises:
-            CallsCancelledError: There will be none.
+            CallsCancelledError: The launch or the process of the called node ends.
         """
         from teleopctl.node import ServiceUnavailableError
 
@@ -116,7 +116,7 @@ class CallSequence:
         """Call the services that configure and activate a lifecycle node.
 
         Raises:
-            CallsCancelledError: What `call` raises.
+            CallsCancelledError: The launch or the process of the called node ends.
         """
         from teleopctl.interfaces import get_service
 
@@ -180,7 +180,7 @@ class NodeActivation(CallSequence):
 
 @dataclass(frozen=True, slots=True)
 class _ThreadLog:
-    """What the thread has to tell the person in front of the terminal."""
+    """Event: a line that the thread of a call sequence logs."""
 
     calls: CallSequence
     level: str
@@ -190,7 +190,7 @@ class _ThreadLog:
 
 _LOGGER = "launch_ros.actions.load_composable_nodes"
 
-# The last one that loads into a container of a launch, by the container's name.
+# By launch and container name: the event that is set when the last loads have ended.
 _turns: WeakKeyDictionary[Launch, dict[str, threading.Event]] = WeakKeyDictionary()
 
 
@@ -198,18 +198,18 @@ class ComponentLoading(CallSequence):
     """Service calls that load components into a container.
 
     Args:
-        container: Full name of its node.
-        components: The components, in order.
-        launch: The launch.
+        container: Full name of the container's node.
+        components: Components to load, in order.
+        launch: Launch that makes the calls.
 
     Attributes:
-        components: The components.
+        components: Components to load, in order.
     """
 
     def __init__(self, container: str, components: Sequence[ComponentPlan], launch: Launch) -> None:
         super().__init__(container, launch)
         self.components = tuple(components)
-        # What a file says first is loaded first.
+        # Components are loaded in the order of the launch file.
         turns = _turns.setdefault(launch, {})
         self._before = turns.get(container)
         self._is_done = turns[container] = threading.Event()
@@ -262,7 +262,7 @@ class ComponentLoading(CallSequence):
 def _request(request: Any, plan: ComponentPlan) -> Any:
     from teleopctl.node import Parameter, read_parameter_file
 
-    # Sections with wildcards count for a node whose name is not known here.
+    # For a node whose name is unknown here, only sections with wildcards apply.
     full_name = f"{plan.namespace.rstrip('/')}/{plan.name or ''}"
     values: dict[str, Any] = {}
     for file in plan.parameter_files:

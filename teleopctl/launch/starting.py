@@ -56,16 +56,15 @@ def evaluate_request(
     """Return a launch request's plan and the evaluation for later events; nothing is started.
 
     Args:
-        request: What is wanted.
-        log_directory: The launch's folder for logs.
-        is_shown: Whether the plan is only shown, and nothing is refused that runs already.
+        request: Launch file with its arguments and options.
+        log_directory: Log folder of the launch.
+        is_shown: Whether the plan is only shown, so that a shutdown before the start is no error.
 
     Returns:
         The plan of the first steps, and the evaluation that handles later events.
 
     Raises:
-        TeleopctlError: The file cannot be read, does not follow the vocabulary, or something in it
-            cannot be evaluated.
+        TeleopctlError: The file cannot be read, is no valid launch file, or cannot be evaluated.
     """
     global _log_directory
     _log_directory = log_directory
@@ -84,8 +83,8 @@ def evaluate_request(
         hint = f"End it {how_to_stop(names)}." if names else None
         raise shutdown_before_start(plan.start.shutdown, hint)
     if names:
-        # ROS 2 starts them, and so do we: one may be about to end. But a second
-        # robot_state_publisher, say, makes a robot stand in two poses at a time.
+        # They are started, as in ROS 2: the running node may be about to end. But a second
+        # robot_state_publisher, for example, publishes a second pose of the robot.
         plan.warnings.append(
             f"Nodes of the same names run already: {', '.join(names)}. Subscribers of their "
             f"topics receive messages of both. End the others {how_to_stop(names)}"
@@ -96,7 +95,7 @@ def evaluate_request(
 
 
 def _names_that_run(plan: LaunchPlan, context: LaunchContext) -> list[str]:
-    """Return the names of nodes that a launch starts and that run already."""
+    """Return the sorted names of nodes in a plan that already run."""
     return sorted(
         {
             process.node_name
@@ -118,9 +117,10 @@ def _files_read(request: LaunchRequest) -> AbstractContextManager[set[Path]]:
 
 @contextlib.contextmanager
 def _own_temporary_files() -> Iterator[None]:
-    """Remove at the end of the launch what its files left among the temporary ones.
+    """Remove the temporary files of launch files at the end of the launch.
 
-    Many a Python launch file writes parameters there for its nodes, and nobody removes them.
+    Many Python launch files write parameter files for their nodes to the temporary folder, and
+    never remove them.
     """
     before = tempfile.tempdir
     with background.temporary_folder() as own:
@@ -136,13 +136,13 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
     """Run a launch in the foreground until all processes have ended; return the exit status.
 
     Args:
-        request: What is wanted.
-        on_terminal: Whether a person reads the output: at the end of the start it is said what
-            is up.
-        coloured: Whether levels and names of processes are coloured there.
+        request: Launch file with its arguments and options.
+        on_terminal: Whether the output goes to a terminal; the launch then logs when all processes
+            are up.
+        coloured: Whether levels and process names are coloured on a terminal.
 
     Raises:
-        TeleopctlError: The file cannot be evaluated; nothing has been started.
+        TeleopctlError: The file cannot be evaluated; no process was started.
     """
     from teleopctl.base.output import outlive_output
     from teleopctl.launch.execution.supervisor import Supervisor
@@ -164,7 +164,8 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
 def run_in_background(request_file: Path) -> int:
     """Run the launch request in a file until all processes have ended; return the exit status.
 
-    Files in the request's folder report the plan, or why there is none, to the waiting command.
+    Files in the request's folder report warnings, or the error of the evaluation, to the command
+    that waits for the launch.
     """
     from teleopctl.launch.execution.supervisor import Supervisor
 
@@ -231,15 +232,15 @@ def start_in_background(
     """Start a launch in a background process, and return its record once all is up.
 
     Args:
-        request: What is wanted.
-        name: What the launch is to be called; a number is added where the name is taken.
-        on_up: Called for each process once it is up.
-        warn: Called with what the evaluation found odd.
-        timeouts: How long to wait for that.
-        show: Called with a line that says what is still starting, now and then.
+        request: Launch file with its arguments and options.
+        name: Name of the launch; a number is appended if a running launch has that name.
+        on_up: Called for each process once it is up, with its status and node name (or None).
+        warn: Called with each warning of the evaluation.
+        timeouts: Maximum times of the wait, in total and without progress.
+        show: Called now and then with a line about the processes that are still starting.
 
     Raises:
-        TeleopctlError: The file cannot be evaluated, a process died, or did not get on.
+        TeleopctlError: The file cannot be evaluated, or a process died or made no progress.
     """
     from teleopctl.launch.execution.readiness import NewNodes, wait_for_launch
 
@@ -267,7 +268,7 @@ def launch_name(file: Path) -> str:
 def unused_launch_name(name: str) -> str:
     """Return a name that no running launch has: the given one, or with a number appended.
 
-    What had that name and has died is forgotten.
+    Records of that name are removed if their processes have died.
     """
     here = (*background.records(), *background.foreground_launches())
     taken = {record.name for record in here}
@@ -287,10 +288,11 @@ def unused_launch_name(name: str) -> str:
 def _findable(log_directory: Path, request: LaunchRequest) -> Iterator[None]:
     """While the block runs, keep the record of a launch in the foreground.
 
-    By it ``logs`` finds the launch, and if it is killed, ``ps`` and ``stop`` what it leaves.
+    With the record, ``logs`` finds the launch; if the launch is killed, ``ps`` and ``stop`` find
+    its remaining processes.
     """
     record = None
-    # Who cannot have one is only not found.
+    # Without a record, only those commands do not work.
     with contextlib.suppress(TeleopctlError):
         record = background.record_this_process(
             unused_launch_name(launch_name(Path(request.file))),
@@ -309,7 +311,7 @@ def prepare(plan: LaunchPlan) -> None:
     """Start the router if needed, and write the log folder and parameter files of a plan.
 
     Raises:
-        TeleopctlError: Something of it cannot be made.
+        TeleopctlError: The router cannot be started, or a file cannot be written.
     """
     _prepare()
     _write(plan.log_directory, plan.write_files)
@@ -319,7 +321,7 @@ def prepare(plan: LaunchPlan) -> None:
 def _prepare() -> None:
     from teleopctl.wire import domain_id, ensure_router
 
-    domain_id()  # a faulty one would be reported by each of the processes
+    domain_id()  # raises here, once, instead of in each process
     ensure_router()
 
 
@@ -335,11 +337,11 @@ def _write(log_directory: Path, write: Callable[[], None]) -> None:
 
 
 def _call_latest(log_directory: Path) -> None:
-    """Let ``latest`` lead to the folder of the newest launch, as in ROS 2, where it can."""
+    """Make ``latest`` a link to the folder of the newest launch, as in ROS 2, if possible."""
     link, new = (log_directory.with_name(name) for name in ("latest", f"latest.{os.getpid()}"))
     if link.exists() and not link.is_symlink():
         return
-    # Windows makes links for few; two launches at once may be in each other's way.
+    # Windows restricts links to some users; a launch at the same time may interfere.
     with contextlib.suppress(OSError):
         new.symlink_to(log_directory, target_is_directory=True)
         new.replace(link)

@@ -1,9 +1,9 @@
 """Restart of processes whose source files were saved (``launch --watch``).
 
-A process restarts when a file of its own is saved, such as its program or its parameter file. When
-a file that the evaluation of the launch file read is saved, such as a robot description with all
-that it includes, the launch file is evaluated again, and the processes whose command lines,
-parameters or environments differ restart.
+A process restarts when one of its files is saved, such as its program or its parameter file. When a
+file is saved that the evaluation of the launch file has read, such as a robot description or a file
+that it includes, the launch file is evaluated again. Then the processes restart whose command
+lines, parameters or environments differ.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ from teleopctl.packages import (
     source_module_root,
 )
 
-# Packages are found by these; they are read by the hundred, and no process is made from them.
+# The search for packages reads hundreds of these files, which do not affect processes.
 _OF_PACKAGES = frozenset(
     {"package.xml", "setup.py", "setup.cfg", "pyproject.toml", "CMakeLists.txt", "pyvenv.cfg"}
 )
@@ -55,7 +55,7 @@ _is_installed = False
 def files_read() -> Iterator[set[Path]]:
     """Collect the user's files that this thread opens for reading in the ``with`` block.
 
-    What the block itself writes does not count, since it would be written again with each reading.
+    Files that the block itself writes are left out, since each evaluation would write them again.
     """
     global _note, _thread
     found: set[Path] = set()
@@ -88,7 +88,7 @@ def _others() -> tuple[Path, ...]:
 
 
 def _source(path: str) -> str:
-    """The source of a module of which the compiled form was read."""
+    """Return the source path of a compiled module's path; any other path unchanged."""
     if path.endswith(".pyc"):
         try:
             return importlib.util.source_from_cache(path)
@@ -98,14 +98,14 @@ def _source(path: str) -> str:
 
 
 def _install() -> None:
-    # A hook stays until the end of the process; only a launch that watches has one.
+    # An audit hook cannot be removed; so only a launch with ``--watch`` installs one.
     global _is_installed
     if not _is_installed:
         _is_installed = True
         sys.addaudithook(_on_event)
 
 
-# Any: the arguments of an event are what its place in Python says.
+# Any: the arguments depend on the event.
 def _on_event(event: str, arguments: tuple[Any, ...]) -> None:
     if event != "open" or _note is None or _thread != threading.get_ident():
         return
@@ -118,7 +118,7 @@ def _on_event(event: str, arguments: tuple[Any, ...]) -> None:
 
 _NODES = "teleopctl.nodes"
 _PARAMETERS = "--params-file"
-# What a program is given to read, and does not write: a bag or a table may be an argument, too.
+# Suffixes of arguments that a program reads; other arguments, such as a bag, may be written.
 _READ = frozenset({".py", ".rviz", ".sdf", ".srdf", ".urdf", ".xacro", ".xml", ".yaml", ".yml"})
 _NO_SOURCES = frozenset({"build", "install", "launch", "log", "test", "tests", "__pycache__"})
 _DEPENDENCY = re.compile(r"<(?:depend|exec_depend|run_depend)[^>]*>\s*([\w-]+)\s*<")
@@ -127,13 +127,12 @@ _DEPENDENCY = re.compile(r"<(?:depend|exec_depend|run_depend)[^>]*>\s*([\w-]+)\s
 def sources_of(plan: ProcessPlan, log_directory: Path) -> frozenset[Path]:
     """Return the user's files that a process depends on: program, modules, parameters, scripts.
 
-    That are its program, the Python modules of the program's package and of the packages that this
-    one depends on, its parameter files, and the scripts and descriptions that its command line
-    names.
+    Modules are the Python modules of the program's package and of that package's dependencies.
+    Scripts include the robot descriptions and other source files that the command line names.
 
     Args:
-        plan: The process.
-        log_directory: The launch's folder, whose files are the launch's own.
+        plan: Plan of the process.
+        log_directory: Log folder of the launch, whose files are left out.
     """
     words = plan.command
     if plan.shell:
@@ -166,7 +165,7 @@ def _of_program(words: list[str]) -> Iterator[Path]:
         elif len(rest) > 1 and rest[0] != "--builtin":
             yield from _of_executable(find_executable(rest[0], rest[1]))
     except TeleopctlError:
-        # It was there when the launch file was evaluated; when it is back, so are its files.
+        # The program existed at the evaluation; its files are watched again when it is back.
         return
 
 
@@ -192,7 +191,7 @@ def _of_executable(executable: PackageProgram) -> Iterator[Path]:
 
 
 def _of_module(target: str) -> Iterator[Path]:
-    """Of an installed distribution: where it was installed to be worked on (``pip install -e``)."""
+    """Yield the sources of a module of a distribution that is installed by ``pip install -e``."""
     try:
         spec = importlib.util.find_spec(re.split("[.:]", target)[0])
     except (ImportError, ValueError):
@@ -215,9 +214,9 @@ class Watch:
     """Watcher that restarts processes of a launch when their source files are saved.
 
     Args:
-        request: What was launched.
-        evaluation: What evaluated it.
-        restarts: Restarts the processes.
+        request: Launch file with its arguments and options.
+        evaluation: Evaluation of the launch file.
+        restarts: Restarts of the launch's processes.
     """
 
     def __init__(
@@ -232,7 +231,7 @@ class Watch:
         self._read = evaluation.files_read
         self._restarts = restarts
         self._sources: dict[str, frozenset[Path]] = {}
-        # What was in the files when they were last looked at; None where there was none.
+        # Digests of the files when they were last read; None for a missing file.
         self._known: dict[Path, bytes | None] = {}
         self._files = FileWatch(
             lambda files: restarts.call(lambda: self._saved(files)),
@@ -277,7 +276,7 @@ class Watch:
                 follow_up = self._evaluate_again(changed)
             except TeleopctlError as error:
                 self._keep(changed, str(error))
-                self.watch_sources(())  # the mistake may stand in a file that was not read before
+                self.watch_sources(())  # the error may be in a file that was not read before
                 return
         restarts = {**made_from, **{plan.name: plan for plan in self._others(follow_up)}}
         self._restarts.log(
@@ -304,7 +303,7 @@ class Watch:
         return not files.isdisjoint(self._sources.get(plan.name, ()))
 
     def _evaluate_again(self, changed: AbstractSet[Path]) -> FollowUp:
-        """Return what the launch would start now."""
+        """Return the first steps of a new evaluation of the launch file."""
         _forget_modules(changed)
         follow_up = FollowUp()
         read: set[Path] = set()
@@ -323,7 +322,7 @@ class Watch:
         return follow_up
 
     def _others(self, follow_up: FollowUp) -> list[ProcessPlan]:
-        """The processes that would be other ones than those that are."""
+        """Return the new plans of those processes whose plans differ from the running ones."""
         now = {plan.name: plan for plan in follow_up.processes}
         return [
             now[plan.name]
@@ -341,7 +340,7 @@ def _differs(before: ProcessPlan, now: ProcessPlan, files: Mapping[str, str]) ->
 def _meant(command: list[str], files: Mapping[str, str]) -> list[str]:
     """Return a command line with the content of parameter files in the place of their paths.
 
-    Some launch files make a new one with each evaluation.
+    Some launch files write a parameter file with a new name at each evaluation.
     """
     words = list(command)
     for index, word in enumerate(words[:-1]):
@@ -366,7 +365,7 @@ def _digest(file: Path) -> bytes | None:
 
 
 def _mistake(file: Path) -> str | None:
-    """Return what keeps a Python file from being run, with file and line."""
+    """Return the syntax error or read error of a Python file, with file and line; or None."""
     if file.suffix != ".py":
         return None
     try:
@@ -379,7 +378,7 @@ def _mistake(file: Path) -> str | None:
 
 
 def _forget_compiled(files: AbstractSet[Path]) -> None:
-    """Let modules be compiled again; Python does not see a change of the same second and size."""
+    """Delete compiled modules; Python misses a change within a second that keeps the size."""
     for file in files:
         if file.suffix == ".py":
             with contextlib.suppress(OSError, NotImplementedError):
@@ -387,7 +386,7 @@ def _forget_compiled(files: AbstractSet[Path]) -> None:
 
 
 def _forget_modules(files: AbstractSet[Path]) -> None:
-    """Let modules that a launch file imports be imported again."""
+    """Remove the modules of changed files from `sys.modules`, so that they are imported again."""
     paths = set(map(str, files))
     for name, module in list(sys.modules.items()):
         if getattr(module, "__file__", None) in paths:

@@ -21,7 +21,7 @@ from teleopctl.base.output import LOG_FILE, LogFile
 from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.model.plan import ProcessPlan
 
-# A process that writes no line ends must not fill the memory.
+# Bounds the memory for a process that writes no line ends, in bytes.
 _LONGEST_LINE = 1 << 16
 
 
@@ -29,7 +29,7 @@ class OutputStream:
     """Pipe or pseudo-terminal for one output stream of a child process.
 
     Attributes:
-        written: The file descriptor that the process gets.
+        written: File descriptor of the end that the child process writes to.
     """
 
     def __init__(self, read: int, written: int) -> None:
@@ -60,11 +60,11 @@ def stream(*, as_terminal: bool = False) -> Iterator[OutputStream]:
 
 
 def _terminal() -> tuple[int, int]:
-    import pty  # which Windows lacks
+    import pty  # not on Windows
     import tty
 
     read, written = pty.openpty()
-    tty.setraw(written)  # line ends come as they are written
+    tty.setraw(written)  # keeps line ends as they are written
     return read, written
 
 
@@ -76,13 +76,13 @@ def lines(pipe: IO[bytes]) -> Iterator[bytes]:
         except OSError as error:
             if error.errno != errno.EIO:
                 raise
-            return  # a terminal to which nobody writes any more
+            return  # a terminal without writers
         if not line:
             return
         yield line
 
 
-# How long to go on reading what a process left behind when a descendant keeps its output open.
+# How long to read on after a process has ended, in case a descendant keeps its output open.
 _LAST_WORDS_S = 1.0
 # Exit statuses of a process that ended because of a signal.
 _ENDED_BY_INTERRUPT = frozenset({128 + signal.SIGINT, -signal.SIGINT, 0xC000013A})
@@ -93,13 +93,13 @@ class Child:
     """A process of a launch: not yet started, running or ended.
 
     Args:
-        plan: What to start.
-        log_file: Where its output is kept.
-        screen: Where its output is shown.
-        on_exit: Called with the child, on another thread, when the process has ended and
-            everything that it wrote has been read.
-        on_output: Called with the child, each line that it writes and whether that came from
-            stdout, on another thread.
+        plan: Plan of the process.
+        log_file: Path of the log file for the process's output.
+        screen: Screen on which the output is shown.
+        on_exit: Called with the child, on another thread, when the process has ended and its output
+            was read.
+        on_output: Called with the child, each line of output and whether the line came from stdout,
+            on another thread.
     """
 
     def __init__(
@@ -165,12 +165,12 @@ class Child:
         """Start the process; its output is not read before `relay_output` is called.
 
         Raises:
-            OSError: It cannot be started.
-            ValueError: Likewise: a null byte stands in its command line.
+            OSError: The process cannot be started.
+            ValueError: The command line contains a null byte.
         """
         plan = self.plan
         self._signals_sent.clear()
-        # What its predecessor has said is not true of it.
+        # The progress file is that of the previous process.
         progress.progress_file(self.log_file).unlink(missing_ok=True)
         runs_our_main = plan.is_node and plan.command[0] == sys.executable
         emulate = plan.emulate_tty and sys.platform != "win32"
@@ -187,7 +187,7 @@ class Child:
                 stdin=subprocess.DEVNULL,
                 stdout=out.written,
                 stderr=err.written,
-                # A node is not to die of SIGPIPE at its next line when this process is killed.
+                # When this process is killed, SIGPIPE must not kill a node at its next line.
                 restore_signals=not plan.is_node,
                 **_own_group(),
             )
@@ -263,13 +263,16 @@ def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:
         **plan.environment,
     }
     if plan.is_node:
-        # There it goes on writing when this process has ended before it.
+        # The node writes to this file when this process has ended before it.
         wanted[LOG_FILE] = str(log_file)
     return {name: value for name, value in wanted.items() if value is not None}
 
 
 def _own_group() -> dict[str, Any]:
-    """What keeps the terminal's Ctrl-C away: the launch sends signals itself, in order."""
+    """Return `subprocess.Popen` arguments that keep the terminal's Ctrl-C from the process.
+
+    The launch itself sends the signals, in order.
+    """
     if sys.platform == "win32":
         return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
     return {"process_group": 0}

@@ -14,7 +14,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.plan import LaunchTimer, Work
 from teleopctl.launch.service_calls import CallSequence
 
-# Windows lets no signal handler run while the main thread waits without end.
+# Windows runs no signal handler while the main thread waits without a timeout.
 _LONGEST_WAIT_S = 0.2 if os.name == "nt" else None
 
 
@@ -22,7 +22,7 @@ class EventLoop:
     """Queue of functions and timed functions that one thread calls one after the other."""
 
     def __init__(self) -> None:
-        # SimpleQueue may be filled from a signal handler, other queues may not.
+        # Signal handlers may put into a SimpleQueue, but not into other queues.
         self._events: queue.SimpleQueue[Callable[[], None]] = queue.SimpleQueue()
         self._timers: list[tuple[float, int, Callable[[], None]]] = []
         self._numbers = itertools.count()
@@ -56,7 +56,7 @@ class EventLoop:
             function()
 
 
-# A timer that takes longer keeps nobody waiting for the launch to be up.
+# The wait for a launch to be up does not wait for later timers.
 _SOON_S = 30.0
 
 
@@ -64,10 +64,10 @@ class Timers:
     """Pending timers and background work, such as service calls, that a launch waits for.
 
     Args:
-        loop: Calls the functions below.
+        loop: Event loop that calls the functions below.
         on_change: Called when service calls or other work begin or end.
-        fire: Called with a timer whose time has come.
-        ended: Called when work has ended, with an error where it failed.
+        fire: Called with a timer when its delay has passed.
+        ended: Called when work has ended, with its error or None.
     """
 
     def __init__(
@@ -82,20 +82,20 @@ class Timers:
         self._fire = fire
         self._ended = ended
         self._numbers = itertools.count()
-        # When what waits for a timer is to come, in monotonic seconds.
+        # Timers with their due times, in seconds of the monotonic clock.
         self._due: dict[int, tuple[float, LaunchTimer]] = {}
         self._running_works = 0
         self._service_calls = 0
 
     def __bool__(self) -> bool:
-        """Whether there is something to wait for."""
+        """Return whether timers or work are pending."""
         self._drop_timers(lambda timer: timer.is_cancelled())
         return bool(self._due or self._running_works)
 
     def pending(self) -> int:
         """Return how many service calls are running and how many timers fire within 30 s.
 
-        Any thread may ask.
+        Any thread may call this.
         """
         soon = time.monotonic() + _SOON_S
         return self._service_calls + sum(due <= soon for due, _ in tuple(self._due.values()))

@@ -1,9 +1,9 @@
 """Assessment of a launch's processes: which are up, which wait, and which failed first.
 
-Three things are known of a process: whether it runs, whether its node stands in the graph, and what
-it says of itself (`teleopctl.base.progress`). A node's session is not known before it speaks. Where
-its name is known, the name decides; where it is not, any node of a session that was not there
-before the start counts for it.
+Three facts of a process are known: whether it runs, whether its node is in the graph, and its
+progress file (`teleopctl.base.progress`). The Zenoh session of a node is not known in advance. If
+the launch file gives the node's name, the node is found by the name; otherwise any node of a
+session that is new since the start counts.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from teleopctl.base.token_file import Address
 
 _TAIL_LINES = 15
-# Longer than an interpreter takes to find a mistake in what it runs.
+# Longer than an interpreter takes to report an error in its program.
 _OUTLIVES_AFTER_S = 1.0
 
 
@@ -31,8 +31,9 @@ class UpProcesses(NamedTuple):
     """Processes of a launch that are up, and those that wait for a topic without publishers.
 
     Attributes:
-        names: Those that are up or have done their work, with their nodes' names where known.
-        waiting: Those that wait for a topic that nobody publishes, with the topic.
+        names: Node names by process name, for processes that are up or have finished; None for an
+            unknown node name.
+        waiting: Topics by process name, for processes that wait for a topic without publishers.
     """
 
     names: dict[str, str | None]
@@ -53,13 +54,13 @@ def find_up_processes(
     """Return which processes are up, by their nodes in the graph and their progress files.
 
     Args:
-        statuses: All processes of the launch.
-        new_nodes: The nodes that came with the launch, by session.
-        graph: The graph in which they stand.
+        statuses: States of all processes of the launch.
+        new_nodes: Nodes that appeared after the start of the launch, by Zenoh session.
+        graph: ROS graph that contains these nodes.
     """
     said = {process.name: progress.read(Path(process.log_file)) for process in statuses}
     up = _in_graph(statuses, new_nodes)
-    # A spawner mostly ends by itself, but may stay (``--stay``).
+    # A spawner usually ends by itself, but may stay (``--stay``).
     up.update((process.name, None) for process in statuses if _stays(process, said[process.name]))
     waiting: dict[str, str] = {}
     for name in list(up):
@@ -77,7 +78,7 @@ def _stays(process: ProcessStatus, said: progress.Progress | None) -> bool:
     return process.ends_by_itself and process.state == "running" and ready
 
 
-# What a process says while it is not up, or not yet.
+# States in the progress file of a process that is not up.
 _NOT_YET = (progress.STARTING, progress.WAITING, progress.FAILED)
 
 
@@ -100,13 +101,13 @@ def _in_graph(
                 del sessions[owner]
                 up[process.name] = process.node_name
     if len(sessions) >= len(unnamed):
-        # Which of them belongs to which process is not known, only that all are there.
+        # Which session belongs to which process is unknown, but there is one for each.
         up.update((process.name, None) for process in unnamed)
     return up
 
 
 def _outlived_its_start(process: ProcessStatus) -> bool:
-    """Whether a program that makes no node has not ended at once, as one with a mistake does."""
+    """Return whether a program without a node runs longer than one with an error would."""
     if process.state != "running" or process.is_node:
         return False
     age_s = time.time() - process.start.time
@@ -116,8 +117,8 @@ def _outlived_its_start(process: ProcessStatus) -> bool:
 def progress_marker(log_file: Path) -> object:
     """Return an object that differs after a starting process has made progress.
 
-    A program that never reports is judged by its output. For one that does, output means nothing:
-    it may repeat every ten seconds that it waits.
+    The output counts only for a program that reports no progress. A program that does report may
+    print every ten seconds that it waits.
     """
     said = progress.read(log_file)
     if said is not None and said.reports_itself:

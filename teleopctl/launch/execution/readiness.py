@@ -29,15 +29,15 @@ from teleopctl.launch.execution.judgement import (
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph, GraphWatcher, close_session, open_session, query_graph
 
-# A change of the graph ends a wait. The end of a process and the few files by which it reports are
-# looked at this often, in seconds: a tenth of a percent of a core, where the import of a library
-# that watches files takes 0.1 s of it, while everything starts.
+# A change of the graph ends a wait. Exit statuses and progress files are polled at this interval,
+# in seconds, which takes 0.1 % of a core. The import of a library that watches files would take
+# 0.1 s of CPU time, while everything starts.
 _LOOK_EVERY_S = 0.05
-# What is still starting is shown for the first time, and again when it has changed, after so long,
-# in seconds: most is up before.
+# Delay before the processes that are still starting are shown, and least interval between changes,
+# in seconds. Most launches are up before.
 _SHOWN_EVERY_S = 3.0
-# What waits for a topic that nobody publishes is up when that has held for so long, in seconds: the
-# graph may not show a publisher yet that has been made.
+# A process that waits for a topic without publishers counts as up after this time, in seconds: the
+# graph may not show an existing publisher yet.
 _SETTLED_AFTER_S = 0.5
 _SETTLED_ANYWAY_S = 3.0
 
@@ -46,7 +46,7 @@ class NewNodes:
     """Watcher of the ROS graph for nodes that appear after this object was created.
 
     Raises:
-        RouterNotRunning: There is no router to ask.
+        RouterNotRunning: No Zenoh router is running.
     """
 
     def __init__(self) -> None:
@@ -56,7 +56,7 @@ class NewNodes:
             self._known_sessions = {node.zid for node in before.nodes}
             self._watcher = GraphWatcher(self._session)
         except BaseException:
-            # Ctrl-C for one: a session that is open while Python ends may abort the process.
+            # Also on Ctrl-C: a session that is open while Python exits may abort the process.
             close_session(self._session)
             raise
 
@@ -104,7 +104,7 @@ class RunningLaunch(Protocol):
 
 
 class _Settled:
-    """Whether something has held while the graph stood still, or for long."""
+    """Check that a condition has held while the graph did not change, or for a long time."""
 
     def __init__(self) -> None:
         self._graph: Graph | None = None
@@ -113,8 +113,7 @@ class _Settled:
     def holds(self, condition: bool, graph: Graph) -> bool:
         """Return whether a condition has been true for half a second without a new graph, or 3 s.
 
-        On a busy machine the publisher that is waited for may come late into the graph, among
-        others.
+        On a busy machine, the publisher may appear late in the graph, among other changes.
         """
         now = time.monotonic()
         if not condition:
@@ -128,11 +127,11 @@ class _Settled:
 
 
 class _Wait:
-    """A wait that goes on as long as what is waited for gets on, and shows what it does.
+    """Wait that continues while processes make progress, and shows which are still starting.
 
     Args:
-        timeouts: How long.
-        show: Called with a line.
+        timeouts: Maximum times in total and without progress.
+        show: Called with a line of text to show.
     """
 
     def __init__(self, timeouts: StartTimeouts, show: Callable[[str], None]) -> None:
@@ -147,8 +146,8 @@ class _Wait:
 
         Args:
             signs: See `ProgressMonitor.update`.
-            pids: Likewise.
-            starting: What is not up yet, with what it does.
+            pids: See `ProgressMonitor.update`.
+            starting: Texts with each process that is not up, and its present step.
         """
         self._monitor.update(signs, pids)
         text = ", ".join(starting)
@@ -175,17 +174,17 @@ def wait_for_node(
     """Wait until a node started in the background is up; return the full names of its nodes.
 
     Args:
-        new_nodes: Made before the start.
-        record: The process, which this one has started.
-        timeouts: How long to wait.
-        show: Called with a line that says what it does, now and then.
+        new_nodes: Watcher of the graph, created before the process was started.
+        record: Record of the process, a child of this one.
+        timeouts: Maximum times in total and without progress.
+        show: Called now and then with a line about the present step of the process.
 
     Returns:
-        The full names of its nodes; empty when the process did its work and ended.
+        The full names of the process's nodes; empty when the process has finished with status 0.
 
     Raises:
-        LaunchError: It died, said that it cannot do its work, or did not get on; the message has
-            the reason or the end of its log.
+        LaunchError: The process died, reported a failure, or made no progress; the message has the
+            reason or the end of its log.
     """
     graph = new_nodes.snapshot()
     settled = _Settled()
@@ -193,12 +192,12 @@ def wait_for_node(
     hint = f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`."
     while True:
         interrupts.raise_swallowed()
-        # Asked once: it may end between two questions.
+        # Read once: the process may end between two calls.
         ending = background.exit_status(record)
         if ending == 0:
             return []
         if ending is not None:
-            background.remove_record(record)  # it is reported here
+            background.remove_record(record)  # the end is reported here
             raise LaunchError(f"{record.name} ended before it was up:\n{log_tail(record.log_file)}")
         said = progress.read(record.log_file)
         state = progress.STARTED if said is None else said.state
@@ -230,18 +229,18 @@ def wait_for_launch(
     """Wait until all processes of a background launch are up, and report each.
 
     Args:
-        new_nodes: Made before the start.
-        record: The launch.
-        on_up: Called for each process once it is up or has done its work, with its status and
-            the node's name where it is known.
-        warn: Called with what the evaluation of the launch file found odd.
-        timeouts: How long to wait.
-        show: Called with a line that says what is still starting, now and then.
+        new_nodes: Watcher of the graph, created before the launch was started.
+        record: Record of the launch.
+        on_up: Called for each process once it is up or has finished, with its status and the
+            node's name, or None if the name is unknown.
+        warn: Called with each warning of the evaluation of the launch file.
+        timeouts: Maximum times in total and without progress.
+        show: Called now and then with a line about the processes that are still starting.
 
     Raises:
         TeleopctlError: The launch file cannot be evaluated, and the launch has ended.
-        LaunchError: A process died, said that it cannot do its work, or did not get on; what runs
-            goes on running.
+        LaunchError: A process died, reported a failure, or made no progress; the rest of the launch
+            continues to run.
     """
     folder = status.folder_of(record)
     graph = new_nodes.snapshot()
@@ -278,7 +277,7 @@ def wait_for_launch(
         if launch_ended:
             refusal = status.read_refusal(folder)
             if refusal is not None:
-                _forget_refused(record, refusal)  # it is reported here
+                _forget_refused(record, refusal)  # the error is reported here
                 raise refusal
             raise LaunchError(
                 f"The launch ended while it was starting:\n{log_tail(record.log_file)}"
@@ -297,9 +296,9 @@ def wait_for_launch(
 
 
 def _forget_refused(record: ProcessRecord, refusal: TeleopctlError) -> None:
-    """Remove what a launch left that has started nothing, but for what its file has printed.
+    """Remove record and folder of a launch that started nothing, and its log without other output.
 
-    Else its log would be taken for that of the launch of the same name that ran before.
+    Otherwise its log would be taken for that of an earlier launch of the same name.
     """
     background.remove_record(record)
     shutil.rmtree(status.folder_of(record), ignore_errors=True)
@@ -315,7 +314,7 @@ def _signs(
     starting: Sequence[ProcessStatus],
     pending: int,
 ) -> object:
-    """What differs after a launch has got on."""
+    """Return an object that differs after a launch has made progress."""
     if published is None:
         return progress_marker(record.log_file)
     states = [(process.name, process.pid, process.state) for process in published]
@@ -325,10 +324,10 @@ def _signs(
 def _workers(
     record: ProcessRecord, statuses: Sequence[ProcessStatus], starting: Sequence[ProcessStatus]
 ) -> list[int]:
-    """The processes whose work is waited for.
+    """Return the ids of the processes whose CPU time counts as progress.
 
-    While the launch file is evaluated that is the launch itself; when all processes are up, it is
-    those that components are being loaded into, which are not known here.
+    During the evaluation of the launch file, this is the launch itself. When all processes are up,
+    components are loaded into some of them; since these are unknown here, all are returned.
     """
     if starting:
         return [process.pid for process in starting if process.pid]
@@ -364,8 +363,8 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
     """While the block runs, log once that the launch is up, or which process failed.
 
     Args:
-        new_nodes: Made before the start.
-        launch: Its states are read, and lines are logged in its name, on another thread.
+        new_nodes: Watcher of the graph, created before the launch was started.
+        launch: Launch whose states are read and in whose name lines are logged, on another thread.
     """
     ended = threading.Event()
 

@@ -27,17 +27,18 @@ class Watcher(Protocol):
 class Restarts:
     """Restarts processes of a launch after a change of their source files.
 
-    So neither ``respawn`` nor ``on_exit`` nor a handler of the launch file answers a restart. What
-    dies after one waits for the next save, since the last one may have broken it.
+    Neither ``respawn`` nor ``on_exit`` nor a handler of the launch file responds to a restart. A
+    process that dies after a restart waits for the next save, since the last one may have broken
+    its program.
 
     Args:
-        children: The processes of the launch, which become more.
-        folder: The launch's log folder.
-        loop: The loop on which all this is called, but for `call`.
-        screen: Where it is said what happens.
-        interrupts: The signals that end the launch.
-        terminator: Terminates processes.
-        start: Starts one.
+        children: Processes of the launch; the caller may append to this list.
+        folder: Log folder of the launch.
+        loop: Event loop on whose thread all methods except `call` are called.
+        screen: Screen on which events are logged.
+        interrupts: Signal handlers of the launch.
+        terminator: Terminator of processes.
+        start: Function that starts a process.
     """
 
     def __init__(
@@ -59,7 +60,7 @@ class Restarts:
         self._terminator = terminator
         self._start = start
         self._watcher: Watcher | None = None
-        # The processes that end for a restart, with their new plans, and those restarted so far.
+        # Processes that are terminated for a restart, with their new plans; those restarted so far.
         self._due: dict[Child, ProcessPlan] = {}
         self._made: set[Child] = set()
         self._said_what_it_waits_for = False
@@ -99,7 +100,7 @@ class Restarts:
     def restart(self, plan: ProcessPlan) -> None:
         """End a process, and start it again with a new plan.
 
-        One that has ended is started, one that a person has stopped stays so.
+        A process that has ended is started; a process that the user has stopped is not.
         """
         child = next(child for child in self._children if child.plan.name == plan.name)
         if status.is_marked_stopped(self._folder, plan.name):

@@ -14,9 +14,9 @@ from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.judgement import describe_exit
 
-# In seconds, before each harder signal.
+# Seconds before each harder signal.
 _PATIENCE_S = 5.0
-# A launch gives its processes 5 s before SIGTERM and 5 s more before SIGKILL.
+# A launch waits 5 s before it sends SIGTERM to its processes, and 5 s more before SIGKILL.
 _LAUNCH_PATIENCE_S = 12.0
 
 
@@ -24,12 +24,12 @@ class Running(NamedTuple):
     """A process in the background or of a launch, with its record and state.
 
     Attributes:
-        record: Name, pid, start time, command and log file.
-        launch: The launch that started it, or None.
-        node_name: Full name of its node where a launch file gives it, or None.
-        is_alive: Whether it still runs; what a launch started is kept while the launch runs.
-        ending: How and when it ended where `died` found it, such as ``exited 1, 3 s ago``.
-        is_death_shown: Whether the command that started it has shown why it died.
+        record: Name, pid, start time, command and log file of the process.
+        launch: Record of the launch that started the process, or None.
+        node_name: Full name of the process's node if a launch file gives the name, or None.
+        is_alive: Whether the process runs; a launch keeps the entries of processes that have ended.
+        ending: How and when the process ended, such as ``exited 1, 3 s ago``; only from `died`.
+        is_death_shown: Whether the command that started the process has shown why it died.
     """
 
     record: ProcessRecord
@@ -51,9 +51,9 @@ def running(
     """Return the processes in the background, each launch followed by its processes.
 
     Args:
-        folder: The runtime folder that has their records; by default the user's.
-        include_ended: Whether to include processes of running launches that have ended.
-        include_foreground: Whether to include launches that run in terminals, behind the others.
+        folder: Runtime folder with the records; by default the user's.
+        include_ended: Whether to include ended processes of running launches.
+        include_foreground: Whether to include launches that run in terminals, after the others.
     """
     found: list[Running] = []
     records = background.records(folder)
@@ -73,14 +73,14 @@ def running(
 def died(folder: Path | None = None) -> list[Running]:
     """Return processes in the background that ended unexpectedly after they were up.
 
-    That is nodes of their own, and those of launches that still run or that ended with them.
+    Includes nodes without a launch, and processes of launches that still run or that have ended.
     """
     found = [
         Running(record, is_alive=False, ending=_ending_of(record))
         for record in background.ended_records(folder)
         if record.kind not in background.LAUNCHES
     ]
-    # One that ends between the two questions is in both answers.
+    # A launch that ends between the two calls is in both lists.
     listed = [*background.records(folder), *background.ended_records(folder)]
     launches = {record.pid: record for record in listed if record.kind == background.LAUNCH}
     return found + [
@@ -126,7 +126,7 @@ def duration(seconds: float) -> str:
 
 
 def _orphans(folder: Path | None) -> list[Running]:
-    """Return what still runs of launches that were killed."""
+    """Return the running processes of launches that were killed; remove records without any."""
     found: list[Running] = []
     for launch in background.ended_records(folder):
         if launch.kind not in background.LAUNCHES:
@@ -152,11 +152,11 @@ def find_running(
 ) -> list[Running]:
     """Return the processes in the background with a name: of the record, node or executable.
 
-    A name is that of a record, ``exec-N`` or ``launch/exec-N`` of what a launch started, its
-    executable's, or its node's.
+    Names of a process that a launch started are ``exec-N``, ``launch/exec-N``, its executable's
+    name, and its node's name.
 
     Raises:
-        NotFoundError: Nothing of that name runs; the message lists what does.
+        NotFoundError: No process of that name runs; the hint lists those that do.
     """
     everything = running(include_ended=include_ended, include_foreground=include_foreground)
     for names in (_exact_names, _node_names, _executable_names):
@@ -188,7 +188,7 @@ def how_to_stop(node_names: Collection[str]) -> str:
 
 
 def _ctrl_c(launch: ProcessRecord) -> str:
-    """Say what ends a launch in the foreground."""
+    """Return in words how to end a launch in the foreground."""
     terminal = background.terminal_of(launch)
     if terminal is None:
         return f"`kill -INT {launch.pid}`, since it has no terminal"
@@ -206,10 +206,10 @@ def started_in_background(start: Callable[[], ProcessRecord]) -> Iterator[Proces
     """Start a process in the background; on Ctrl-C in the ``with`` block, stop it again.
 
     Args:
-        start: Starts it and returns at once.
+        start: Function that starts the process and returns its record at once.
 
     Raises:
-        KeyboardInterrupt: With a text that says so.
+        KeyboardInterrupt: The process was stopped after Ctrl-C; the text says so.
     """
     record = None
     try:

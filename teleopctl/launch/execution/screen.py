@@ -37,9 +37,9 @@ def launch_line(level: str, name: str, text: str) -> bytes:
     """Return a coloured line that the launch itself logs, ``[INFO] [camera-4]: …``.
 
     Args:
-        level: Its level.
-        name: The process that it is about, as ``exec-N``, or ``launch``.
-        text: What it says.
+        level: Log level, such as ``INFO``.
+        name: Name of the process that the line is about, ``exec-N``, or ``launch``.
+        text: Message.
     """
     colour = _COLOURS.get(level, b"")
     return (
@@ -57,7 +57,7 @@ def process_line(name: str, line: bytes) -> bytes:
     if match is not None:
         text = _painted(_COLOURS.get(match[1].decode(), b""), text)
     elif b"\x1b[" in text and not text.endswith(_RESET):
-        text += _RESET  # a colour that a process leaves on is not to reach the next one's lines
+        text += _RESET  # a colour that a process leaves on must not reach lines of others
     prefix = _painted(_of_process(name), f"[{name}]".encode(errors="replace"))
     return prefix + b" " + text + b"\n"
 
@@ -67,7 +67,7 @@ def _painted(colour: bytes, text: bytes) -> bytes:
 
 
 def _of_process(name: str) -> bytes:
-    """The colour of a process, by its place in the launch; empty for what is none."""
+    """Return the colour of a process, by its number in the launch; empty for other names."""
     number = name.rpartition("-")[2]
     if not (number.isascii() and number.isdigit()):
         return b""
@@ -83,8 +83,8 @@ class LineFormat:
     """Format of a launch's log lines, which an environment variable can override.
 
     Args:
-        names: Formats that have a name; the first is ``default``.
-        variable: The environment variable that decides for everybody.
+        names: Format strings by name; one name is ``default``.
+        variable: Environment variable that overrides the format.
     """
 
     def __init__(self, names: Mapping[str, str], variable: str) -> None:
@@ -108,11 +108,11 @@ class LineFormat:
         """Set the format by name or as a format string; the environment variable has precedence.
 
         Args:
-            text: One that has a name, or one of Python's ``logging``.
-            style: How fields are marked in one of Python's; by default by braces.
+            text: Name of a format, or a format string of Python's ``logging``.
+            style: Style of a format string; by default ``{``.
 
         Raises:
-            ValueError: There is a style for a format that has a name, or the format is none.
+            ValueError: A style is given for a named format, or the format string is invalid.
         """
         chosen = os.environ.get(self._variable)
         if chosen:
@@ -144,7 +144,7 @@ class LineFormat:
 def _formatter(text: str, style: Style) -> Formatter:
     from logging import Formatter
 
-    # ROS 2's own formats say ``msg``, which lacks what a logger is to put into the text.
+    # ROS 2's own formats use ``msg``, which lacks the arguments of the logging call.
     return Formatter(text.replace("{msg}", "{message}") if style == "{" else text, style=style)
 
 
@@ -154,7 +154,7 @@ SCREEN_FORMAT = LineFormat(
 LOG_FORMAT = LineFormat({"default": _WITH_TIME}, "OVERRIDE_LAUNCH_LOG_FORMAT")
 
 
-# Longer arguments, in characters, are descriptions and programs; a path may have 255.
+# In characters. Longer arguments are robot descriptions and programs; a file name has up to 255.
 _LONGEST_ARGUMENT = 300
 _BEGIN = 60
 
@@ -162,12 +162,12 @@ _BEGIN = 60
 class Screen:
     """Writer of a launch's lines to the terminal and the log file; thread-safe.
 
-    A screen that is full or gone costs lines and nothing else, see
+    When the terminal is gone or its disk is full, lines are lost, but the launch continues; see
     `teleopctl.base.output.outlive_output`.
 
     Args:
-        log_file: Where the launch's own lines are kept as well; None where the screen is the log.
-        coloured: Whether levels and names of processes are coloured on the screen.
+        log_file: Log file for the launch's lines; None if stdout is the log.
+        coloured: Whether levels and process names are coloured on the screen.
     """
 
     def __init__(self, log_file: Path | None, *, coloured: bool = False) -> None:
@@ -179,11 +179,11 @@ class Screen:
         """Write a line of the launch itself, ``[INFO] [launch]: …``, to the log and the terminal.
 
         Args:
-            level: Its level.
-            name: The process that it is about, or ``launch``.
-            text: What it says.
-            in_short: What the screen shows instead where there is a log: what is enough for
-                somebody who can look into that, or what is for his eyes alone.
+            level: Log level, such as ``INFO``.
+            name: Name of the process that the line is about, or ``launch``.
+            text: Message.
+            in_short: Message for the screen if there is a log file: a shorter one, or one with
+                secrets that the log must not contain.
         """
         if self._log is not None:
             self._log.write(f"{LOG_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
@@ -197,10 +197,10 @@ class Screen:
         """Write a line of a process to the log and the terminal, as selected, with a prefix.
 
         Args:
-            name: The process.
-            line: The line.
-            shown: Whether it appears on the screen.
-            kept: Whether it stands in the log file.
+            name: Name of the process.
+            line: Line that the process wrote.
+            shown: Whether to write the line to the terminal.
+            kept: Whether to write the line to the log file.
         """
         if kept and self._log is not None:
             self._log.write(f"{time.time():.7f} ".encode() + _prefixed(name, line))

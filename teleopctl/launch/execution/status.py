@@ -1,7 +1,7 @@
 """Status files of a launch: state of each process, warnings, and why a launch was refused.
 
-They lie beside the launch's plan. ``ps``, ``logs`` and ``stop`` read them, and so does the command
-that started the launch while it waits for the nodes.
+The files are in the launch's log folder. ``ps``, ``logs`` and ``stop`` read them, and so does the
+command that started the launch while it waits for the nodes.
 """
 
 from __future__ import annotations
@@ -36,18 +36,18 @@ class ProcessStatus(NamedTuple):
     """State of one process of a launch, as stored in the status file.
 
     Attributes:
-        name: ``exec-N``.
+        name: Name of the process, ``exec-N``.
         pid: Process id, 0 before the start.
-        start: When it started.
-        state: Whether it waits for its start, runs, has ended well of itself or because the launch
-            asked it to, or has died.
-        exit_status: What it ended with; negative for a signal.
-        ended_at: When, in seconds since the Unix epoch; 0 before.
-        log_file: Its output.
-        command: Its command line.
-        node_name: Full name of its node where the launch file gives it.
-        is_node: Whether it is to appear in the graph.
-        ends_by_itself: Whether it does its work and ends.
+        start: Start time.
+        state: ``waiting`` before the start, ``running``, ``finished`` by itself, ``stopped`` by
+            the launch, or ``died``.
+        exit_status: Exit status, negative for a signal; None before the end.
+        ended_at: Time of the end, in seconds since the Unix epoch; 0 before.
+        log_file: Path of the log file with its output.
+        command: Command line.
+        node_name: Full name of its node if the launch file gives the name, or None.
+        is_node: Whether the process is a ROS node, which appears in the graph.
+        ends_by_itself: Whether the process ends when its work is done, as a spawner does.
     """
 
     name: str
@@ -82,7 +82,7 @@ def status_of(child: Child, start: StartTime) -> ProcessStatus:
     elif child.exit_status is not None:
         state = "died"
         if child.ended_cleanly:
-            # A recorder has done its work when the others have ended, which it is signalled.
+            # A signal after the end of the other processes is the normal end of a recorder.
             is_stopped = child.was_signalled and not child.plan.accompanies
             state = "stopped" if is_stopped else "finished"
     return ProcessStatus(
@@ -135,7 +135,7 @@ def pending(folder: Path) -> int:
         return 0
 
 
-# Any: what stands in a JSON file.
+# Any: a JSON document.
 def _document(folder: Path) -> dict[str, Any]:
     document: dict[str, Any] = json.loads((folder / _STATUS_FILE).read_text(encoding="utf-8"))
     return document
@@ -212,7 +212,7 @@ def command_text(command: Iterable[str]) -> str:
     return shlex.join(command)
 
 
-# When to write the file again that could not be written.
+# Delay before the next attempt to write a file that could not be written.
 _TRY_AGAIN_AFTER_S = 1.0
 
 
@@ -230,9 +230,9 @@ class StatusWriter:
     """Writer of a launch's status file, which tries again later if the disk is full.
 
     Args:
-        folder: The launch's log folder.
-        loop: The loop on which `publish` is called.
-        launch: The launch whose state is written.
+        folder: Log folder of the launch.
+        loop: Event loop on whose thread `publish` is called.
+        launch: Launch whose state is written.
     """
 
     def __init__(self, folder: Path, loop: EventLoop, launch: LaunchStatus) -> None:
@@ -246,7 +246,7 @@ class StatusWriter:
         try:
             write(self._folder, self._launch.statuses(), self._launch.pending())
         except OSError:
-            # A full disk, or on Windows a reader: no reason to end what runs.
+            # A full disk, or on Windows a reader, is no reason to end the launch.
             if not self._is_late:
                 self._is_late = True
                 self._loop.after(_TRY_AGAIN_AFTER_S, self._publish_late)

@@ -1,7 +1,7 @@
 """Supervisor of a launch: starts processes, relays their output, handles events, shuts down.
 
-One thread decides: everything that happens reaches it through a queue, in the order in which it
-happened. Ctrl-C becomes SIGINT for each process, SIGTERM after 5 s and SIGKILL after another 5 s.
+One thread handles all events, which a queue delivers in the order in which they happened. On
+Ctrl-C, each process receives SIGINT, SIGTERM after 5 s and SIGKILL after another 5 s.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from teleopctl.launch.model.plan import (
 )
 
 _LAUNCH = "launch"
-# A process says in a file that it is ready.
+# Interval at which the progress files of companions are read.
 _LOOK_EVERY_S = 0.02
 
 
@@ -44,16 +44,16 @@ class Supervisor:
     """Runs the processes of a launch plan until all have ended or a shutdown is requested.
 
     Args:
-        plan: What to start; its log folder and files have been written.
-        respondent: Knows what to do on events; None where nothing is to be done.
-        in_background: Whether the launch's own lines go to the log of the background process
-            alone.
-        coloured: Whether levels and names of processes are coloured on the screen.
-        debug: Whether to say which events come.
-        log_name: Name of the file with all output, without its suffix.
+        plan: Plan of the launch, whose log folder and files have been written.
+        respondent: Evaluation that handles events; None if no events are handled.
+        in_background: Whether stdout is the log of a background process, so that no other log file
+            is written.
+        coloured: Whether levels and process names are coloured on the screen.
+        debug: Whether to log all events.
+        log_name: Name of the log file with all output, without its suffix.
 
     Attributes:
-        restarts: Starts again what is saved, where somebody watches that.
+        restarts: Restarts of processes whose sources are saved, if the launch watches sources.
     """
 
     def __init__(
@@ -88,7 +88,7 @@ class Supervisor:
             terminator=self._terminator,
             start=self._start_again,
         )
-        # Those of which something is still to come, and of these those whose process was started.
+        # Indices of processes that run or will be started; those that run; recorders and such.
         self._expected: set[int] = set()
         self._live: set[int] = set()
         self._companions: set[int] = set()
@@ -99,7 +99,7 @@ class Supervisor:
         if respondent is not None:
             respondent.connect(lambda event: self._loop.put(partial(self._respond, event)))
         self._shutting_down = False
-        # Whether something failed, and whether that was the launch and not what it started.
+        # Whether anything failed, and whether the launch itself failed, not only a process.
         self._failed = self._failed_itself = False
 
     def statuses(self) -> list[ProcessStatus]:
@@ -117,9 +117,9 @@ class Supervisor:
         """Log a line in the launch's name; level ERROR makes the launch fail; thread-safe.
 
         Args:
-            level: Its level.
-            text: What the log keeps.
-            shown: What the screen shows, such as an address with its token; by default the same.
+            level: Log level, such as ``INFO``.
+            text: Message for the log.
+            shown: Message for the screen, such as an address with its token; by default ``text``.
         """
         self._loop.put(lambda: self._log_now(level, text, shown))
 
@@ -132,8 +132,8 @@ class Supervisor:
         """Run the launch until every process has ended, and return the exit status.
 
         Returns:
-            What became of it, as an exit status: 1 when a process died, 128 and the number of the
-            signal that ended it, such as 130 after Ctrl-C, otherwise 0.
+            1 when a process died or the launch failed; 128 plus the number of the signal that ended
+            the launch, such as 130 after Ctrl-C; otherwise 0.
         """
         try:
             with self._interrupts.handling():
@@ -141,7 +141,7 @@ class Supervisor:
                 while self._has_work() or self._becomes_idle():
                     self._loop.handle_next()
         except BaseException:
-            # Nobody else would end them.
+            # Otherwise the processes would outlive the launch.
             for child in self._children:
                 child.signal(STEPS[-1])
             raise
@@ -168,13 +168,13 @@ class Supervisor:
         for warning in self._plan.warnings:
             self._say("WARNING", warning)
         self._show(self._plan.start)
-        self._published.publish()  # of a launch that starts nothing, too
+        self._published.publish()  # also for a launch without processes
         for index in sorted(self._companions):
             self._start_child(index)
         self._start_others()
 
     def _add(self, process: ProcessPlan) -> int:
-        """Take a process in, and return its index."""
+        """Add a process to the launch, and return its index."""
         index = len(self._children)
         log_file = self._plan.log_directory / f"{process.name}.log"
         self._children.append(
@@ -195,13 +195,13 @@ class Supervisor:
         return bool(self._expected or self._timers) or self.restarts.keeps_launch_alive()
 
     def _becomes_idle(self) -> bool:
-        """Tell those who wait for the end that nothing is left; return whether that led to more."""
+        """Begin the shutdown of a launch without work; return whether that queued more work."""
         if self._loop.is_empty and not self._shutting_down:
             self._shut_down("idle")
         return not self._loop.is_empty
 
     def _start_others(self) -> None:
-        """Start what companions are to see from its first word on, once they are ready for it."""
+        """Start all other processes once the companions, such as a recorder, are ready."""
         if self._shutting_down:
             return
         if not all(self._children[index].is_ready for index in self._companions):
@@ -224,7 +224,7 @@ class Supervisor:
             self._expected.discard(index)
             return
         if child.is_running:
-            return  # it was saved while it waited to be started again
+            return  # restarted after a save while it waited for its respawn
         try:
             child.start()
         except (OSError, ValueError) as error:
@@ -245,7 +245,7 @@ class Supervisor:
         self._published.publish()
 
     def _output_written(self, child: Child, line: bytes, is_stdout: bool) -> None:
-        """Tell those who want to know it what a process has written; on that one's threads."""
+        """Queue an output event, if a handler takes these; called on the threads of the process."""
         if self._respondent is not None and self._respondent.wants_output:
             event = ProcessOutput(child.plan, child.pid or 0, line, is_stdout)
             self._loop.put(lambda: self._respond(event))
@@ -287,7 +287,7 @@ class Supervisor:
             self._screen.log(level, logger, message)
 
     def _execute(self, follow_up: FollowUp) -> None:
-        """Do what an event has led to."""
+        """Execute the steps that follow an event."""
         self._show(follow_up)
         try:
             follow_up.write_files()
@@ -301,7 +301,7 @@ class Supervisor:
                 if child.plan.name == request.process and child.is_running:
                     self._terminator.send(request, child)
         if not self._shutting_down:
-            # All of them are known before the first one starts, whose start may lead to more.
+            # All are added before the first one starts, since its start may add more.
             indices = [self._add(process) for process in follow_up.processes]
             self.restarts.watch_sources(follow_up.processes)
             for index in indices:
@@ -323,7 +323,7 @@ class Supervisor:
                 "INFO", child.plan.name, f"process has finished cleanly [pid {child.pid}]"
             )
         else:
-            # Of those that were made to end, some have their own way of doing so.
+            # A process that the launch has signalled may end with any status.
             self._failed = self._failed or self._interrupts.first is None
             died = f"process has died [pid {child.pid}, exit code {child.exit_status}, cmd '%s']."
             self._screen.log(
@@ -351,12 +351,12 @@ class Supervisor:
         self._published.publish()
 
     def _companion_lost(self, index: int) -> None:
-        """Start nothing that somebody wants to be accompanied and that cannot be."""
+        """Shut down if a companion has ended before the other processes were started."""
         if index in self._companions and not self._others_were_started:
             self._shut_down(f"{self._children[index].plan.name} has ended")
 
     def _end_companions(self) -> None:
-        """Ask those that accompany the others to end, once there is nobody left to accompany."""
+        """Terminate the companions once all other processes and timers have ended."""
         if self._expected <= self._companions and not self._timers:
             for index in sorted(self._companions & self._live):
                 self._terminator.terminate(self._children[index])
@@ -387,14 +387,14 @@ class Supervisor:
             child.signal(number)
 
     def _shut_down(self, reason: str, *, by_interrupt: bool = False) -> None:
-        """Ask every process to end, and arrange for harder ways."""
+        """Begin the shutdown: cancel timers, emit the event, and terminate all processes."""
         if self._shutting_down:
             return
         self._shutting_down = True
         self.restarts.close()
         self._timers.shut_down()
         self._respond(ShutdownBegan(reason, by_interrupt))
-        # What waits for its start, or for its next one, is not started any more.
+        # Processes that wait for their start or respawn are not started any more.
         self._expected &= self._live
         for index in sorted(self._live - self._companions):
             self._terminator.terminate(self._children[index])

@@ -17,15 +17,15 @@ from teleopctl.launch.execution.screen import Screen
 from teleopctl.launch.model.plan import SignalPlan
 
 STEPS = (signal.SIGINT, signal.SIGTERM, getattr(signal, "SIGKILL", signal.SIGTERM))
-"""The signals, each harder than the one before."""
+"""Signals that end a process, each harder than the one before."""
 
 
 class ProcessTerminator:
     """Terminator of child processes: SIGINT, and after timeouts SIGTERM and SIGKILL.
 
     Args:
-        loop: The loop on which this is called.
-        screen: Where it is said that harder ways are needed.
+        loop: Event loop on whose thread the methods are called.
+        screen: Screen on which escalations to harder signals are logged.
     """
 
     def __init__(self, loop: EventLoop, screen: Screen) -> None:
@@ -42,7 +42,7 @@ class ProcessTerminator:
 
     def _escalate(self, child: Child, pid: int | None, step: int) -> None:
         if not child.is_running or child.pid != pid:
-            return  # or it has been started again since
+            return  # the process has ended, or was restarted since
         waited = child.plan.sigterm_timeout if step == 1 else child.plan.sigkill_timeout
         self._screen.log(
             "ERROR",
@@ -66,7 +66,7 @@ class ProcessTerminator:
         child.signal(number)
 
 
-# Signals that come in one bunch, as from `timeout`, are one request to end.
+# Signals within this time, in seconds, are one request to end, as from `timeout`.
 _SAME_REQUEST_S = 1.0
 
 
@@ -74,14 +74,14 @@ class LaunchSignals:
     """Signal handlers of a launch: SIGINT shuts it down; repeated, SIGTERM, then SIGKILL.
 
     Args:
-        loop: Where the functions below are called.
-        end: Called with the reason and whether it was Ctrl-C; returns False where the launch was
-            shutting down already.
-        hurry: Called with a reason and the signal that the processes are to get now, for somebody
-            who does not want to wait for the deadlines.
+        loop: Event loop on whose thread the functions below are called.
+        end: Called with the reason and whether the signal was Ctrl-C; returns False if the launch
+            is already shutting down.
+        hurry: Called on a repeated signal, with a reason and the harder signal to send to the
+            processes before the timeouts.
 
     Attributes:
-        first: The first signal that came, or None.
+        first: First signal that was received, or None.
     """
 
     def __init__(
@@ -96,7 +96,7 @@ class LaunchSignals:
         self._hurry = hurry
         self._step = 0
         self._requested_at = 0.0
-        # Whether a launch file's own code may be running.
+        # Whether code of a launch file may be running.
         self._is_interruptible = False
 
     @contextmanager
@@ -109,7 +109,7 @@ class LaunchSignals:
         if threading.current_thread() is threading.main_thread():
             end_waits()
         else:
-            numbers.clear()  # no other thread may
+            numbers.clear()  # only the main thread may set signal handlers
         previous = {number: signal.signal(number, self._on_signal) for number in numbers}
         try:
             yield
@@ -124,7 +124,7 @@ class LaunchSignals:
             self._is_interruptible = True
             yield
         except KeyboardInterrupt:
-            pass  # by the handler; what is to be done is in the loop
+            pass  # raised by the handler, which has queued the request
         finally:
             self._is_interruptible = False
 

@@ -15,7 +15,7 @@ def read_launch_file(path: Path) -> LaunchFile:
     """Read a launch file with the reader that is registered for its suffix.
 
     Raises:
-        TeleopctlError: It cannot be read or does not follow the vocabulary. The message names file
+        TeleopctlError: The file cannot be read or is no valid launch file. The message names file
             and line, and what was expected there.
     """
     try:
@@ -33,12 +33,12 @@ def parse_text(text: str, path: Path, language: str) -> tuple[str, Element]:
     """Parse the text of a launch description; return the outermost entry's name and content.
 
     Args:
-        text: The text.
-        path: Where it comes from, for messages.
+        text: Text of the launch description.
+        path: Path of the text, for messages.
         language: ``xml`` or ``yaml``.
 
     Raises:
-        TeleopctlError: It is not of that language; the message has the line.
+        TeleopctlError: The text is not in that language; the message has the line.
     """
     if language == "xml":
         from teleopctl.launch.frontends.xml_file import parse_xml

@@ -1,8 +1,7 @@
 """Conversion of a launch file's elements to steps with actions, for XML and YAML alike.
 
 The vocabulary is that of ROS 2's XML and YAML front ends; names with hyphens and with underscores
-are the same. A key that does not belong is an error, since a misspelled one would silently do
-nothing.
+are equal. An unknown key is an error, since a misspelled key would silently have no effect.
 """
 
 from __future__ import annotations
@@ -28,13 +27,13 @@ def launch_file(path: Path, actions: Element, deprecated: Element | None = None)
     """Return the steps of a launch file from its parsed list of actions.
 
     Args:
-        path: The file.
-        actions: The list of its actions.
-        deprecated: Why it should no longer be used, where it says so.
+        path: Path of the launch file.
+        actions: List of the file's actions.
+        deprecated: Reason why the file is deprecated, if the file has the key ``deprecated``.
 
     Raises:
-        TeleopctlError: It does not follow the vocabulary. The message names file, line and key,
-            and what was expected there.
+        TeleopctlError: An action or key is unknown, or a value is invalid. The message names file,
+            line and key, and what was expected there.
     """
     steps = _steps(actions)
     if deprecated is not None:
@@ -53,11 +52,11 @@ def read_step(name: str, content: Element) -> Step:
     """Return the action of one launch file entry, with its conditions and place.
 
     Args:
-        name: The name of its action.
-        content: What belongs to it.
+        name: Name of the action.
+        content: Content of the action: its keys, attributes or nested tags.
 
     Raises:
-        TeleopctlError: It does not follow the vocabulary.
+        TeleopctlError: The action or a key is unknown, or a value is invalid.
     """
     known = plugins.find(plugins.LAUNCH_ACTIONS, name.replace("-", "_"))
     if known is None:

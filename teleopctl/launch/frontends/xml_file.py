@@ -1,7 +1,7 @@
 """Reader of XML launch files: tags with line numbers; launch files of ROS 1 are refused.
 
-Read with expat: it is there in 2 ms where lxml takes 50, and knows the line on which a tag begins,
-where lxml knows that on which it ends.
+The parser is expat: its import takes 2 ms, that of lxml 50 ms; and it reports the line on which a
+tag begins, where lxml reports the line on which it ends.
 """
 
 from __future__ import annotations
@@ -34,7 +34,7 @@ class Attribute(Element):
 
     def items(self, what: str) -> Iterator[Element]:
         """Yield the items of an attribute that ``NAME-sep`` splits; raise for other attributes."""
-        del what  # which is in the words of YAML
+        del what  # describes YAML
         if not isinstance(self.value, list):
             name = self.path.rpartition(".")[2]
             raise self.error(f"expected tags <{name}>, got an attribute with {self.describe()}")
@@ -61,7 +61,7 @@ class XmlTag(Element):
     """XML tag as a launch file element, with attributes, nested tags, file and line.
 
     Attributes:
-        name: Its name.
+        name: Name of the tag.
         attributes: Attributes by name.
         nested: Nested tags, in order.
     """
@@ -75,8 +75,7 @@ class XmlTag(Element):
     def fields(self, keys: Sequence[str]) -> Mapping[str, Element]:
         """Return attributes and nested tags by key; tags named like a key form a list.
 
-        Tags that have the name of a key are a list of that key; the others are ``children`` where
-        there may be such.
+        All other tags form the list ``children``, if that is among the keys.
         """
         known = {_canonical(key) for key in keys} - {"children"}
         fields = dict(self.attributes)
@@ -121,8 +120,8 @@ def _load(path: Path) -> XmlTag:
     """Read an XML file.
 
     Raises:
-        LaunchError: When the file cannot be read, is not XML, or has entities of its own, which
-            are left alone; the message has the line.
+        LaunchError: The file cannot be read, is not XML, or declares entities; the message has the
+            line.
     """
     return parse_xml(read_text(path), path)
 
@@ -144,7 +143,7 @@ class _Reader:
         self._open: list[XmlTag] = []
         self._root: XmlTag | None = None
         self._source = b""
-        # The text is decoded already, so an encoding that it declares no longer holds.
+        # The text is decoded already, so its encoding declaration no longer applies.
         self._expat = expat.ParserCreate("utf-8")
         self._expat.StartElementHandler = self._start
         self._expat.EndElementHandler = self._end
@@ -227,7 +226,7 @@ def _canonical(name: str) -> str:
 
 
 _SUBSTITUTION = re.compile(r"(?<!\\)\$\(\s*(find|arg)\s+([^\s()]+)")
-# What a launch file of ROS 1 cannot hold.
+# Substitutions that ROS 1 does not have.
 _OF_ROS_2 = re.compile(r"(?<!\\)\$\(\s*(var|find-pkg-\w+)\s")
 _IN_ROS_2 = {"find": "find-pkg-share", "arg": "var"}
 
@@ -255,9 +254,9 @@ class _Sign(NamedTuple):
     """Sign of a ROS 1 launch file: an attribute or tag that ROS 2 would not have.
 
     Attributes:
-        element: What stands there.
-        text: What it is, and what it would be in ROS 2.
-        is_proof: Whether it is of ROS 1 for certain; else it may be a mistake in ROS 2.
+        element: The attribute or tag.
+        text: Text that names the element, and its equivalent in ROS 2.
+        is_proof: Whether the element is certainly of ROS 1; otherwise it may be an error in ROS 2.
     """
 
     element: Element
@@ -269,7 +268,8 @@ def refuse_ros1(root: XmlTag) -> None:
     """Raise an error if an XML launch file is one of ROS 1.
 
     Raises:
-        LaunchError: It is one; the message names the first line and what it would be in ROS 2.
+        LaunchError: The file is one of ROS 1; the message names the first such line, and its
+            equivalent in ROS 2.
     """
     signs = list(_signs(root))
     is_certain = any(sign.is_proof for sign in signs)
@@ -288,7 +288,7 @@ def _signs(tag: XmlTag) -> Iterator[_Sign]:
         if (known := _ATTRIBUTES.get((tag.name, name))) is not None:
             proof = name == "type" and "exec" not in tag.attributes
             yield _Sign(element, f"<{tag.name} {name}=…> is {known}", proof)
-        # A description is shown as it stands.
+        # A description is text: ROS 2 shows it as written.
         if name != "description" and isinstance(element.value, str):
             for word, argument in _SUBSTITUTION.findall(element.value):
                 text = f"$({word} {argument}) is $({_IN_ROS_2[word]} {argument})"
@@ -318,11 +318,11 @@ def _is_of_ros_2(tag: XmlTag) -> bool:
 def parse_file(path: Path) -> LaunchFile:
     """Read an XML launch file, and return its steps.
 
-    Attributes of ``<launch>`` itself say nothing, as in ROS 2, but for ``deprecated``.
+    Attributes of ``<launch>`` itself are ignored, as in ROS 2, except ``deprecated``.
 
     Raises:
-        TeleopctlError: When it cannot be read or does not follow the vocabulary. The message
-            names file, line, tag and attribute, and what was expected there.
+        TeleopctlError: The file cannot be read or is no valid launch file. The message names file,
+            line, tag and attribute, and what was expected there.
     """
     root = _load(path)
     if root.name != "launch":

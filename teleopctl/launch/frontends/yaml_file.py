@@ -21,7 +21,7 @@ def _load(path: Path) -> Element:
     """Read a YAML file.
 
     Raises:
-        LaunchError: When the file cannot be read or is not YAML; the message has the line.
+        LaunchError: The file cannot be read or is not YAML; the message has the line.
     """
     return parse_yaml(read_text(path), path)
 
@@ -70,8 +70,8 @@ def parse_file(path: Path) -> LaunchFile:
     """Read a YAML launch file, and return its steps.
 
     Raises:
-        TeleopctlError: When it cannot be read or does not follow the vocabulary. The message
-            names file, line and key, and what was expected there.
+        TeleopctlError: The file cannot be read or is no valid launch file. The message names file,
+            line and key, and what was expected there.
     """
     root = _load(path)
     if not isinstance(root.value, dict) or "launch" not in root.value:

@@ -27,13 +27,13 @@ class Entity:
     A key is an attribute or nested tag in XML, and a key of a mapping in YAML.
 
     Args:
-        element: What stands below the action's name, or is the action's tag.
-        known: The keys that may stand in it, with hyphens or with underscores.
-        read_steps: How a list of actions is read; None where there can be none.
-        renamed: What those keys are called elsewhere, and here.
+        element: Content of the entry: a mapping in YAML, the action's tag in XML.
+        known: Keys that the entry may have, with hyphens or with underscores.
+        read_steps: Function that reads a list of actions; None if the entry has no actions.
+        renamed: Keys by their names in ROS 1, older ROS 2 or Python launch files, for messages.
 
     Raises:
-        TeleopctlError: When the element has no keys, or has another one.
+        TeleopctlError: The element has no keys, or has an unknown key.
     """
 
     def __init__(
@@ -68,7 +68,7 @@ class Entity:
         """Return a key's value as an element with file and line; raise if the key is missing.
 
         Raises:
-            TeleopctlError: When the key is missing.
+            TeleopctlError: The key is missing.
         """
         if key not in self._fields:
             raise self._element.error(f"'{key}' is missing")
@@ -115,12 +115,12 @@ class Entity:
 class Action:
     """Base of launch actions: one subclass for each kind of entry in launch files.
 
-    An action is plain data with unevaluated texts. A text front end reads it by `parse`, a Python
-    launch file makes it by its constructor; neither is known to `evaluate`.
+    An action is plain data with unevaluated texts. XML and YAML front ends create an action by
+    `parse`, a Python launch file by the constructor; `evaluate` does not depend on the front end.
 
     Attributes:
-        keys: What may stand below its name in a launch file, besides ``if`` and ``unless``.
-        renamed: What those keys were or are called elsewhere (with underscores), and here.
+        keys: Keys that the entry may have in a launch file, apart from ``if`` and ``unless``.
+        renamed: Keys by their names in ROS 1, older ROS 2 or Python launch files, with underscores.
     """
 
     __slots__ = ()
@@ -132,8 +132,8 @@ class Action:
         """Return the action that an entry of a launch file describes.
 
         Raises:
-            LaunchError: A key is missing, or a value is not what it should be; `entity` makes
-                such errors, with file and line.
+            LaunchError: A key is missing, or a value is invalid; the methods of `entity` raise such
+                errors with file and line.
         """
         raise NotImplementedError
 
@@ -141,10 +141,10 @@ class Action:
         """Execute the action: change the launch's scope, add processes, or run follow_up steps.
 
         Returns:
-            Actions to evaluate in its place, or None.
+            Actions to evaluate after this one, or None.
 
         Raises:
-            TeleopctlError: It cannot be done; file and line are put in front of the message.
+            TeleopctlError: The action fails; the caller puts file and line before the message.
         """
         raise NotImplementedError
 
@@ -154,10 +154,10 @@ class Step:
     """A launch action with its conditions and its place in a launch file.
 
     Attributes:
-        place: Where it stands.
-        conditions: All have to hold.
-        action: What it does then.
-        done: Called when it has been done; None where nobody cares.
+        place: File and line of the entry.
+        conditions: Conditions that all have to hold.
+        action: Action to evaluate then.
+        done: Called with the launch after the action was evaluated, or None.
     """
 
     place: Place
@@ -171,8 +171,8 @@ class LaunchFile:
     """A parsed launch file: its path and steps.
 
     Attributes:
-        path: The file.
-        steps: Its entries in order.
+        path: Path of the launch file.
+        steps: Entries of the file, in order.
     """
 
     path: Path
@@ -258,7 +258,7 @@ class Launch(Protocol):
         """Unregister an event handler.
 
         Raises:
-            ValueError: It is not registered.
+            ValueError: The handler is not registered.
         """
 
     def has_handler_for(self, event: object) -> bool:
@@ -275,7 +275,7 @@ class Handler(Protocol):
     """Interface of event handlers of a launch.
 
     Attributes:
-        wants_output: Whether it takes output events of processes.
+        wants_output: Whether the handler takes output events of processes.
     """
 
     @property
@@ -293,16 +293,16 @@ class Handler(Protocol):
 
 
 exposed_actions: dict[str, Callable[[str, Element], Step]] = {}
-"""What reads an action, by its name."""
+"""Functions of launch extensions that read an action, by the action's name."""
 
 exposed_substitutions: dict[str, Callable[[Call], Template]] = {}
-"""What a substitution is, by its name."""
+"""Functions of launch extensions that make a template from a call, by substitution name."""
 
 
 @cache
 def load_launch_extensions() -> None:
     """Load the launch extensions of installed distributions, once per process.
 
-    It takes tens of milliseconds to look for them, so that is done when a name is not known.
+    The search takes tens of milliseconds; call this only for a name that is unknown otherwise.
     """
     plugins.import_object(plugins.LAUNCH_EXTENSIONS)()

@@ -29,15 +29,15 @@ class Condition:
     """Condition ``if`` or ``unless`` of a launch action.
 
     Attributes:
-        text: Has to evaluate to ``true``, ``1``, ``false`` or ``0``.
-        expected: What the action needs the text to be.
+        text: Text that evaluates to ``true``, ``1``, ``false`` or ``0``.
+        expected: Value with which the action is executed: True for ``if``, False for ``unless``.
     """
 
     text: Template
     expected: bool
 
 
-# A parameter's value: a template is evaluated and then typed, a scalar is what it is.
+# A parameter's value: a template is evaluated and then typed, a scalar is used unchanged.
 ParameterTree = Template | bool | int | float | str | list["ParameterTree"]
 
 
@@ -46,10 +46,9 @@ class ParameterEntry:
     """Parameter of a node in a launch file: name, value and type, not yet evaluated.
 
     Attributes:
-        name: Dotted name.
-        value: Its value.
-        type_name: The type that ``type:`` demands, or None to read what substitutions
-            give as YAML does.
+        name: Dotted name of the parameter.
+        value: Value of the parameter.
+        type_name: Type that ``type:`` demands; None to type results of substitutions as YAML does.
     """
 
     name: Template
@@ -62,8 +61,8 @@ class ParameterFileEntry:
     """Parameter file of a node in a launch file, not yet evaluated.
 
     Attributes:
-        path: The file.
-        allow_substs: Whether substitutions in it are evaluated, as in a launch file.
+        path: Path of the parameter file.
+        allow_substs: Whether to evaluate substitutions in the file, as in a launch file.
     """
 
     path: Template
@@ -79,13 +78,13 @@ class NodePart:
     """Attributes of a ``node`` action that an ``executable`` lacks, not yet evaluated.
 
     Attributes:
-        package: Package that offers the program; None where ``executable`` is a command.
-        executable: The program's name.
+        package: Package that has the program; None if ``executable`` is a command.
+        executable: Name of the program.
         name: Node name, or None for the one in the source.
         namespace: Namespace below the pushed ones, or None.
         parameters: Inline parameters and files, in order.
-        remaps: Pairs from, to.
-        ros_arguments: Further arguments behind ``--ros-args``.
+        remaps: Remappings, as pairs of from and to.
+        ros_arguments: Further arguments after ``--ros-args``.
     """
 
     package: Template | None
@@ -102,16 +101,16 @@ class ComponentPart:
     """Component to load into a container, as a launch file describes it, not yet evaluated.
 
     Attributes:
-        place: Where it stands.
-        conditions: All have to hold for it to be loaded.
-        package: Package that offers it.
-        plugin: Its class, such as ``composition::Talker``.
+        place: File and line of the entry.
+        conditions: Conditions that all have to hold for the component to be loaded.
+        package: Package that has the component.
+        plugin: Class of the component, such as ``composition::Talker``.
         name: Node name, or None for the one in the source.
         namespace: Namespace below the pushed ones, or None.
         parameters: Inline parameters and files, in order.
-        remaps: Pairs from, to.
+        remaps: Remappings, as pairs of from and to.
         extra_arguments: Arguments for the container.
-        autostart: Whether it is configured and activated once it is loaded.
+        autostart: Whether to configure and activate the loaded node.
     """
 
     place: Place
@@ -131,26 +130,26 @@ class ProcessPart:
     """Attributes of a ``node`` or ``executable`` action, not yet evaluated.
 
     Attributes:
-        node: The node's part, or None for an ``executable``.
-        command: The command line of an ``executable``; None for a node.
-        arguments: Arguments behind the program's name.
-        process_name: Name in the output in place of the program's, or None.
-        working_directory: Folder to start in, or None for the current one.
-        environment: Variables added for this process.
-        clean_environment: Whether these are its whole environment.
-        prefix: Words put before the command line.
-        output: ``screen``, ``log``, ``both``, ``own_log`` or ``full``, or a table of where each
-            stream goes; ``log`` still shows stderr, as in ROS 2.
-        emulate_tty: Whether it is to think that it writes to a terminal.
-        shell: Whether a shell reads the command line.
-        respawn: Whether to start it again when it ends.
-        respawn_delay: Seconds to wait before that.
-        respawn_max_retries: How often, -1 for any number of times.
-        shutdown_on_exit: Whether its end ends the launch.
+        node: Attributes of the node, or None for an ``executable``.
+        command: Command line of an ``executable``; None for a node.
+        arguments: Arguments after the program's name.
+        process_name: Name in the output instead of the program's name, or None.
+        working_directory: Working directory of the process, or None for the current one.
+        environment: Environment variables to add, as name and value.
+        clean_environment: Whether these are the whole environment of the process.
+        prefix: Words before the command line.
+        output: ``screen``, ``log``, ``both``, ``own_log`` or ``full``, or a table with the
+            destinations of each stream; ``log`` still shows stderr, as in ROS 2.
+        emulate_tty: Whether the process writes to a pseudo-terminal instead of a pipe.
+        shell: Whether a shell executes the command line.
+        respawn: Whether to restart the process when it ends.
+        respawn_delay: Delay before a restart, in seconds.
+        respawn_max_retries: Maximum number of restarts, -1 for any number.
+        shutdown_on_exit: Whether the end of the process shuts the launch down.
         sigterm_timeout: Seconds from SIGINT to SIGTERM, or None for 5.
         sigkill_timeout: Seconds from SIGTERM to SIGKILL, or None for 5.
-        origin: What a front end made this from, for its own use.
-        told: Called with each event of the process before handlers answer it, but for output.
+        origin: Object of the front end that created this, for the front end's own use.
+        told: Called with each event of the process, except output, before event handlers.
     """
 
     node: NodePart | None = None
@@ -171,5 +170,5 @@ class ProcessPart:
     sigterm_timeout: Template | None = None
     sigkill_timeout: Template | None = None
     origin: object = None
-    # object: an event, which stands above this file.
+    # object: an event, whose class is in a higher layer.
     told: Callable[[object], None] | None = None

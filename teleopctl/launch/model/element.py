@@ -15,15 +15,15 @@ from teleopctl.launch.model.descriptions import Place
 class Element:
     """Value in a launch file: scalar, list or mapping, with its file, line and key.
 
-    What differs between the languages of launch files is in `fields`, `action` and `typed`; nothing
-    else behind a front end knows them apart.
+    Subclasses for other languages override methods such as `fields`, `action` and `typed`. All code
+    after the front ends is independent of the language.
 
     Attributes:
-        noun: What a person calls it, for messages.
-        value: A scalar, a list of elements, or a dictionary of elements by key; whatever a file
-            may hold, so that its type says nothing.
-        place: File and line.
-        path: The keys that lead to it, for messages.
+        noun: Noun for the element in messages.
+        value: A scalar, a list of elements, or a dictionary of elements by key; of any type, since
+            a file may contain anything.
+        place: File and line of the element.
+        path: Keys that lead to the element, for messages.
     """
 
     noun: ClassVar[str] = "key"
@@ -41,10 +41,10 @@ class Element:
         """Return the elements of an entry by key; a plain list is the key ``children``.
 
         Args:
-            keys: Those that may stand there; others may be in the answer.
+            keys: Keys that the entry may have. Other keys of the entry are returned, too.
 
         Raises:
-            TeleopctlError: It is something else.
+            TeleopctlError: The value is not a mapping.
         """
         if self.value is None:
             return {}
@@ -57,7 +57,7 @@ class Element:
         """Return the name and the content of the only action in a mapping.
 
         Raises:
-            TeleopctlError: It is something else.
+            TeleopctlError: The value is not a mapping with exactly one key.
         """
         fields = self.mapping("an action, such as 'node: …'")
         if len(fields) != 1:
@@ -75,7 +75,7 @@ class Element:
         """Return the value as a boolean; raise for anything else.
 
         Raises:
-            TeleopctlError: It is something else.
+            TeleopctlError: The value is not a boolean.
         """
         value = self.typed().value
         if not isinstance(value, bool):
@@ -86,7 +86,7 @@ class Element:
         """Return the value as a mapping; raise for anything else.
 
         Raises:
-            TeleopctlError: When it is something else.
+            TeleopctlError: The value is not a mapping.
         """
         if not isinstance(self.value, dict):
             raise self.error(f"expected {what}, got {self.describe()}")
@@ -96,7 +96,7 @@ class Element:
         """Yield the items of the value as a list; raise for anything else.
 
         Raises:
-            TeleopctlError: When it is something else.
+            TeleopctlError: The value is not a list.
         """
         if not isinstance(self.value, list):
             raise self.error(f"expected {what}, got {self.describe()}")
@@ -106,7 +106,7 @@ class Element:
         """Return the value as a string; booleans as ``true`` and ``false``.
 
         Raises:
-            TeleopctlError: When it is a list or a mapping.
+            TeleopctlError: The value is not a scalar.
         """
         if isinstance(self.value, bool):
             return "true" if self.value else "false"
@@ -118,7 +118,7 @@ class Element:
         """Parse the value as a template with substitutions.
 
         Raises:
-            TeleopctlError: When it is no scalar or its substitutions are malformed.
+            TeleopctlError: The value is not a scalar, or its substitutions are malformed.
         """
         if not isinstance(self.value, str):
             return template.literal(self.text())

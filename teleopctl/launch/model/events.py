@@ -15,8 +15,8 @@ class ProcessEvent:
     """Base of the events of one process of a launch.
 
     Attributes:
-        plan: What was started.
-        pid: Its process id.
+        plan: Plan of the process.
+        pid: Process id.
     """
 
     plan: ProcessPlan
@@ -28,8 +28,8 @@ class ProcessStarted(ProcessEvent):
     """Event: a process was started.
 
     Attributes:
-        was_saved: Whether it was started again because its source had been saved, which no handler
-            answers.
+        was_saved: Whether the process was restarted because its source was saved; event handlers
+            are then not called.
     """
 
     was_saved: bool = False
@@ -40,7 +40,7 @@ class ProcessExited(ProcessEvent):
     """Event: a process has ended, and all of its output was read.
 
     Attributes:
-        exit_status: What it ended with; negative for a signal.
+        exit_status: Exit status of the process; negative for a signal.
     """
 
     exit_status: int
@@ -51,8 +51,8 @@ class ProcessOutput(ProcessEvent):
     """Event: a process has written a line to stdout or stderr.
 
     Attributes:
-        text: A line with its ending, as it came.
-        from_stdout: Whether it came from stdout, and not from stderr.
+        text: Line of output with its ending, as written.
+        from_stdout: Whether the line comes from stdout, not from stderr.
     """
 
     text: bytes
@@ -64,8 +64,8 @@ class ShutdownBegan:
     """Event: the shutdown of the launch has begun.
 
     Attributes:
-        reason: Why.
-        by_interrupt: Whether a person pressed Ctrl-C.
+        reason: Reason for the shutdown.
+        by_interrupt: Whether Ctrl-C (SIGINT) caused the shutdown.
     """
 
     reason: str
@@ -77,7 +77,7 @@ class ShutdownRequested:
     """Event: another thread requests the shutdown of the launch.
 
     Attributes:
-        reason: Why.
+        reason: Reason for the shutdown.
     """
 
     reason: str
@@ -88,8 +88,8 @@ class SignalRequested:
     """Event: a signal is requested for those processes that ``matches`` selects.
 
     Attributes:
-        matches: Returns whether a process is to get the signal.
-        number: The signal; None terminates the process as a shutdown does.
+        matches: Returns whether to signal a process, given its action and plan.
+        number: Signal to send; None terminates the process as a shutdown does.
     """
 
     matches: Callable[[ProcessPart, ProcessPlan], bool]

@@ -1,7 +1,7 @@
 """Destinations of a process's output: screen, log and own log, as ROS 2's launch names them.
 
-Each process has a log with all that it writes anyway, which is what ``own_log`` means for both
-streams together.
+Each process always has a log with its whole output, which is also the meaning of ``own_log`` for
+both streams together.
 """
 
 from __future__ import annotations
@@ -12,7 +12,7 @@ from typing import NamedTuple
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.template import Template
 
-# For each of ``stdout``, ``stderr`` and ``both``: the words ``screen``, ``log``, ``own_log``.
+# Destinations ``screen``, ``log`` and ``own_log`` of each of ``stdout``, ``stderr`` and ``both``.
 OutputTable = dict[str, tuple[Template, ...]]
 
 _SOURCES = ("stdout", "stderr", "both")
@@ -23,9 +23,9 @@ class Output(NamedTuple):
     """Destinations of one output stream of a process, besides the log of the process itself.
 
     Attributes:
-        screen: Whether the person in front of the terminal sees it.
-        log: Whether it stands in the log of the launch.
-        own_log: Whether it has a log of its own, without the other stream.
+        screen: Whether the stream is shown on the terminal.
+        log: Whether the stream is written to the log of the launch.
+        own_log: Whether the stream has its own log, without the other stream.
     """
 
     screen: bool = False
@@ -57,7 +57,7 @@ def output_alias(name: str) -> tuple[Output, Output]:
     """Return the destinations of stdout and stderr for a word such as ``screen`` or ``both``.
 
     Raises:
-        LaunchError: There is no such name.
+        LaunchError: The word is unknown.
     """
     if name not in _ALIASES:
         raise LaunchError(f"'output': expected one of {', '.join(_ALIASES)}, got '{name}'")
@@ -68,7 +68,7 @@ def output_table(destinations: Mapping[str, frozenset[str]]) -> tuple[Output, Ou
     """Return the destinations of stdout and stderr for a mapping from streams to destinations.
 
     Raises:
-        LaunchError: There is no such source or destination.
+        LaunchError: A stream or destination is unknown.
     """
     for source, to in destinations.items():
         if source not in _SOURCES:

@@ -15,7 +15,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.output import BOTH, LOG, Output
 
 REQUIRED = "process[{name}] was required: shutting down launched system"
-"""What is said when the end of a process ends the launch."""
+"""Log message when the end of a required process shuts the launch down."""
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)
@@ -25,22 +25,22 @@ class ProcessPlan:
     Attributes:
         name: Name in the output, ``exec-N``.
         command: Program and arguments; one text for a shell when ``shell`` is set.
-        environment: Variables that differ from the launch's own; None removes one.
-        working_directory: Folder to start in, or None for the current one.
-        shell: Whether a shell reads the command.
-        stdout: Where stdout goes.
-        stderr: Where stderr goes.
-        emulate_tty: Whether it is to think that it writes to a terminal.
-        is_node: Whether it is a ROS node, that is whether it becomes visible in the graph.
-        node_name: Full name of the node where the launch file gives it, or None.
-        ends_by_itself: Whether it does its work and ends, as a spawner does.
-        loads_components: Whether it is one of teleopctl's component containers.
-        accompanies: Whether it is there from before the others start, once it says that it is
-            ready, until after they have ended, as a recorder is.
-        respawn: Whether to start it again when it ends.
-        respawn_delay: Seconds to wait before that.
-        respawn_max_retries: How often, -1 for any number of times.
-        shutdown_on_exit: Whether its end ends the launch.
+        environment: Variables that differ from the launch's own; None removes a variable.
+        working_directory: Working directory of the process, or None for the current one.
+        shell: Whether a shell executes the command.
+        stdout: Destinations of stdout.
+        stderr: Destinations of stderr.
+        emulate_tty: Whether the process writes to a pseudo-terminal instead of a pipe.
+        is_node: Whether the process is a ROS node, which appears in the graph.
+        node_name: Full name of the node if the launch file gives the name, or None.
+        ends_by_itself: Whether the process ends when its work is done, as a spawner does.
+        loads_components: Whether the process is one of teleopctl's component containers.
+        accompanies: Whether the process is a companion, such as a recorder: the other processes
+            start when it reports that it is ready, and it is terminated after they have ended.
+        respawn: Whether to restart the process when it ends.
+        respawn_delay: Delay before a restart, in seconds.
+        respawn_max_retries: Maximum number of restarts, -1 for any number.
+        shutdown_on_exit: Whether the end of the process shuts the launch down.
         sigterm_timeout: Seconds from SIGINT to SIGTERM.
         sigkill_timeout: Seconds from SIGTERM to SIGKILL.
     """
@@ -71,14 +71,14 @@ class ComponentPlan:
     """A component to load into a container, with all values evaluated.
 
     Attributes:
-        package: Package that offers it.
-        plugin: Its class.
+        package: Package that has the component.
+        plugin: Class of the component.
         name: Node name, or None for the one in the source.
-        namespace: Its namespace.
-        parameter_files: Files with its parameters; later ones win.
-        remaps: Rules ``from:=to``.
+        namespace: Namespace of the node.
+        parameter_files: Paths of parameter files; later files have precedence.
+        remaps: Remapping rules ``from:=to``.
         extra_arguments: Arguments for the container, as name and value.
-        autostart: Whether it is configured and activated once it is loaded.
+        autostart: Whether to configure and activate the loaded node.
     """
 
     package: str
@@ -96,9 +96,9 @@ class SignalPlan:
     """A signal to send to a process of the launch.
 
     Attributes:
-        process: Its name.
-        number: The signal, or None to end the process as a shutdown does, by harder ways where
-            needed.
+        process: Name of the process.
+        number: Number of the signal; None to terminate the process as a shutdown does, with harder
+            signals if needed.
     """
 
     process: str
@@ -128,9 +128,9 @@ class FollowUp:
     """Steps of a launch that evaluation decided: processes, files, timers, messages, signals.
 
     Attributes:
-        messages: Lines for the person in front of the terminal, as level, logger and text.
-        files: Parameter files to write, as path and content.
-        processes: What to start, in order.
+        messages: Lines to log, as level, logger and text.
+        files: Contents of the parameter files to write, by path.
+        processes: Processes to start, in order.
         timers: Timers to start, with their delays in seconds.
         works: Work to start beside the processes.
         events: Events that the launch's own actions emit.
@@ -151,7 +151,7 @@ class FollowUp:
         """Write the generated parameter files.
 
         Raises:
-            OSError: One cannot be written.
+            OSError: A file cannot be written.
         """
         for path, content in self.files.items():
             write_private(path, content)
@@ -162,9 +162,9 @@ class LaunchPlan:
     """Evaluated launch file: the steps at the start, log folder and warnings.
 
     Attributes:
-        log_directory: Folder for logs and parameter files; it need not exist yet.
-        start: What to do at the start.
-        warnings: What the evaluation found odd.
+        log_directory: Folder for logs and parameter files, which need not exist yet.
+        start: Steps at the start.
+        warnings: Warnings of the evaluation.
     """
 
     log_directory: Path
@@ -196,7 +196,7 @@ class Respondent(Protocol):
         """Run the handlers of an event; return the steps that the supervisor is to execute.
 
         Raises:
-            TeleopctlError: It cannot be evaluated; the message has file and line.
+            TeleopctlError: A step cannot be evaluated; the message has file and line.
         """
 
     def handle_timer(self, timer: LaunchTimer) -> FollowUp:

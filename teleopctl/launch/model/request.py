@@ -16,20 +16,20 @@ class LaunchRequest:
     Attributes:
         file: Absolute path of the launch file.
         arguments: Launch arguments by name.
-        show_all_output: Whether stdout of every process appears on the screen.
-        prefix: Words put before the command line of every process, or None.
-        prefix_filter: Pattern of the programs that get these words, at the end of whose path it
-            has to fit; None for all.
-        skip_missing: Whether to go on without what is found nowhere: packages, programs, files.
-        debug: Whether to say what happens inside the launch.
-        exit_status: Whether the exit status tells of processes that died and of Ctrl-C, as that of
-            ``ros2 launch`` does not.
-        watch: Whether to start again what is saved.
+        show_all_output: Whether stdout of every process is shown on the screen.
+        prefix: Words before the command line of every process, or None.
+        prefix_filter: Regular expression for the programs that get the prefix, which has to match
+            the whole path or its part after a slash; None for all programs.
+        skip_missing: Whether to skip actions whose packages, programs or files are not found.
+        debug: Whether to log all events of the launch.
+        exit_status: Whether the exit status reports processes that died and Ctrl-C, unlike that of
+            ``ros2 launch``.
+        watch: Whether to restart processes whose source files are saved.
         record_into: Folder of a bag to record the launch into, or None.
-        log_name: Name of the file in the log folder that has all output, without its ending.
-        ros_arguments: Words behind ``--ros-args`` that nodes get after those of the launch file, by
-            the name of the executable; those under an empty name are for all nodes.
-        required: Names of executables whose end ends the launch.
+        log_name: Name of the file in the log folder with all output, without its ending.
+        ros_arguments: Further words after ``--ros-args`` for nodes, by name of the executable;
+            words under an empty name are for all nodes.
+        required: Names of executables whose end shuts the launch down.
     """
 
     file: str
@@ -50,7 +50,7 @@ class LaunchRequest:
         """Write the request as JSON to a file.
 
         Raises:
-            OSError: It cannot be written.
+            OSError: The file cannot be written.
         """
         write_private(path, json.dumps(asdict(self), ensure_ascii=False))
 

@@ -8,7 +8,7 @@ from dataclasses import dataclass, field, replace
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.descriptions import ParameterEntry, ParameterFileEntry
 
-# The launch variable in which ROS 2 keeps it, so that a file may set and read it there, too.
+# Launch configuration with the namespace, as in ROS 2, so that a file may also set and read it.
 _NAMESPACE = "ros_namespace"
 
 
@@ -17,15 +17,15 @@ class Scope:
     """Settings that launch actions change for the actions after them; a scoped group restores them.
 
     Attributes:
-        variables: Launch variables (arguments and ``let``) by name, and the namespace.
-        environment: Variables set for the processes; None removes one.
+        variables: Launch configurations (arguments and ``let``) by name, and the namespace.
+        environment: Environment variables set for the processes; None removes a variable.
         parameters: Parameters and parameter files of every following node.
         remaps: Remappings of every following node.
-        use_sim_time: Whether the launch's own timers follow ``/clock``.
-        loop_values: What the loops around give, by name.
-        given: Names of the launch arguments that the including file gave.
-        configuration_stack: What is to come back, the last one first, but for the environment.
-        environment_stack: Likewise for the environment.
+        use_sim_time: Whether ``ros_timer`` actions use ``/clock``.
+        loop_values: Values of the enclosing loops, by name.
+        given: Names of the launch arguments that the including file passed.
+        configuration_stack: Scopes saved by `push_configurations`, the last one at the end.
+        environment_stack: Environments saved by `push_environment`, the last one at the end.
     """
 
     variables: dict[str, str] = field(default_factory=dict)
@@ -70,7 +70,7 @@ class Scope:
         """Restore what `push_configurations` saved last, and remove it from the stack.
 
         Raises:
-            LaunchError: Nothing was.
+            LaunchError: The stack is empty.
         """
         if not self.configuration_stack:
             raise LaunchError("launch_configurations stack unexpectedly empty")
@@ -87,7 +87,7 @@ class Scope:
         """Restore the environment that was saved last, and remove it from the stack.
 
         Raises:
-            LaunchError: None was.
+            LaunchError: The stack is empty.
         """
         if not self.environment_stack:
             raise LaunchError("environment stack unexpectedly empty")

@@ -1,9 +1,8 @@
 r"""Text with substitutions, ``$(name argument …)``, in the grammar of ROS 2's launch front ends.
 
 A substitution's arguments are separated by blanks. An argument is bare, ``'quoted'`` or
-``"quoted"``, and may hold substitutions again. A backslash takes the meaning from ``$``, quotes,
-parentheses, blanks and itself; before any other character it stands for itself, so that Windows
-paths survive.
+``"quoted"``, and may contain substitutions. A backslash escapes ``$``, quotes, parentheses, blanks
+and itself; before any other character it is literal, so that Windows paths stay intact.
 """
 
 from __future__ import annotations
@@ -27,8 +26,8 @@ class SubstitutionArgument:
     """One argument of a substitution's call, with its quotation mark.
 
     Attributes:
-        template: Its text.
-        quote: The quotation mark around it, or an empty string.
+        template: Text of the argument.
+        quote: Quotation mark around the argument, or an empty string.
     """
 
     template: Template
@@ -40,9 +39,9 @@ class Call:
     """Call of a substitution in a launch file, ``$(name argument …)``, not yet evaluated.
 
     Attributes:
-        name: The word after ``$(``.
-        arguments: What follows.
-        source: The whole substitution as written, for messages.
+        name: Name of the substitution, the word after ``$(``.
+        arguments: Arguments after the name.
+        source: Whole substitution as written, for messages.
     """
 
     name: str
@@ -57,7 +56,7 @@ class ComputedText(Protocol):
     def source(self) -> str:
         """Description of the substitution, for error messages."""
 
-    # object: the evaluation's context, which stands above this file.
+    # object: the evaluation's context, whose class is in a higher layer.
     def evaluate(self, context: object) -> str:
         """Return the substitution's text in a launch context."""
 
@@ -68,7 +67,7 @@ class Template:
 
     Attributes:
         parts: Literal texts and substitutions, in order.
-        source: The text as written.
+        source: Text as written.
     """
 
     parts: tuple[str | Call | ComputedText, ...]
@@ -78,7 +77,7 @@ class Template:
         """Return the text, with each substitution replaced by what a function returns for it.
 
         Raises:
-            BudgetError: It is too long.
+            BudgetError: The text is too long.
         """
         return joined([part if isinstance(part, str) else substitute(part) for part in self.parts])
 
@@ -100,7 +99,7 @@ def parse(text: str) -> Template:
     """Parse a text with ``$(…)`` substitutions to a template.
 
     Raises:
-        TemplateError: When a substitution is not closed, has no name, or a quote is left open.
+        TemplateError: A substitution is not closed or has no name, or a quote is not closed.
     """
     return _Parser(text).whole()
 
@@ -111,7 +110,7 @@ def literal(text: str) -> Template:
 
 
 class _Parser:
-    """Recursive descent over one text."""
+    """Recursive descent parser of a text with substitutions."""
 
     def __init__(self, text: str) -> None:
         self._text = text

@@ -32,7 +32,7 @@ def flag(text: str) -> bool:
     """Convert a condition's text, ``true``, ``1``, ``false`` or ``0``, to a boolean.
 
     Raises:
-        LaunchError: When it is neither ``true`` or ``1`` nor ``false`` or ``0``.
+        LaunchError: The text is none of these.
     """
     word = text.strip().lower()
     if word in ("true", "1"):
@@ -46,7 +46,7 @@ def boolean(text: str) -> bool:
     """Convert a text to a boolean: YAML's words for true and false, or 1 or 0.
 
     Raises:
-        LaunchError: It is something else.
+        LaunchError: The text is none of these.
     """
     word = text.strip().lower()
     if word in _TRUE:
@@ -60,7 +60,7 @@ def number(text: str) -> float:
     """Convert a text to a finite float.
 
     Raises:
-        LaunchError: When it is something else.
+        LaunchError: The text is not a finite number.
     """
     try:
         value = float(text)
@@ -75,7 +75,7 @@ def integer(text: str) -> int:
     """Convert a text to an integer.
 
     Raises:
-        LaunchError: When it is something else.
+        LaunchError: The text is not an integer.
     """
     try:
         return int(text)
@@ -83,10 +83,10 @@ def integer(text: str) -> int:
         raise LaunchError(f"expected an integer, got '{text}'") from None
 
 
-# object: a scalar, or a list of them.
+# object: a scalar, or a list of scalars.
 def typed(text: str) -> object:
     """Convert a text to the YAML scalar or list of scalars that it denotes, else return it."""
-    # A robot description is long and never a scalar: it is not worth a parser's time.
+    # Skips the parser for robot descriptions, which are long and never scalars.
     if "\n" in text.strip():
         return text
     try:
@@ -106,7 +106,7 @@ def words(text: str) -> list[str]:
     """Split a command line into words as a shell does.
 
     Raises:
-        LaunchError: When a quotation is left open.
+        LaunchError: A quotation is not closed.
     """
     try:
         return shlex.split(text)
@@ -114,18 +114,18 @@ def words(text: str) -> list[str]:
         raise LaunchError(f"{error}: {text}") from error
 
 
-# Characters that no text has; one of them stands for each substitution while the rest is split.
+# Private-use characters; one of them stands for each substitution while the text is split.
 _PRIVATE = [chr(code) for code in range(0xE000, 0xF8FF)]
 
 
 def split_command_line(text: Template) -> tuple[Template, ...]:
     """Split a template into words as a shell does, without splitting substitutions' values.
 
-    ``-r $(var rate) 'my $(var file)'`` are three words, whatever the substitutions give: a path
-    with blanks in it stays one, as in ROS 2.
+    ``-r $(var rate) 'my $(var file)'`` are three words for any values of the substitutions: a path
+    with blanks stays one word, as in ROS 2.
 
     Raises:
-        LaunchError: A quotation is left open.
+        LaunchError: A quotation is not closed.
     """
     written = "".join(part for part in text.parts if isinstance(part, str))
     mark = next(character for character in _PRIVATE if character not in written)
@@ -135,7 +135,7 @@ def split_command_line(text: Template) -> tuple[Template, ...]:
 
 
 def _template(word: str, mark: str, substitutions: Iterator[Call | ComputedText]) -> Template:
-    """Put the substitutions back, which come in the order of their marks."""
+    """Return a word as a template, with the next substitutions in place of the marks."""
     parts = tuple(
         next(substitutions) if part == mark else part
         for part in re.split(f"({mark})", word)
