@@ -11,7 +11,7 @@ from teleopctl.interfaces.typenames import normalize, split
 
 
 class DefinitionLine(NamedTuple):
-    """Line of a message definition, with its comment and what nested type it belongs to.
+    """Line of an interface definition: text, code without comment, and message type of its field.
 
     Attributes:
         text: The line as in the definition.

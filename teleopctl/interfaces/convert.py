@@ -44,7 +44,7 @@ def expected(kind: FieldType | str, value: object) -> str:
 
 @cache
 def converter(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
-    """Return a function that checks and converts values for a field; it finds nested classes.
+    """Return a function that checks and converts the values of fields of a type; cached.
 
     Args:
         kind: Type of the field.

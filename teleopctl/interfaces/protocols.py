@@ -80,8 +80,8 @@ class FeedbackMessage(Protocol[Feedback_co]):
 class Strings(Protocol):
     """List, tuple or set of strings, but not a single string.
 
-    A single string is a sequence of strings too. The argument of ``__contains__`` excludes it: a
-    string accepts only strings there, other collections accept any object.
+    A single string is a sequence of strings too, but its ``__contains__`` accepts only strings,
+    while that of other collections accepts any object.
     """
 
     def __contains__(self, value: object, /) -> bool: ...

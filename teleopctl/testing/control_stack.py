@@ -1,4 +1,4 @@
-"""The control stack without ROS, of `teleopctl.control`, where tests look for it."""
+"""Control stack without ROS for tests, imported from `teleopctl.control`."""
 
 from __future__ import annotations
 

@@ -33,7 +33,7 @@ DEFAULTS = {
 
 
 def part(package: str, file: str, arguments: dict[str, str]) -> IncludeLaunchDescription:
-    """Return the inclusion of a file: its arguments, and those of this one that they are."""
+    """Return the inclusion of a launch file; its arguments are set to arguments of this file."""
     return IncludeLaunchDescription(
         PathJoinSubstitution([FindPackageShare(package), "launch", file]),
         launch_arguments=[
