@@ -1,12 +1,12 @@
 """Makes ROS 2's Python packages importable: in this process, and in those that it starts.
 
-Two things are put in place: the folder ``site`` at the end of ``sys.path``, and the finder of
-message packages at the end of ``sys.meta_path``. So a package that is really installed wins, each
-as a whole: from a sourced ROS 2, a virtual environment, or the current folder.
+The folder ``site`` is appended to ``sys.path``, and the finder of message packages to
+``sys.meta_path``. So a really installed package has precedence, each as a whole: from a sourced
+ROS 2, a virtual environment, or the current folder.
 
-Processes of the same Python inherit this through ``PYTHONPATH``, which names a folder with nothing
-but a ``sitecustomize``. It cannot name ``site`` itself: what stands there comes before all that is
-installed.
+Processes of the same Python inherit this through ``PYTHONPATH``, which has a folder that contains
+only a ``sitecustomize``. ``PYTHONPATH`` cannot contain ``site`` itself, since its folders come
+before all installed packages.
 """
 
 from __future__ import annotations
@@ -17,20 +17,20 @@ import sys
 _HERE = os.path.dirname(os.path.abspath(__file__))  # noqa: PTH100, PTH120 -- no Path at start-up
 
 SITE = os.path.join(_HERE, "site")  # noqa: PTH118
-"""The folder of ``rclpy``, ``tf2_ros`` and the like."""
+"""Folder with ``rclpy``, ``tf2_ros`` and other packages."""
 
 START_HOOK = os.path.join(_HERE, "start_hook")  # noqa: PTH118
-"""The folder of the ``sitecustomize`` that activates each Python started with it."""
+"""Folder with the ``sitecustomize`` that makes the packages importable in child processes."""
 
 PROGRAMS = os.path.join(_HERE, "programs")  # noqa: PTH118
-"""The folder of ``ros2``, ``teleopctl`` and ``xacro``, as programs that stand for ours."""
+"""Folder with the programs ``ros2``, ``teleopctl`` and ``xacro``, which start teleopctl."""
 
 
 def activate() -> None:
     """Make ROS 2's Python packages importable in this process. Idempotent.
 
-    These are ``rclpy``, ``tf2_ros`` and others, and all message packages. Packages that are really
-    installed take precedence.
+    The packages are ``rclpy``, ``tf2_ros`` and others, and all message packages. Really installed
+    packages have precedence.
 
     Example:
         >>> activate()
@@ -48,21 +48,20 @@ def activate() -> None:
 def activate_children() -> None:
     """Make ROS 2's Python packages importable in child processes, as sourcing does. Idempotent.
 
-    The interpreters among them that have no teleopctl are left as they are.
+    Python interpreters without teleopctl are not affected.
     """
     set_variables()
     inherited = os.environ.get("PYTHONPATH", "")
     if START_HOOK not in inherited.split(os.pathsep):
-        # In front of any other sitecustomize, which ours runs when it is done.
+        # Before any other sitecustomize, which the hook's sitecustomize imports.
         os.environ["PYTHONPATH"] = os.pathsep.join(filter(None, (START_HOOK, inherited)))
 
 
 def set_variables() -> None:
     """Set the environment variables of a sourced ROS 2, for this process and its children.
 
-    Idempotent.
-
-    Our programs stand at the end of ``PATH``: one that is installed is found before.
+    Idempotent. teleopctl's programs are at the end of ``PATH``, so that installed programs of the
+    same names have precedence.
     """
     os.environ.setdefault("ROS_VERSION", "2")
     os.environ.setdefault("ROS_PYTHON_VERSION", "3")

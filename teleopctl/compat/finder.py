@@ -1,11 +1,12 @@
 """Finds the message packages of ROS 2 that are not installed.
 
-``install`` lets Python import ``<package>.msg``, ``<package>.srv`` and ``<package>.action`` of each
-package whose interface definitions are known, with classes made when they are first used, and the
-Python modules of the packages that are found. What is really installed always wins.
+After ``install``, Python can import ``<package>.msg``, ``<package>.srv`` and ``<package>.action``
+of each package whose interface definitions are found, and the Python modules of ROS packages.
+Message classes are created when they are first used. Really installed packages always have
+precedence.
 
-Every Python that is started with ``rclpy`` at hand imports this module, so that it does without
-``typing``, ``collections`` and ``importlib.abc``, which would be nearly all of its cost.
+Every Python process with ``rclpy`` imports this module. So it does not import ``typing``,
+``collections`` and ``importlib.abc``, which would take most of its import time.
 """
 
 from __future__ import annotations
@@ -24,21 +25,21 @@ from teleopctl.compat.interface_modules import (
     unknown_name,
 )
 
-TYPE_CHECKING = False  # typing's constant, as type checkers know it by its name
+TYPE_CHECKING = False  # type checkers treat this name like typing's constant
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
 _LOOKED_FOR_AT_START = ("sitecustomize", "usercustomize")
-"""By each Python, which would look through all definitions for nothing."""
+"""Modules that each Python imports at start-up, for which a search would be useless."""
 
 _USUAL_ENDINGS = ("_msgs", "_srvs", "_interfaces")
 
 _searching: set[int] = set()
-"""The threads that look for definitions, by their identifiers."""
+"""Identifiers of the threads that search for definitions or packages."""
 
 
 class _Loader:
-    """Makes the modules of a package that has interface definitions."""
+    """Loader of the modules of a package that has interface definitions."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
         """Make the module of a package, of one of its kinds, or of a single definition."""
@@ -49,11 +50,11 @@ class _Loader:
 
 
 class _PackageFinder:
-    """Serves ``<package>`` when nothing else does; it stands behind Python's own finders.
+    """Finder of ``<package>``, after Python's own finders.
 
-    The module of a source package comes first, its interfaces are still served by `_KindFinder`.
-    Of an installed package with interfaces the module holds what ROS's generator made of them, for
-    ROS's own libraries: ours are meant.
+    The Python module of a source package has precedence; `_KindFinder` still finds its interfaces.
+    For an installed package, interfaces have precedence: its module has the classes that ROS's
+    generator made for ROS's own libraries.
     """
 
     def find_spec(
@@ -62,8 +63,8 @@ class _PackageFinder:
         """Find a package with a Python module or with interface definitions.
 
         Raises:
-            ModuleNotFoundError: The definitions cannot be looked through, and a message package is
-                what the name means.
+            ModuleNotFoundError: The search for definitions fails, and the name is that of a message
+                package.
         """
         if "." in fullname or fullname in _LOOKED_FOR_AT_START:
             return None
@@ -76,7 +77,7 @@ class _PackageFinder:
                 or _module_spec(fullname, installed=True)
             )
         except TeleopctlError as error:
-            # Imports of anything else are none of its business.
+            # The error must not affect imports of other modules.
             if not fullname.endswith(_USUAL_ENDINGS):
                 return None
             raise ModuleNotFoundError(
@@ -85,10 +86,10 @@ class _PackageFinder:
 
 
 class _KindFinder:
-    """Serves ``<package>.msg`` and what is below it.
+    """Finder of ``<package>.msg`` and its submodules.
 
-    It stands in front, and asks Python's own finder itself: to that one, the folder ``msg/`` with
-    the definitions of a source package is a package as well, an empty one.
+    This finder precedes Python's own path finder, and calls that itself: for the path finder, the
+    folder ``msg/`` with the definitions of a source package is an empty namespace package.
     """
 
     def find_spec(
@@ -97,7 +98,7 @@ class _KindFinder:
         """Find the ``msg``, ``srv`` or ``action`` of a package.
 
         Raises:
-            ImportError: A package that is served here has no class of that name.
+            ImportError: A package of this finder has no class of that name.
         """
         top, _, rest = fullname.partition(".")
         if rest.split(".", 1)[0] not in KINDS or rest.count(".") > 1:
@@ -115,7 +116,7 @@ def install() -> None:
 
 
 def _interface_spec(fullname: str) -> ModuleSpec | None:
-    # Looking for definitions imports modules, some of which try optional imports of their own.
+    # The search for definitions imports modules, some of which try optional imports.
     thread = get_ident()
     if thread in _searching:
         return None
@@ -156,14 +157,14 @@ def _is_interface_module(fullname: str) -> bool:
     if not has_package(package, kind or None):
         return False
     if single[:1].isupper():
-        # Python asks for a module of that name when ``from package.msg import Name`` found no
-        # class: the one chance to say which name was meant.
+        # Python searches for a module of that name when ``from package.msg import Name`` finds no
+        # class: the only chance to suggest similar names.
         module = fullname.rpartition(".")[0]
         raise ImportError(unknown_name(single, module), name=module)
     return not single or bool(class_names(fullname))
 
 
 def _is_installed(fullname: str, path: Sequence[str] | None) -> bool:
-    """Tell whether there is a real module; a mere folder of definitions is none."""
+    """Return whether a real module exists; a folder with only definitions does not count."""
     spec = PathFinder.find_spec(fullname, path)
     return spec is not None and spec.loader is not None

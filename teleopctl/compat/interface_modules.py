@@ -13,7 +13,7 @@ class PackageModule(ModuleType):
     __path__: list[str]
 
     def __getattr__(self, name: str) -> object:
-        # Programs import std_msgs alone: in ROS another message has imported std_msgs.msg mostly.
+        # Programs import only std_msgs: in ROS, another message usually has imported std_msgs.msg.
         if name in KINDS and has_package(self.__name__, name):
             from importlib import import_module
 
@@ -24,7 +24,7 @@ class PackageModule(ModuleType):
 class InterfaceModule(ModuleType):
     """Module ``<package>.<kind>``, or that of one definition below it.
 
-    Its attributes are the classes; each is made when it is first asked for.
+    Its attributes are the classes; each is created at the first access.
     """
 
     __path__: list[str]
@@ -36,8 +36,8 @@ class InterfaceModule(ModuleType):
 
         package, kind = self.__name__.split(".")[:2]
         type_name = f"{package}/{kind}/{name}"
-        # A package of the user's may add to one that is known; the list of names leaves that out,
-        # and the parts of services and actions.
+        # The list of names leaves out the parts of services and actions, and the types that a
+        # user's package adds to a known package.
         if name not in self.__dir__() and (
             not _may_be_class(name) or known_types().find(type_name) is None
         ):
@@ -53,8 +53,7 @@ class InterfaceModule(ModuleType):
 def class_names(module: str) -> list[str]:
     """Return the names of the classes of an interface module, sorted.
 
-    A module that belongs to one definition has the classes of its parts as well, which is where
-    pickle looks for them.
+    A module of one definition also has the classes of its parts, where pickle finds them.
     """
     from teleopctl.interfaces import known_types, module_name
 

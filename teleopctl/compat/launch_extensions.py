@@ -19,7 +19,7 @@ def load() -> None:
     for entry in entries:
         try:
             entry.load()
-        except Exception:  # noqa: BLE001 -- whatever a stranger's raises: the others are there
+        except Exception:  # noqa: BLE001 -- with any error, the others still work
             warnings.warn(
                 f"Failed to load the launch extension: {entry.name}\n{traceback.format_exc()}",
                 stacklevel=2,

@@ -17,8 +17,8 @@ def read(path: Path) -> LaunchFile:
     """Run a Python launch file, and return its launch description.
 
     Raises:
-        TeleopctlError: It cannot be read or has no such function, or something in it is wrong; the
-            message has file and line.
+        TeleopctlError: The file cannot be read, has no function ``generate_launch_description``, or
+            raises an error; the message has file and line.
     """
     prefer_ours()
     from launch import LaunchDescription
@@ -58,7 +58,7 @@ def read(path: Path) -> LaunchFile:
 def prefer_ours() -> None:
     """Make ``launch`` and its like import teleopctl's packages, even beside a real ROS 2.
 
-    A launch is evaluated here, so that the classes have to be these and no others.
+    teleopctl evaluates the launch, so the classes have to be teleopctl's.
     """
     activate()
     set_variables()

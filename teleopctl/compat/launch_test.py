@@ -11,7 +11,7 @@ from pathlib import Path
 from teleopctl.compat.launch_file import prefer_ours
 from teleopctl.errors import SystemFailureError
 
-# As ROS 2's domain_coordinator has them, so that runs of both keep out of each other's way.
+# Same as in ROS 2's domain_coordinator, so that runs of both use different domains.
 _DOMAINS = range(1, 101)
 _FIRST_PORT = 22119
 
@@ -28,16 +28,15 @@ def run_launch_test(
     """Run the launch tests of a file; return 0 if all passed, else 1.
 
     Args:
-        file: The file.
-        arguments: Arguments of its launch: ``name:=value``.
-        package_name: Package of the test, in the report; by default the file's name.
-        verbose: Whether lines for finding mistakes are shown.
-        show_args: Whether to list which arguments it takes, and to run nothing.
+        file: Path of the launch test.
+        arguments: Launch arguments, ``name:=value``.
+        package_name: Package of the test in the report; by default the file's name.
+        verbose: Whether to show debug output.
+        show_args: Whether to only list the launch arguments, and run no tests.
         xml_path: File to write an xUnit report to, or None.
 
     Raises:
-        TeleopctlError: The file cannot be read, or its launch not be run; the message has file and
-            line.
+        TeleopctlError: The file cannot be read, or its launch fails; the message has file and line.
     """
     prefer_ours()
     from launch._places import blamed
@@ -61,7 +60,7 @@ def free_domain() -> Iterator[int]:
     """Reserve a ROS domain that no other test on this machine uses, for the block.
 
     Raises:
-        SystemFailureError: All are taken.
+        SystemFailureError: All domains are in use.
     """
     for domain in random.sample(_DOMAINS, len(_DOMAINS)):
         with socket.socket() as taken:

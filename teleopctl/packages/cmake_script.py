@@ -2,10 +2,10 @@
 
 ROS 2's packages of descriptions, launch files and scripts install whole folders and lists of files:
 ``install(DIRECTORY description/urdf bringup/launch DESTINATION share/${PROJECT_NAME})``,
-``install(PROGRAMS ${scripts} DESTINATION lib/${PROJECT_NAME})``. Such calls are read, with the
-project's name, what ``set``, ``list(APPEND …)`` and ``file(GLOB …)`` gave a name, ``foreach`` and
+``install(PROGRAMS ${scripts} DESTINATION lib/${PROJECT_NAME})``. These calls are evaluated with the
+project's name, variables of ``set``, ``list(APPEND …)`` and ``file(GLOB …)``, ``foreach`` and
 ``add_subdirectory``. Each branch of an ``if`` is taken; words with other variables are left out.
-Patterns that exclude files are not followed: a file too many does no harm.
+Patterns that exclude files are ignored: an additional file does no harm.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ _CURRENT_FOLDERS: Final = ("CMAKE_CURRENT_LIST_DIR", "CMAKE_CURRENT_SOURCE_DIR")
 _MOST_FILES: Final = 10_000  # a description with 2,000 meshes is a large one
 _MOST_CALLS: Final = 10_000  # of all rounds of loops together
 
-# What follows the sources in a call.
+# Keywords that end the list of sources in a call.
 _OPTIONS: Final = re.compile(
     "COMPONENT|CONFIGURATIONS|DESTINATION|(DIRECTORY_|FILE_)?PERMISSIONS|EXCLUDE_FROM_ALL"
     "|EXPORT|FILES_MATCHING|MESSAGE_NEVER|OPTIONAL|PATTERN|REGEX|RENAME|TYPE"
@@ -43,9 +43,9 @@ class Installation(NamedTuple):
     Attributes:
         files: Pairs of a path below the install prefix, such as ``share/arm/launch/up.yaml``, and
             the file's path relative to the script's folder.
-        programs: Those of the paths that are programs whatever the file's permissions are.
-        modules: Python packages, by name: folders relative to the script's.
-        targets: The names of what is compiled and installed as a program.
+        programs: Installed paths that are programs regardless of the file's permissions.
+        modules: Folders of Python packages, relative to the script's folder, by package name.
+        targets: Names of CMake targets that are compiled and installed as programs.
     """
 
     files: list[tuple[str, str]]
@@ -58,11 +58,11 @@ def installation(text: str, folder: Path) -> Installation:
     """Evaluate a CMake script; return the files and programs that it installs.
 
     Args:
-        text: The script.
-        folder: Where it lies.
+        text: Text of the script.
+        folder: Folder of the script.
     """
     script = _Script(folder)
-    with suppress(RecursionError):  # a thousand loops inside one another
+    with suppress(RecursionError):  # a thousand nested loops
         script.run(text, ".")
     return script.installed
 
@@ -133,7 +133,7 @@ class _Script:
                 self.installed.modules[module] = _place(below, place)
 
     def _words(self, text: str) -> Iterator[str]:
-        """The words of a call; without those that name variables that are not known."""
+        """Yield the words of a call with variables replaced; skip words with unknown variables."""
         for quoted, bare in _WORD.findall(text):
             whole = _VARIABLE.fullmatch(bare)
             if whole:
@@ -155,7 +155,7 @@ class _Script:
             wanted = "/".join(part for part in (start, "**" if recursive else "", last) if part)
             try:
                 files = sorted(islice(self._folder.glob(wanted), _MOST_FILES))
-            except (ValueError, NotImplementedError, IndexError):  # no pattern for pathlib
+            except (ValueError, NotImplementedError, IndexError):  # not a pattern for pathlib
                 continue
             for file in files:
                 path = Path(os.path.relpath(file, self._folder)).as_posix()
@@ -182,8 +182,8 @@ class _Script:
         for source in sources:
             path = _place(below, source)
             if kind == "DIRECTORY":
-                # As with rsync: `urdf` is installed as a folder of that name, `urdf/` is what it
-                # holds.
+                # As with rsync: `urdf` is installed as a folder of that name, `urdf/` as the
+                # content of the folder.
                 inside = source.endswith("/")
                 name = "" if inside else posixpath.basename(path)
                 self._install_folder(path, posixpath.join(target, name))
@@ -209,14 +209,14 @@ class _Script:
 
 
 def _place(below: str, path: str) -> str:
-    """A path that a script names, relative to the folder of the first script."""
+    """Return a path in a script of a subfolder, relative to the folder of the first script."""
     if path == _TOP or path.startswith(f"{_TOP}/"):
         return posixpath.relpath(path, _TOP)
     return posixpath.normpath(posixpath.join(below, path))
 
 
 def _split(words: list[str]) -> tuple[list[str], list[str]]:
-    """The words of a call in front of its options, and those from there on."""
+    """Return the words of a call before its options, and the options."""
     end = next((at for at, word in enumerate(words) if _OPTIONS.fullmatch(word)), len(words))
     return words[:end], words[end:]
 

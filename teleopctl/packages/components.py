@@ -1,8 +1,8 @@
 """Components: nodes that a container loads into its process.
 
-A Python package registers one as an entry point of the group ``rclpy_components``, with a class, or
-a function that makes the node: ``my_package::Talker = my_package.talker:Talker``. As with programs,
-that is read from the sources of a package that is not built.
+A Python package registers a component as an entry point of the group ``rclpy_components``, with a
+class, or a function that returns the node: ``my_package::Talker = my_package.talker:Talker``. As
+for programs, the entry points of a package that is not built are read from its sources.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class Component(NamedTuple):
     """A component: package, class name, and how its class is imported.
 
     Attributes:
-        type_name: What it is registered as, such as ``composition::Talker``.
+        type_name: Registered name, such as ``composition::Talker``.
         package: Package of the component.
-        target: ``module:Class``.
-        import_roots: Folders to put on the import path first; empty when it is installed.
+        target: Import path ``module:Class``.
+        import_roots: Folders to put on the import path first; empty for an importable module.
     """
 
     type_name: str
@@ -50,15 +50,14 @@ def list_components() -> dict[str, list[Component]]:
 def find_component(package: str, plugin: str) -> Component:
     """Return a component by package and type.
 
-    The type may be given without the package that stands in front of it, as
-    ``rclpy_components`` has it.
+    The type may be given without the package before the ``::``, as in ``rclpy_components``.
 
     Raises:
-        NotFoundError: There is none. The message is that of ROS 2's containers.
+        NotFoundError: The component does not exist. The message is that of ROS 2's containers.
     """
     offered = _brought_by(package, (*_of_layers(package), *_registered()))
     if not offered:
-        # What stands before the :: is mostly, but not always, the name of the package.
+        # The part before the :: is usually, but not always, the name of the package.
         offered = _brought_by(package, _all())
     for component in offered:
         if component.type_name in (plugin, f"{package}::{plugin}"):
@@ -123,7 +122,7 @@ def _of_prefix(package: Package) -> Iterator[Component]:
 
 
 def _registered() -> Iterator[Component]:
-    """Yield ours, and those of installed distributions."""
+    """Yield the components of teleopctl and of installed distributions."""
     for name, plugin in plugins.available(plugins.COMPONENTS).items():
         package, separator, _ = name.partition("::")
         owner = package if separator else plugin.distribution

@@ -1,7 +1,7 @@
 """Packages of teleopctl itself, and those that installed Python distributions bring.
 
-Those of the group ``teleopctl.packages`` have the module as value in whose folder the package's
-files lie; those of ``teleopctl.nodes`` are named ``package/executable``.
+The value of an entry point in the group ``teleopctl.packages`` is the module whose folder has the
+package's files; entry points in ``teleopctl.nodes`` are named ``package/executable``.
 """
 
 from __future__ import annotations
@@ -16,8 +16,7 @@ from teleopctl.packages.records import DISTRIBUTION, Package, PackageProgram
 
 HERE: Final = Path(__file__).resolve().parents[1]
 
-# Packages that have files: name → folder at the root of a source checkout; a wheel has all of them
-# below share/.
+# Packages with files: name → folder in a source checkout; in a wheel, all folders are below share/.
 _DATA_PACKAGES: Final = {
     "teleop_description": "robot",
     "teleop_controller": "config",
@@ -74,7 +73,7 @@ def distribution_package(name: str) -> Package | None:
     """Return a package of an installed Python distribution, or None.
 
     Raises:
-        BrokenPluginError: Its files are not there.
+        BrokenPluginError: The module with the package's files does not exist.
     """
     nodes = {
         node: plugin
@@ -90,7 +89,7 @@ def distribution_package(name: str) -> Package | None:
                 f"package '{name}' of {plugin.distribution}: there is no module {plugin.target}"
             )
     elif executables:
-        # Without an entry of its own, its files lie beside the code of its first executable.
+        # Without its own entry point, the package's files are beside its first executable's code.
         plugin = next(iter(nodes.values()))
         folder = _module_folder(plugin.target.partition(":")[0].partition(".")[0]) or HERE
     else:
@@ -105,7 +104,7 @@ def distribution_package(name: str) -> Package | None:
 
 
 def _module_folder(module: str) -> Path | None:
-    """The folder of a package's or a module's file, found without importing anything."""
+    """Return the folder of a Python package or module, found without importing it; or None."""
     from importlib.util import find_spec
 
     top, *below = module.split(".")

@@ -1,27 +1,28 @@
 """Finds ROS packages by name.
 
-A package is a name that ``teleopctl run``, ``$(find-pkg-share …)`` and ``package://…`` resolve.
-These sources form one overlay, the first one that knows a name wins:
+``teleopctl run``, ``$(find-pkg-share …)`` and ``package://…`` resolve package names. These sources
+form one overlay, in which earlier sources have precedence:
 
-1. folders with a ``package.xml`` on ``TELEOPCTL_PACKAGE_PATH``, below the current folder, and the
-   one that the current folder or a file given by path lies in: ordinary ROS 2 source packages that
-   need no build,
+1. ordinary ROS 2 source packages, which need no build: folders with a ``package.xml`` on
+   ``TELEOPCTL_PACKAGE_PATH``, below the current folder, or around the current folder or a file
+   given by path,
 2. packages that colcon built into a workspace's ``install/``, by ``AMENT_PREFIX_PATH`` and
    ``COLCON_PREFIX_PATH``,
-3. the packages that teleopctl brings itself,
-4. those of a distribution of ROS that was sourced, by the same variables,
-5. installed Python distributions with the entry-point groups ``teleopctl.packages``, whose values
-   are the module in whose folder the package's files lie, and ``teleopctl.nodes``, whose entries
-   are named ``package/executable``.
+3. teleopctl's own packages,
+4. packages of a sourced ROS distribution, by the same variables,
+5. installed Python distributions with entry points in the groups ``teleopctl.packages``, whose
+   values are the module whose folder has the package's files, and ``teleopctl.nodes``, whose
+   entries are named ``package/executable``.
 
-As a user's folder comes first, a workspace that holds its own ``teleop_description`` is the one
-that is used in it, while executables that it does not define still come from the others. There are
-two exceptions, since the sources of ROS 2's ``controller_manager`` in some folder are no reason not
-to simulate there: sources that are of no use before they are built stand behind a package of
-teleopctl of that name, and the programs that teleopctl's own launch files name are always its own.
+In a workspace with its own ``teleop_description``, that package is used, while executables that it
+does not define are still found in the other sources. There are two exceptions, so that a folder
+with the sources of ROS 2's ``controller_manager`` does not prevent a simulation: source packages
+that are useless before they are built come after teleopctl's package of the same name, and
+teleopctl's own launch files always start teleopctl's own programs.
 
-Where ROS was sourced, ``rviz2`` and ``tf2_ros`` are names of both: the programs are ours, which
-talk to each other whatever middleware that ROS has, and the files are ROS's, as ours have none.
+In a sourced ROS, ``rviz2`` and ``tf2_ros`` are names of packages of both: the programs are those of
+teleopctl, which communicate whatever middleware ROS uses, and the files are those of ROS, since
+teleopctl's packages have none.
 """
 
 from __future__ import annotations
@@ -50,7 +51,7 @@ def find_package(name: str) -> Package:
     """Find a package by its name.
 
     Raises:
-        NotFoundError: When no source knows the name.
+        NotFoundError: No source has a package of that name.
     """
     package = lookup_package(name)
     if package is None:
@@ -68,9 +69,9 @@ def lookup_package(name: str) -> Package | None:
     """Find a package by its name; return None if it is unknown.
 
     Raises:
-        BrokenPluginError: A distribution offers it, but its files are not there.
+        BrokenPluginError: A distribution has the package, but its files do not exist.
     """
-    # Entry points are dear to read: they are asked only when nothing else knows the package.
+    # Entry points are slow to read: they are read only if no other source has the package.
     return _overlay(list(known_layers(name)) or _of_distribution(name))
 
 
@@ -78,7 +79,7 @@ def package_layers(name: str) -> list[Package]:
     """Return all packages of a name, each before those that it overlays.
 
     Raises:
-        BrokenPluginError: A distribution offers it, but its files are not there.
+        BrokenPluginError: A distribution has the package, but its files do not exist.
     """
     return [*known_layers(name), *_of_distribution(name)]
 
@@ -96,7 +97,7 @@ def list_packages() -> list[Package]:
     listed = []
     for name in package_names():
         layers = list(known_layers(name))
-        with suppress(BrokenPluginError):  # told where it is used
+        with suppress(BrokenPluginError):  # reported when the package is used
             layers += _of_distribution(name)
         if (package := _overlay(layers)) is not None:
             listed.append(package)
@@ -131,10 +132,10 @@ def faults_of_search() -> list[str]:
 def include_package_of(file: Path) -> None:
     """Add the package that contains a file to the search path of this process and its children.
 
-    It comes before one of its name around the current folder, which is only met there, and behind
-    one on ``TELEOPCTL_PACKAGE_PATH``; and so do the others of its workspace: a description and its
-    bringup are two packages. Where it is installed below a prefix that nobody has sourced, so are
-    the others of that prefix, behind all that is.
+    The other packages of its workspace are added as well, since a description and its bringup are
+    two packages. All of them come after packages on ``TELEOPCTL_PACKAGE_PATH``, and before those
+    found below or around the current folder. For a package installed below a prefix that was not
+    sourced, all packages of the prefix are added, after those of the sourced prefixes.
     """
     include_prefix_of(file)
     from teleopctl.packages.source_folders import enclosing_package, package_name, workspace_of
@@ -151,7 +152,7 @@ def include_package_of(file: Path) -> None:
     if own is None or own.folder != folder:
         workspace = workspace_of(folder)
         here = Path.cwd()
-        # What lies below the current folder is found anyway; several workspaces may lie there.
+        # Packages below the current folder are found anyway; they may be in several workspaces.
         near = workspace is None or here in (workspace, workspace.parent)
         others = None if near else str(workspace)
         named = filter(None, (os.environ.get(PACKAGE_PATH_VARIABLE), str(folder), others))
@@ -162,7 +163,7 @@ def package_share(name: str) -> Path:
     """Return the share folder of a package.
 
     Raises:
-        TeleopctlError: When there is no such package.
+        TeleopctlError: The package does not exist.
     """
     return find_package(name).share
 
@@ -173,7 +174,7 @@ def resolve_uri(uri: str) -> Path:
     The file need not exist.
 
     Raises:
-        NotFoundError: When the package is unknown, the scheme is another one, or it is no path.
+        NotFoundError: The package is unknown, the scheme is another one, or the path is invalid.
     """
     scheme, separator, rest = uri.partition("://")
     if separator:
@@ -185,7 +186,7 @@ def resolve_uri(uri: str) -> Path:
     if not separator:
         try:
             return Path(uri).expanduser()
-        except RuntimeError as error:  # ~ of a user who is not there
+        except RuntimeError as error:  # ~ of an unknown user
             raise NotFoundError(f"Cannot open '{uri}': {error}") from error
     if scheme == "package":
         package, _, relative = rest.partition("/")
@@ -215,7 +216,7 @@ def known_layers(name: str) -> Iterator[Package]:
 
 
 def _needs_building(package: Package) -> bool:
-    """Whether sources are of no use as they lie: they are compiled, or draw with ROS's Qt."""
+    """Return whether a source package is useless unbuilt: compiled, or with a GUI of ROS's Qt."""
     from teleopctl.packages.source_programs import compiles, depends_on
 
     return compiles(package.folder) or (
@@ -231,7 +232,7 @@ def _of_distribution(name: str) -> list[Package]:
 
 
 def _overlay(layers: list[Package]) -> Package | None:
-    """What a name means: the first package, with the programs that only others of it have."""
+    """Return the first package, with the programs of all layers; None without layers."""
     if len(layers) < 2:
         return layers[0] if layers else None
     first = next((p for p in layers if p.kind != OWN or has_files(p.name)), layers[0])
@@ -245,7 +246,7 @@ def _overlay(layers: list[Package]) -> Package | None:
 
 
 def _executables(layers: list[Package]) -> dict[str, PackageProgram]:
-    # Two folders of sources with one name are a mistake, as for colcon: the second is not used.
+    # Two source folders with one name are an error, as for colcon: the second one is not used.
     first = next((package for package in layers if package.kind == SOURCES), None)
     used = [package for package in layers if package.kind != SOURCES or package is first]
     executables: dict[str, PackageProgram] = {}
@@ -259,7 +260,7 @@ def _source_packages() -> dict[str, list[Package]]:
 
 
 def _roots() -> tuple[tuple[str, str], ...]:
-    """Where folders with a ``package.xml`` are looked for, and what that place is called."""
+    """Return the folders to search for ``package.xml`` files, each with its description."""
     from teleopctl.packages.source_folders import enclosing_package
 
     here = os.getcwd()  # noqa: PTH109 -- a string is the key of a cache
@@ -281,7 +282,7 @@ def _named_roots() -> tuple[str, ...]:
 
 @lru_cache(maxsize=16)
 def _packages_below(roots: tuple[tuple[str, str], ...]) -> dict[str, list[Package]]:
-    # The files of a package change rarely while one command runs: each set of roots is read once.
+    # Package manifests rarely change while one command runs: each set of roots is read once.
     from teleopctl.packages.source_folders import find_package_folders
 
     packages: dict[str, list[Package]] = {}

@@ -1,15 +1,15 @@
 """Folders of links that lay a source package out as if it were installed.
 
-A package is used where it lies, so the folder of its files is its source folder, and mostly that is
-laid out as the installed one would be. Where ``data_files`` puts files elsewhere
-(``("share/arm/launch", ["bringup/up.launch.yaml"])``), or ``install`` of a ``CMakeLists.txt``
-does, that folder is one of links: everything of the source folder, and the files once more where
-they are installed. A file that is edited is the file that is used, as with ``colcon build
+A source package is used in place, so its share folder is its source folder, whose layout usually is
+that of the installed package. If ``data_files`` installs files elsewhere
+(``("share/arm/launch", ["bringup/up.launch.yaml"])``), or ``install`` of a ``CMakeLists.txt`` does,
+the share folder is a folder of links: to everything in the source folder, and to the installed
+files at their installed paths. Edits of a source file take effect at once, as with ``colcon build
 --symlink-install``.
 
-Who asks for the prefix itself, ``ros2 pkg prefix`` or Gazebo's launch files, gets a folder with
-``share/NAME``, ``lib/NAME`` with a small program for each of the package's, and the marker of the
-ament index, so that it serves in ``AMENT_PREFIX_PATH`` as well.
+The install prefix, for ``ros2 pkg prefix`` or Gazebo's launch files, is a folder with
+``share/NAME``, ``lib/NAME`` with a script for each program of the package, and the marker of the
+ament index, so that the folder also works in ``AMENT_PREFIX_PATH``.
 """
 
 from __future__ import annotations
@@ -38,8 +38,8 @@ def share_folder(name: str, folder: Path) -> Path:
     """Return a folder with a source package's files laid out as installed.
 
     Args:
-        name: The package's name.
-        folder: Its source folder.
+        name: Name of the package.
+        folder: Source folder of the package.
 
     Raises:
         SystemFailureError: The folder of links cannot be written.
@@ -59,14 +59,14 @@ def prefix_folder(
     """Return a folder laid out as the install prefix of a source package.
 
     Args:
-        name: The package's name.
-        folder: Where its files are found.
-        share: Where they lie as installed.
-        programs: The names of its programs.
-        is_source: Whether the package is found where its folder is named.
+        name: Name of the package.
+        folder: Folder of the package's files.
+        share: Share folder of the package, laid out as installed.
+        programs: Names of the package's programs.
+        is_source: Whether it is a source package, whose programs need ``TELEOPCTL_PACKAGE_PATH``.
 
     Raises:
-        SystemFailureError: It cannot be written.
+        SystemFailureError: The folder cannot be written.
     """
     source = folder if is_source else None
     entries: dict[str, Path | str] = {
@@ -83,9 +83,9 @@ def linked_module(name: str, folder: Path, module: Path) -> Path:
     """Return a folder from which a source package's module can be imported.
 
     Args:
-        name: The module's name.
-        folder: The package's source folder.
-        module: The module's folder there, of another name.
+        name: Name of the module.
+        folder: Source folder of the package.
+        module: Folder of the module's files, which has another name.
 
     Raises:
         SystemFailureError: The folder cannot be written.
@@ -96,7 +96,10 @@ def linked_module(name: str, folder: Path, module: Path) -> Path:
 
 
 def _starter(package: str, program: str, source: Path | None) -> str:
-    """A shell script that runs a program of a package, also where the package is not found."""
+    """Return a shell script that runs a program of a package from any working directory.
+
+    The script puts the source folder, if given, on ``TELEOPCTL_PACKAGE_PATH``.
+    """
     from shlex import join
 
     command = join([sys.executable, "-P", "-m", "teleopctl.nodes", package, program])
@@ -115,7 +118,7 @@ def _view(folder: Path) -> Path:
 
 
 def _installed_files(folder: Path) -> Iterable[tuple[str, str]]:
-    """Pairs of a path below the install prefix and a file, relative to the package's folder."""
+    """Return pairs of a path below the install prefix and a path below the package's folder."""
     text = text_of(folder / "setup.py")
     if text is not None and "data_files" in text:
         return _of_data_files(setup_arguments(text, folder).get("data_files"))
@@ -133,7 +136,7 @@ def _of_data_files(data_files: Any) -> Iterator[tuple[str, str]]:  # Any: as it 
 
 
 def _moved(name: str, folder: Path, installed: Iterable[tuple[str, str]]) -> dict[str, Path]:
-    """Files that are installed elsewhere than they lie: path below the share folder → file."""
+    """Return the files with another path below the share folder than in the source: path → file."""
     moved = {}
     for path, file in installed:
         below = posixpath.relpath(posixpath.normpath(path), f"share/{name}")
@@ -146,9 +149,9 @@ def _moved(name: str, folder: Path, installed: Iterable[tuple[str, str]]) -> dic
 
 
 def _links(folder: Path, moved: dict[str, Path]) -> dict[str, Path]:
-    """What the folder of links holds: path → what it is a link to.
+    """Return the content of the folder of links, as path → target of the link.
 
-    A folder that gets a file from elsewhere is no link itself; all that it holds is linked.
+    A subfolder with files from elsewhere is a real folder; each entry in it is a link.
     """
     opened = {""}
     for installed in moved:
@@ -167,14 +170,14 @@ def _links(folder: Path, moved: dict[str, Path]) -> dict[str, Path]:
 
 
 def _update(view: Path, entries: Mapping[str, Path | str]) -> None:
-    """Bring a folder up to date; what is right is not touched, as others may read it.
+    """Update a folder; correct entries stay untouched, since other processes may read them.
 
     Args:
-        view: The folder.
-        entries: What it holds, by path: what is linked there, or the text of a program.
+        view: Folder to update.
+        entries: Entries of the folder, by path: the target of a link, or the text of a file.
 
     Raises:
-        SystemFailureError: It cannot be written.
+        SystemFailureError: The folder cannot be written.
     """
     import shutil
 
@@ -204,7 +207,7 @@ def _update(view: Path, entries: Mapping[str, Path | str]) -> None:
 
 
 def _write(place: Path, text: str) -> None:
-    """Write a program at once, as another process may be about to run it."""
+    """Write an executable file atomically, since another process may be about to run it."""
     if place.is_file():
         return
     draft = runtime_dir() / _FOLDER / f".{os.getpid()}"
@@ -214,13 +217,13 @@ def _write(place: Path, text: str) -> None:
 
 
 def _link(link: Path, target: Path) -> None:
-    with suppress(FileExistsError):  # another process makes the same one
+    with suppress(FileExistsError):  # another process creates the same link
         try:
             link.symlink_to(target, target_is_directory=target.is_dir())
         except FileExistsError:
             raise
         except OSError:
-            # Windows allows links to administrators and developers alone
+            # Windows allows links only for administrators and in developer mode
             import shutil
 
             shutil.copytree(target, link) if target.is_dir() else shutil.copy2(target, link)

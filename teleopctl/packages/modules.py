@@ -1,8 +1,8 @@
 """Folders of the Python modules of packages, for imports across packages.
 
-After ``source install/setup.bash`` a node imports from every package of the workspace. Here a
-package need not be built, nor its prefix be sourced, so that whoever looks for a module of a
-package's name has to ask.
+After ``source install/setup.bash``, a node can import from every package of the workspace. In
+teleopctl, a package need not be built, nor its prefix be sourced; so an import hook searches for
+modules with these functions.
 """
 
 from __future__ import annotations
@@ -18,10 +18,10 @@ def source_module_root(name: str) -> Path | None:
     """Return the source folder to import a module from; None if no package has it.
 
     Most modules have the name of their package, but ``ament_python_install_package`` and
-    ``setup.py`` install any.
+    ``setup.py`` can install modules of any name.
 
     Raises:
-        SystemFailureError: That needs a folder of links, which cannot be written.
+        SystemFailureError: The module needs a folder of links, which cannot be written.
     """
     named = [package for package in known_layers(name) if package.kind == SOURCES]
     for package in named:
@@ -49,7 +49,7 @@ def _root(name: str, package: Package) -> Path | None:
 
 
 def _declared_root(name: str, package: Package) -> Path | None:
-    """As `_root`, of a module of another name than the package's: only of what it installs."""
+    """Return the root of an installed module with another name than its package; or None."""
     folder = package.folder
     if (folder / "setup.py").is_file():
         for root in (folder, folder / "src"):

@@ -1,9 +1,9 @@
 """Packages below install prefixes, as colcon and the Debian packages of ROS install them.
 
-Such a package has a marker ``share/ament_index/resource_index/packages/NAME`` below its prefix, its
-files in ``share/NAME``, its programs in ``lib/NAME`` and its Python modules in
-``lib/pythonX.Y/site-packages``. ``AMENT_PREFIX_PATH`` names the prefixes, ``COLCON_PREFIX_PATH``
-the ``install/`` folders of workspaces, in which each package has a prefix of its own unless the
+An installed package has a marker ``share/ament_index/resource_index/packages/NAME`` below its
+prefix, files in ``share/NAME``, programs in ``lib/NAME`` and Python modules in
+``lib/pythonX.Y/site-packages``. ``AMENT_PREFIX_PATH`` lists the prefixes, ``COLCON_PREFIX_PATH``
+the ``install/`` folders of workspaces, in which each package has its own prefix unless the
 workspace was built with ``--merge-install``.
 """
 
@@ -21,11 +21,11 @@ AMENT_VARIABLE: Final = "AMENT_PREFIX_PATH"
 COLCON_VARIABLE: Final = "COLCON_PREFIX_PATH"
 INDEX: Final = "share/ament_index/resource_index"
 
-# What colcon writes into an install folder.
+# File that colcon writes into an install folder.
 _LAYOUT: Final = ".colcon_install_layout"
 _PYTHON_FOLDERS: Final = (
     "lib/python3*/site-packages",
-    "local/lib/python3*/dist-packages",  # Debian's Python 3.10 with setuptools of its own
+    "local/lib/python3*/dist-packages",  # Debian's Python 3.10 with its patched setuptools
     "lib/python3/dist-packages",
     "Lib/site-packages",  # Windows
 )
@@ -48,7 +48,7 @@ def prefixes() -> dict[str, str]:
 def include_prefix_of(file: Path) -> None:
     """Add the install prefix that contains a file to the search path.
 
-    In a workspace of colcon's where each package has a prefix of its own that is all of them.
+    In a colcon workspace in which each package has its own prefix, all prefixes are added.
     """
     around = Path(os.path.abspath(file)).parents  # noqa: PTH100 -- links stay as they are
     prefix = next((folder for folder in around if (folder / INDEX).is_dir()), None)
@@ -76,7 +76,8 @@ def installed_names() -> set[str]:
 def python_folders(prefix: Path) -> tuple[Path, ...]:
     """Return the folders of a prefix for Python's search path.
 
-    With ``--symlink-install`` a package's modules stay where they are, and a file tells where.
+    With ``--symlink-install``, a package's modules stay in a source folder; the folder's path is
+    read from an ``.egg-link`` file.
     """
     folders = [folder for pattern in _PYTHON_FOLDERS for folder in sorted(prefix.glob(pattern))]
     linked: list[Path] = []
@@ -87,7 +88,7 @@ def python_folders(prefix: Path) -> tuple[Path, ...]:
     return (*folders, *linked)
 
 
-# A process looks for many packages in the same prefixes.
+# Cached, since a process looks for many packages in the same prefixes.
 @lru_cache(maxsize=1024)
 def is_ros(prefix: Path) -> bool:
     """Return whether a prefix is a ROS distribution."""
@@ -129,7 +130,7 @@ def _package(name: str, prefix: str, variable: str) -> Package:
 
 
 def _executables(name: str, prefix: Path) -> dict[str, PackageProgram]:
-    """The executable files below ``lib/NAME``, at any depth; the first of a name counts."""
+    """Return the executable files below ``lib/NAME``, at any depth; the first of each name."""
     found: dict[str, PackageProgram] = {}
     roots = python_folders(prefix)
     for top, folders, files in os.walk(prefix / "lib" / name):

@@ -15,7 +15,7 @@ from teleopctl.packages.finding import (
 )
 from teleopctl.packages.records import DISTRIBUTION, SOURCES, Package, PackageProgram
 
-# Where the functions of our own executables are.
+# Package with the functions of teleopctl's own executables.
 _OURS = "teleopctl.nodes."
 
 
@@ -23,13 +23,13 @@ def find_executable(package: str | None, name: str, *, builtin: bool = False) ->
     """Find a program by package and name, by name alone, or by path.
 
     Args:
-        package: The package, or None when ``name`` is a path or unique among all packages.
-        name: The program's name, or the path of a file.
-        builtin: Whether only the packages count that teleopctl brings itself.
+        package: Name of the package; None if ``name`` is a path or unique among all packages.
+        name: Name of the program, or path of a file.
+        builtin: Whether to search only teleopctl's own packages.
 
     Raises:
-        TeleopctlError: When the package or the program is not found, or when several packages
-            offer different programs of that name.
+        TeleopctlError: The package or the program is not found, or several packages have different
+            programs of that name.
     """
     if builtin:
         own = builtin_package(package or "")
@@ -47,7 +47,7 @@ def _executable_of(package: str, name: str) -> PackageProgram:
     offered = find_package(package).executables
     if name in offered:
         return offered[name]
-    # A package that needs no look at the entry points may have more programs among them.
+    # A package that was found without the entry points may have more programs among them.
     layers = package_layers(package)
     for layer in layers:
         if layer.kind == DISTRIBUTION and name in layer.executables:
@@ -83,7 +83,7 @@ def _executable_file(path: str) -> PackageProgram:
 def _only_executable(name: str) -> PackageProgram:
     """Return the program of that name, which several packages may share.
 
-    One of the user's own comes before ours: `talker` is in half of all packages, and in our demos.
+    The user's programs have precedence: many packages have a `talker`, and so do teleopctl's demos.
     """
     packages = list_packages()
     found = [entry.executables[name] for entry in packages if name in entry.executables]

@@ -17,11 +17,11 @@ class PackageProgram(NamedTuple):
     """Program of a package: a function or a file.
 
     Attributes:
-        name: What ``teleopctl run`` calls it.
-        package: The package that offers it, or an empty string for a file given by path.
-        target: ``module:function``, or an empty string when ``file`` is set.
-        file: The program's file, or None when ``target`` is set.
-        import_roots: Folders to put on the import path first; empty when it is installed.
+        name: Name of the program for ``teleopctl run``.
+        package: Package that has the program, or an empty string for a file given by path.
+        target: Import path ``module:function``, or an empty string when ``file`` is set.
+        file: Path of the program's file, or None when ``target`` is set.
+        import_roots: Folders to put on the import path first; empty for an importable module.
     """
 
     name: str
@@ -35,19 +35,19 @@ class Package:
     """A ROS package: name, folder, kind, and how it was found.
 
     Args:
-        name: Its name.
-        folder: The folder of its files where it is found.
-        kind: What is found there, see below.
-        found_by: By which of the sources of packages, for people.
-        read_executables: Reads its programs, when they are first asked for.
+        name: Name of the package.
+        folder: Folder of the package's files.
+        kind: Kind of the package, see below.
+        found_by: Description of where the package was found.
+        read_executables: Returns the package's programs; called when they are first read.
 
     Attributes:
-        name: The package's name.
-        folder: The folder of its files where it is found: of a source package its sources, of an
-            installed one ``share/NAME`` below its prefix.
+        name: Name of the package.
+        folder: Folder of the package's files: the source folder of a source package, ``share/NAME``
+            below the prefix for an installed one.
         kind: ``sources`` that are not built, ``installed`` below a prefix by colcon or ROS,
             teleopctl's ``own``, or of an installed Python ``distribution``.
-        found_by: Which of the sources of packages found it, such as ``AMENT_PREFIX_PATH``.
+        found_by: Description of where the package was found, such as ``AMENT_PREFIX_PATH``.
     """
 
     def __init__(
@@ -74,11 +74,11 @@ class Package:
     def share(self) -> Path:
         """Return the package's share folder.
 
-        It is ``folder``, but for a source package whose ``setup.py`` or ``CMakeLists.txt`` installs
-        files elsewhere.
+        This is ``folder``, except for a source package whose ``setup.py`` or ``CMakeLists.txt``
+        installs files at other paths: then it is a folder of links.
 
         Raises:
-            SystemFailureError: That needs a folder of links, which cannot be written.
+            SystemFailureError: The folder of links cannot be written.
         """
         if self.kind != SOURCES or not any(
             (self.folder / script).is_file() for script in ("setup.py", "CMakeLists.txt")
@@ -92,11 +92,11 @@ class Package:
     def prefix(self) -> Path:
         """Return the install prefix of the package.
 
-        Of a package that is not installed it is a folder of links and of small programs that run
-        the package's.
+        For a package that is not installed, this is a folder of links, and of scripts that run the
+        package's programs.
 
         Raises:
-            SystemFailureError: That folder cannot be written.
+            SystemFailureError: The folder of links cannot be written.
         """
         if self.kind == INSTALLED:
             return self.folder.parent.parent

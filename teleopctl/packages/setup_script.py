@@ -1,10 +1,11 @@
 """Arguments that a ``setup.py`` passes to ``setup``, found without running it.
 
-A ``setup.py`` is a program, and a package is found wherever a folder is cloned: looking for one
-must not execute what lies in it. So its text is evaluated: assignments, lists, ``+``, f-strings,
-loops, conditions, functions of the file itself, and from outside it only what ``_FUNCTIONS`` and
-``_METHODS`` name, such as ``os.path.join`` and ``glob``. That covers how ROS 2's packages are
-written. What is anything else has no value, and neither has what is made from it; the rest has.
+A ``setup.py`` is a program, and the search finds packages in any cloned folder: it must not execute
+their code. So the script's syntax tree is evaluated: assignments, lists, ``+``, f-strings, loops,
+conditions, functions of the script, and of other functions only those in ``_FUNCTIONS``,
+``_FUNCTIONS_ON_FILES`` and ``_METHODS``, such as ``os.path.join`` and ``glob``. This covers the
+``setup.py`` files of ROS 2's packages. All other expressions, and those that depend on them, have
+no value and are left out.
 """
 
 import ast
@@ -20,26 +21,26 @@ from typing import Any, Final
 
 # Any: values of the script.
 
-_MOST_STEPS: Final = 100_000  # a description with 2,000 meshes, walked through, takes 40,000
-_MOST_CALLS: Final = 20  # functions inside one another
+_MOST_STEPS: Final = 100_000  # os.walk over a description with 2,000 meshes takes 40,000
+_MOST_CALLS: Final = 20  # nested function calls
 _LONGEST: Final = 10_000  # characters of a computed text, elements of a list, files found
-_PADDED: Final = re.compile(r"%[^sd%]|\{[^}]*[:.!\[]")  # can be made as long as one likes
+_PADDED: Final = re.compile(r"%[^sd%]|\{[^}]*[:.!\[]")  # formats whose result can have any length
 
 
 def setup_arguments(text: str, folder: Path | None = None) -> dict[str, Any]:
     """Return the arguments of a script's ``setup`` call that are constant.
 
     Args:
-        text: The script.
-        folder: The folder that its relative paths count from; None when no files are looked for,
-            and what depends on them has no value.
+        text: Text of the script.
+        folder: Folder for relative paths; None to not search for files, so that expressions which
+            depend on files have no value.
     """
     try:
         tree = ast.parse(text)
         script = _Script(folder)
         with suppress(_Return):
             script.run(tree.body)
-        if script.arguments is None:  # below a condition that has no value, say
+        if script.arguments is None:  # for example, below a condition that has no value
             for call in ast.walk(tree):
                 if isinstance(call, ast.Call) and _is_setup(call):
                     script.evaluate(call)
@@ -55,11 +56,11 @@ class _UnknownError(Exception):
 
 
 class _TooLargeError(Exception):
-    """The script takes more time or space than one that describes a package."""
+    """The script needs more time or memory than the limits for a package's script."""
 
 
 class _Return(Exception):
-    """How the body of a function ends."""
+    """A ``return`` statement ends the body of a function of the script."""
 
     def __init__(self, value: Any) -> None:
         self.value = value
@@ -79,7 +80,7 @@ class _Script:
             try:
                 self._execute(statement)
             except _UnknownError:
-                # A name whose new value is not known must not keep its old one.
+                # A name whose new value is unknown must not keep its old value.
                 for node in ast.walk(statement):
                     if isinstance(node, ast.Name) and isinstance(node.ctx, ast.Store):
                         self._names.pop(node.id, None)
@@ -178,7 +179,7 @@ class _Script:
         return self._names[name]
 
     def _known(self, nodes: list[ast.expr]) -> Iterator[Any]:
-        """Those of a list's elements that have a value: each stands for itself."""
+        """Yield the values of a list's elements, without elements that have no value."""
         for node in nodes:
             with suppress(_UnknownError):
                 if isinstance(node, ast.Starred):
@@ -237,7 +238,7 @@ class _Script:
         raise _UnknownError
 
     def _own_function(self, function: ast.FunctionDef, call: ast.Call) -> Any:
-        """Call a function of the script; its names are its own, those outside are seen."""
+        """Call a function of the script, with its own local names; outer names are readable."""
         names = [argument.arg for argument in function.args.args]
         first = len(names) - len(function.args.defaults)
         given = dict(zip(names[first:], function.args.defaults, strict=True))
@@ -269,7 +270,7 @@ class _Script:
 
 
 def _dotted(node: ast.expr) -> str:
-    """``os.path.join`` for the expression that says so; empty for others."""
+    """Return the dotted name of an expression, such as ``os.path.join``; empty if it has none."""
     if isinstance(node, ast.Attribute):
         above = _dotted(node.value)
         return f"{above}.{node.attr}" if above else ""
@@ -299,13 +300,13 @@ def _text(value: Any) -> str:
 
 
 def _glob(folder: Path, pattern: str, recursive: bool = False) -> list[str]:
-    # pathlib's has other rules for hidden files and **
+    # pathlib's glob has other rules for hidden files and **
     found = glob.iglob(pattern, root_dir=folder, recursive=recursive)  # noqa: PTH207
     return sorted(islice(found, _LONGEST))
 
 
 def _walk(folder: Path, top: str) -> list[tuple[str, list[str], list[str]]]:
-    # a relative folder is given back as it was written
+    # as os.walk does, a relative folder stays as it was written
     start = str(folder / top)
     found = islice(os.walk(start), _LONGEST)
     return [(top + root[len(start) :], folders, files) for root, folders, files in found]
@@ -325,7 +326,7 @@ def _test(test: Callable[[Path], bool], folder: Path, path: str) -> bool:
     return test(folder / path)
 
 
-# The words that programs of the field use for one and the same; all of them by what they compute.
+# Functions by the names that ``setup.py`` files of ROS packages use, depending on their imports.
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "str": str,
     "list": list,

@@ -8,11 +8,11 @@ from collections import deque
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-# Thirty of the field's repositories beside each other are 1,000 folders that are searched, with 350
-# packages, in 27 ms where the file system is warm.
+# Thirty public ROS repositories in one folder have 350 packages in 1,000 searched folders, which
+# takes 27 ms with a warm file system cache.
 _MAX_FOLDERS = 2000
 _IGNORED = frozenset({"AMENT_IGNORE", "CATKIN_IGNORE", "COLCON_IGNORE", "pyvenv.cfg"})
-"""A folder with a file of this name is not looked into."""
+"""Names of files that exclude their folder from the search."""
 _SKIPPED_FOLDERS = frozenset(
     {"__pycache__", "build", "dist", "install", "log", "node_modules", "site-packages", "venv"}
 )
@@ -24,7 +24,7 @@ def package_name(manifest: Path) -> str | None:
     """Return the name in a ``package.xml``.
 
     Returns:
-        The name, or None when the file cannot be read or declares none.
+        The name, or None if the file cannot be read or has no name.
     """
     text = text_of(manifest)
     match = None if text is None else _NAME.search(_COMMENT.sub("", text))
@@ -40,7 +40,7 @@ def workspace_of(folder: Path) -> Path | None:
     """Return the workspace of a package: the nearest ``src``, or the repository.
 
     Args:
-        folder: The package's.
+        folder: Folder of the package.
     """
     return next((f for f in folder.parents if f.name == "src" or (f / ".git").exists()), None)
 
@@ -50,17 +50,17 @@ def find_package_folders(
 ) -> Iterator[tuple[str | None, Path]]:
     """Yield name and folder of the packages below a folder, nearest first.
 
-    The name is None where `package_name` finds none.
+    The name is None if `package_name` returns None.
 
-    The search goes breadth first and is bounded in the number of folders, so that a command given
-    in a home folder stays quick. Hidden folders, virtual environments, colcon's outputs and folders
-    marked ``COLCON_IGNORE``, ``AMENT_IGNORE`` or ``CATKIN_IGNORE`` are skipped, and so are packages
-    installed below a prefix, and what lies inside a package. Links to folders are followed, as
-    colcon does it; each folder is met once.
+    The search is breadth first and limited to a number of folders, so that a command in a home
+    folder stays fast. Hidden folders, virtual environments, colcon's outputs and folders marked
+    ``COLCON_IGNORE``, ``AMENT_IGNORE`` or ``CATKIN_IGNORE`` are skipped, and so are packages
+    installed below a prefix, and folders inside a package. Links to folders are followed, as colcon
+    does; each folder is visited once.
 
     Args:
-        root: The folder.
-        on_cut: Called with the bound when it ends the search.
+        root: Folder to search.
+        on_cut: Called with the limit on folders when the limit ends the search.
     """
     pending = deque([(str(root), os.path.realpath(root))])
     met = {pending[0][1]}
@@ -93,7 +93,7 @@ def find_package_folders(
 def _is_folder(entry: os.DirEntry[str]) -> bool:
     try:
         return entry.is_dir()
-    except OSError:  # a link into what is somebody else's
+    except OSError:  # a link into a folder without permission
         return False
 
 

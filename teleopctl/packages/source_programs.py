@@ -69,7 +69,7 @@ def console_scripts(folder: Path) -> dict[str, str]:
 def entry_points(folder: Path, group: str) -> dict[str, str]:
     """Return the entry points of a group that a Python package declares.
 
-    ``setup.py`` wins over ``setup.cfg``, which wins over ``pyproject.toml``.
+    ``setup.py`` has precedence over ``setup.cfg``, which has precedence over ``pyproject.toml``.
     """
     found: dict[str, str] = {}
     for name, reader in (

@@ -1,16 +1,17 @@
 """The one registry of what a stranger may add: controllers, sensors, verbs and so on, by name.
 
-A kind of plug-in has an entry-point group and a table of ours. An installed distribution adds one
-with an entry in its ``pyproject.toml``:
+A kind of plug-in has an entry-point group and a table of teleopctl's own plug-ins. An installed
+distribution adds a plug-in with an entry in its ``pyproject.toml``:
 
     [project.entry-points."teleopctl.controllers"]
     "my_controllers/Gripper" = "my_controllers.gripper:Gripper"
 
 Entry points are read from the metadata of every installed distribution, which takes tens of
-milliseconds. So ours stand in the tables below, and the entry points are read only when a name is
-in none of them, and where all names are listed. Ours win over a stranger's of the same name.
+milliseconds. So teleopctl's own plug-ins are in the tables below, and the entry points are read
+only to find a name that is in no table, or to list all names. teleopctl's own plug-ins have
+precedence over others of the same name.
 
-A plug-in is imported when it is used and never before: a broken one breaks nothing else.
+A plug-in is imported when it is first used, so that a broken plug-in has no other effects.
 """
 
 from __future__ import annotations
@@ -69,7 +70,7 @@ VERBS = Kind(
     classes=False,
     summaries={name: summary for name, (_, summary) in _VERBS.items()},
 )
-"""The words behind ``teleopctl``."""
+"""Commands of ``teleopctl``, by name."""
 
 _NOUNS = "teleopctl.cli.verbs"
 _COMPLETION = "teleopctl.cli.completion"
@@ -112,14 +113,15 @@ COMPLETIONS = Kind(
     },
     direct=True,
 )
-"""What Tab offers: functions from the beginning of a word to the whole words that fit."""
+"""Shell completions: functions that return the completions of an incomplete word."""
 
 NODES = Kind("node", "teleopctl.nodes", programs.NODES)
 """Programs of packages, as ``package/executable``: functions that take no argument."""
 
 COMPONENTS = Kind("component", "rclpy_components", programs.COMPONENTS)
 """Nodes that a component container loads, as ``package::Class``; see
-`teleopctl.packages.components`. Strangers' are registered as for ROS 2's `rclpy_components`."""
+`teleopctl.packages.components`. Distributions register components as for ROS 2's
+`rclpy_components`."""
 
 _CONTROLLERS = "teleopctl.control.controllers"
 
@@ -156,7 +158,7 @@ CONTROLLERS = Kind(
         }.items()
         for name in names.split()
     }
-    # Its name in ROS 2 Foxy.
+    # Name of the joint state broadcaster in ROS 2 Foxy.
     | {
         "joint_state_controller/JointStateController": (
             f"{_CONTROLLERS}.joint_state_broadcaster:JointStateBroadcaster"
@@ -199,7 +201,8 @@ HARDWARE = Kind(
 
 PACKAGES = Kind("package", "teleopctl.packages", {})
 """ROS packages of files (``msg/``, ``srv/``, ``action/``, ``launch/``, ``urdf/`` and so on): the
-module in whose folder they lie. It is not imported; ours are folders, see `teleopctl.packages`."""
+module whose folder has the files. The module is not imported. teleopctl's own packages are folders,
+see `teleopctl.packages`."""
 
 _XML = "teleopctl.launch.frontends.xml_file:parse_file"
 _YAML = "teleopctl.launch.frontends.yaml_file:parse_file"
@@ -215,12 +218,12 @@ LAUNCH_LANGUAGES = Kind(
         ".yml": _YAML,
     },
 )
-"""Readers of launch files, by the ending of the files: a function from a path to a
-`teleopctl.launch.model.action.LaunchFile`."""
+"""Readers of launch files, by suffix: functions that return the
+`teleopctl.launch.model.action.LaunchFile` of a path."""
 
 LAUNCH_EXTENSIONS = "teleopctl.compat.launch_extensions:load"
-"""Lets what extends ROS 2's own launch, by its entry points, expose actions and substitutions; they
-import ROS 2's packages, which stand above `teleopctl.launch`."""
+"""Function that loads extensions of ROS 2's own launch, which expose actions and substitutions. The
+extensions import ROS 2's packages, which are in a higher layer than `teleopctl.launch`."""
 
 _ACTIONS = "teleopctl.launch.actions"
 
@@ -266,7 +269,7 @@ LAUNCH_ACTIONS = Kind(
     },
     bases=("teleopctl.launch.model.action:Action",),
 )
-"""Entries of launch files, by the names that stand there (with underscores)."""
+"""Actions of launch files, by their names in the files (with underscores)."""
 
 _SUBSTITUTIONS = {
     "ros2_substitutions": "all and anon any command dirname env equals eval exec-in-pkg "
@@ -289,7 +292,7 @@ LAUNCH_SUBSTITUTIONS = Kind(
     bases=("teleopctl.launch.evaluation.substitution:Substitution",),
     classes=False,
 )
-"""What may stand behind ``$(`` in a launch file."""
+"""Substitutions of launch files, by the name after ``$(``."""
 
 _SENSORS = "teleopctl.sim.sensors"
 
@@ -312,7 +315,7 @@ SENSORS = Kind(
     | dict.fromkeys(("gpu_lidar", "gpu_ray", "lidar", "ray", "sonar"), f"{_SENSORS}.lidar:Lidar"),
     bases=("teleopctl.sim.sensors.base:Sensor",),
 )
-"""Simulated sensors, by the names that ``<sensor type="…">`` has."""
+"""Simulated sensors, by the type in ``<sensor type="…">``."""
 
 _DISPLAYS = "teleopctl.viewer.displays"
 
@@ -355,7 +358,7 @@ DISPLAYS = Kind(
     },
     bases=("teleopctl.viewer.displays.base:Display",),
 )
-"""What can be drawn in the viewer's picture, by RViz's names without their package."""
+"""Displays of the viewer, by RViz's class names without the package."""
 
 _PANELS = "teleopctl.viewer.panels"
 
@@ -377,7 +380,7 @@ PANELS = Kind(
     },
     bases=("teleopctl.viewer.panels.base:Panel",),
 )
-"""The tabs of the viewer's page, in their order."""
+"""Panels of the viewer's page, in the order of their tabs."""
 
 
 def kinds() -> list[Kind]:

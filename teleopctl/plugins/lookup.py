@@ -15,22 +15,24 @@ if TYPE_CHECKING:
     from importlib.metadata import Distribution
     from typing import Any
 
-# How the groups begin that are read; the second one is that of ROS 2's components in Python.
+# Beginnings of the group headers to read; the second one is for ROS 2's components in Python.
 _MARKS = ("[teleopctl.", "[rclpy_components]")
 
 
-# Every command loads this module, and making a named tuple takes half a millisecond.
+# Not a named tuple: every command loads this module, and creating one takes half a millisecond.
 class Kind:
     """A kind of plug-in: entry-point group, built-in plug-ins and required base classes.
 
     Attributes:
-        noun: What one is called in messages.
-        group: The entry-point group of strangers' plug-ins.
-        ours: Those that come with teleopctl, as ``module:object`` by name.
-        bases: What a plug-in has to be, as ``module:Class``; empty for anything.
-        classes: Whether plug-ins are classes derived from ``bases``, rather than objects of them.
-        direct: Whether ``module:object`` may stand where a name is expected.
-        summaries: One line on each of ours, where a list shows it without importing anything.
+        noun: Name of such a plug-in in messages.
+        group: Entry-point group of other distributions' plug-ins.
+        ours: Plug-ins that are part of teleopctl, as ``module:object`` by name.
+        bases: Base classes of plug-ins, of which one is required, as ``module:Class``; empty for
+            any object.
+        classes: Whether plug-ins are subclasses of ``bases``; otherwise they are instances.
+        direct: Whether ``module:object`` may be given instead of a name.
+        summaries: One-line descriptions of teleopctl's own plug-ins by name, for lists that must
+            not import the plug-ins; empty for most kinds.
     """
 
     __slots__ = ("bases", "classes", "direct", "group", "noun", "ours", "summaries")
@@ -59,9 +61,9 @@ class Plugin:
     """Name, import path and distribution of a plug-in that may not be imported yet.
 
     Attributes:
-        name: What it is asked for by.
-        target: ``module:object``.
-        distribution: The distribution that brings it; empty for ours.
+        name: Name of the plug-in.
+        target: Import path ``module:object``.
+        distribution: Distribution that has the plug-in; empty for teleopctl.
     """
 
     __slots__ = ("distribution", "name", "target")
@@ -91,17 +93,18 @@ def available(kind: Kind) -> dict[str, Plugin]:
     return plugins
 
 
-# Any: what a plug-in is depends on its kind.
+# Any: the type of a plug-in depends on its kind.
 def load(kind: Kind, name: str) -> Any:
     """Import the plug-in of a kind with a name, check it, and return its class or object.
 
     Returns:
-        The class or object; what it is depends on the kind, so the caller names the type.
+        The class or object, whose type depends on the kind.
 
     Raises:
-        UnknownPluginError: None has that name; the message lists those that there are.
-        BrokenPluginError: It cannot be imported, or is not what its kind has to be; the message
-            names the line of its code that is to blame. The next attempt reads its files again.
+        UnknownPluginError: No plug-in has that name; the message lists the available ones.
+        BrokenPluginError: The plug-in cannot be imported, or has none of the base classes of its
+            kind. The message names the faulty line of its code. The next attempt reads its files
+            again.
     """
     plugin = find(kind, name)
     if plugin is None:
@@ -136,7 +139,7 @@ def load(kind: Kind, name: str) -> Any:
     return found
 
 
-# Any: whatever stands there.
+# Any: any object of a module.
 def import_object(target: str) -> Any:
     """Import a module, and return the object that ``module:name`` names."""
     module, _, attribute = target.partition(":")
@@ -144,9 +147,9 @@ def import_object(target: str) -> Any:
 
 
 def _forget_imports(since: set[str]) -> None:
-    """Forget what a failed import has brought of a user's own: it is to be read again once mended.
+    """Remove the user's modules of a failed import, so that they are read again once fixed.
 
-    Installed packages stay, many of which cannot be imported twice.
+    Installed packages stay, since many of them cannot be imported twice.
     """
     from teleopctl.base.exception_origin import is_user_code
 
@@ -174,10 +177,10 @@ def _strangers(group: str) -> dict[str, Plugin]:
 
 @cache
 def _installed() -> dict[str, dict[str, Plugin]]:
-    """The plug-ins of all installed distributions, by group and name, sorted.
+    """Return the plug-ins of all installed distributions, by group and name, sorted.
 
-    A distribution whose entries cannot be read is reported and passed over, as is the second one
-    to offer a name.
+    Logs a warning for a distribution whose entries cannot be read, and for a name that two
+    distributions have; then the first one is used.
     """
     if not _has_strangers():
         return {}
@@ -193,15 +196,15 @@ def _installed() -> dict[str, dict[str, Plugin]]:
             entries = [
                 (entry.group, entry.name, entry.value) for entry in distribution.entry_points
             ]
-        except Exception as error:  # noqa: BLE001 -- whatever is wrong with it, the others work
+        except Exception as error:  # noqa: BLE001 -- with any error, the others still work
             _warn(f"The plug-ins of {_name_of(distribution)} cannot be read: {error}")
             continue
-        # The first one on the path is the one whose modules are imported.
+        # The modules of the first distribution on the path are imported.
         owners.setdefault(owner, entries)
     found: dict[str, dict[str, Plugin]] = {}
     for owner, entries in sorted(owners.items()):
         for group, name, value in entries:
-            # What stands in brackets are extras, an obsolete part of entry points.
+            # Brackets contain extras, an obsolete part of entry points.
             plugin = Plugin(name, value.partition("[")[0].strip(), owner)
             known = found.setdefault(group, {}).setdefault(name, plugin)
             if known.distribution != owner and f"[{group}]".startswith(_MARKS):
@@ -213,9 +216,9 @@ def _installed() -> dict[str, dict[str, Plugin]]:
 
 
 def _has_strangers() -> bool:
-    """Whether any installed distribution may have plug-ins for teleopctl.
+    """Return whether any installed distribution may have plug-ins for teleopctl.
 
-    Most machines have none, and the standard library takes 20 ms to import before it says so.
+    Most machines have none, and the import of `importlib.metadata` would take 20 ms.
     """
     for folder in sys.path:
         if folder.endswith(".egg") or os.path.isfile(folder):  # noqa: PTH113 -- paths are texts
@@ -234,14 +237,14 @@ def _has_strangers() -> bool:
             except (FileNotFoundError, NotADirectoryError):
                 continue
             except OSError:
-                return True  # which is to be told
+                return True  # the caller then reports the error
     return False
 
 
 def _name_of(distribution: Distribution) -> str:
     try:
         return distribution.name
-    except Exception:  # noqa: BLE001 -- its metadata may be what is wrong
+    except Exception:  # noqa: BLE001 -- its metadata may be invalid
         return "a distribution without a name"
 
 

@@ -93,4 +93,4 @@ COMPONENTS = {
         "teleopctl.nodes.tf2.static_transform_publisher:StaticTransformBroadcasterNode"
     ),
 }
-"""Classes of nodes, as ``module:Class`` by ``package::Class``."""
+"""Node classes, as ``module:Class`` by ``package::Class``."""

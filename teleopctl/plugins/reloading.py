@@ -19,22 +19,22 @@ _INSTALLED = "site-packages", "dist-packages"
 def reload(kind: Kind, names: Iterable[str]) -> list[str]:
     """Reload plug-ins with the modules of their packages.
 
-    Objects of the old classes go on with the old code. Ours are never read again.
+    Objects of the old classes keep the old code. teleopctl's own plug-ins are never reloaded.
 
     Args:
-        kind: Their kind.
-        names: What they are called. One whose module is gone is passed over.
+        kind: Kind of the plug-ins.
+        names: Names of the plug-ins. A plug-in whose module no longer exists is skipped.
 
     Returns:
-        The modules that were imported before and are read again, sorted.
+        The reloaded modules that were imported before, sorted.
 
     Raises:
-        BrokenPluginError: One cannot be imported; all modules are as before then.
+        BrokenPluginError: A plug-in cannot be imported; then all modules stay as before.
     """
     from importlib import invalidate_caches
 
     strangers = [name for name in names if name not in kind.ours]
-    # Which modules belong to them is seen from what is imported now.
+    # The modules of the plug-ins are found among those that are imported now.
     own = {module for name in strangers for module in _own_modules(kind, name)}
     old = {module: sys.modules[module] for module in sorted(own)}
     forget_entry_points()
@@ -53,10 +53,10 @@ def reload(kind: Kind, names: Iterable[str]) -> list[str]:
 
 
 def _own_modules(kind: Kind, name: str) -> set[str]:
-    """The imported modules of a plug-in: of its package, and those that define its class's bases.
+    """Return the imported modules of a plug-in: of its package, and of its class's bases.
 
-    A module that is in no package belongs together with its neighbours in its folder, unless that
-    is where packages are installed.
+    For a module without a package, the modules in the same folder are included, unless packages
+    are installed in that folder.
     """
     plugin = find(kind, name)
     module, _, attribute = plugin.target.partition(":") if plugin else ("", "", "")
@@ -64,7 +64,7 @@ def _own_modules(kind: Kind, name: str) -> set[str]:
     if content is None:
         return set()
     package = module.partition(".")[0]
-    folder = os.path.dirname(_source(content))  # noqa: PTH120 -- places of modules are texts
+    folder = os.path.dirname(_source(content))  # noqa: PTH120 -- paths of modules are texts
     own = {other for other in sys.modules if f"{other}.".startswith(f"{package}.")}
     if package == module and folder and not folder.endswith(_INSTALLED):
         own |= {
@@ -78,18 +78,18 @@ def _own_modules(kind: Kind, name: str) -> set[str]:
     return {
         other
         for other in own - sys.stdlib_module_names - {"__main__"}
-        # An extension in C cannot be loaded twice.
+        # A C extension cannot be loaded twice.
         if other.partition(".")[0] != ours and _source(sys.modules.get(other)).endswith(".py")
     }
 
 
 def _source(module: ModuleType | None) -> str:
-    """The file that a module was read from; empty where there is none."""
+    """Return the path of a module's file; empty if it has none."""
     return getattr(module, "__file__", None) or ""
 
 
 def _remove_bytecode(module: ModuleType) -> None:
-    """Remove what Python keeps of a module: it takes edits within one second for no change."""
+    """Remove a module's compiled file, since Python misses edits within one second."""
     import contextlib
 
     bytecode = getattr(module.__spec__, "cached", None)
@@ -99,7 +99,7 @@ def _remove_bytecode(module: ModuleType) -> None:
 
 
 def _exists(kind: Kind, name: str) -> bool:
-    """Whether a plug-in, which has been there, still has a name and a module."""
+    """Return whether a plug-in still has an entry point and a module."""
     from importlib.util import find_spec
 
     plugin = find(kind, name)

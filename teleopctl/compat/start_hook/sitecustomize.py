@@ -1,7 +1,7 @@
 """Python imports this as it starts, because ``PYTHONPATH`` names the folder.
 
-Whatever Python a process starts inherits the variable; one that has no teleopctl stays as it is.
-The ``sitecustomize`` that this one hides, if there is one, comes first.
+All Python child processes inherit the variable; those without teleopctl are not affected. The
+``sitecustomize`` that this one hides, if any, runs first.
 """
 
 import os
@@ -21,7 +21,7 @@ def _run_the_hidden_one() -> None:
 
 
 def _activate() -> None:
-    # Our own programs activate what they need themselves, later or not at all.
+    # teleopctl's own programs activate the packages themselves, later or not at all.
     if sys.orig_argv[1:3] == ["-P", "-m"] and sys.orig_argv[3].startswith("teleopctl"):
         return
     try:

@@ -29,7 +29,7 @@ _COMMAND_TIMEOUT_S = 60.0
 
 
 class _Expression(Substitution):
-    """``$(eval …)``: the expression is one quoted argument, or all arguments as written.
+    """``$(eval …)``: one quoted argument is the expression, else what stands there.
 
     A second quoted argument lists modules. Only ``math`` is allowed, which every expression can
     use.

@@ -27,13 +27,13 @@ def create_package(package: NewPackage, folder: str, tell: Callable[[str], objec
     """Create a package's folder and files.
 
     Args:
-        package: What it is to be.
-        folder: The folder in which its own is made.
-        tell: Called with a line for each file and folder, before it is made.
+        package: Options of the package.
+        folder: Folder in which the package's folder is created.
+        tell: Called with a line of text before each file and folder is created.
 
     Raises:
-        UsageError: A name cannot be used.
-        RefusedError: There is a folder of that name.
+        UsageError: A name is invalid.
+        RefusedError: A file or folder of that name exists.
         SystemFailureError: The files cannot be written.
     """
     check_package(package, folder)
@@ -49,8 +49,8 @@ def check_package(package: NewPackage, folder: str) -> None:
     """Raise if a package cannot be created.
 
     Raises:
-        UsageError: A name cannot be used.
-        RefusedError: There is a folder of that name.
+        UsageError: A name is invalid.
+        RefusedError: A file or folder of that name exists.
     """
     check_names(package)
     path = join_path(folder, package.name)

@@ -23,14 +23,14 @@ class NewPackage(NamedTuple):
     """Options of a new package, with the names of ``ros2 pkg create``.
 
     Attributes:
-        name: Its name.
+        name: Name of the package.
         build_type: One of `BUILD_TYPES`.
-        package_format: 2 or 3, of its ``package.xml``.
-        description: For people.
-        license: Its license's identifier, or any text.
-        maintainer_name: Who maintains it.
-        maintainer_email: Where to write to.
-        dependencies: Names of packages that it depends on.
+        package_format: Format of ``package.xml``, 2 or 3.
+        description: Description of the package.
+        license: Identifier of the license, or any text.
+        maintainer_name: Name of the maintainer.
+        maintainer_email: E-mail address of the maintainer.
+        dependencies: Names of the packages that the package depends on.
         node_name: Name of a program to create, or None.
         library_name: Name of a library to create, or None.
     """
@@ -51,7 +51,7 @@ def check_names(package: NewPackage) -> None:
     """Raise a UsageError if the package's, node's or library's name is invalid.
 
     Raises:
-        UsageError: A name is none, or not one in the package's language.
+        UsageError: A name is invalid, or is no module name in a Python package.
     """
     is_python = package.build_type == AMENT_PYTHON
     if _PACKAGE_NAME.fullmatch(package.name) is None:
@@ -103,9 +103,9 @@ class File(NamedTuple):
     """Step of creating a package: write a file.
 
     Attributes:
-        path: Its path.
-        text: What it holds.
-        is_told: Whether its path is told.
+        path: Path of the file.
+        text: Content of the file.
+        is_told: Whether to print the path.
     """
 
     path: str
@@ -123,7 +123,7 @@ def join_path(*parts: str) -> str:
 
 _FOLDER: Final = Path(__file__).parent / "licenses"
 
-# BSD-2.0 is what ament's tools call the license of three clauses, too.
+# BSD-2.0 is another name for the three-clause license in ament's tools.
 _FILES: Final = {
     "Apache-2.0": "Apache-2.0",
     "BSL-1.0": "BSL-1.0",
@@ -146,9 +146,9 @@ def license_text(name: str, holder: str, year: int) -> str | None:
     """Return the text of a license with its holder and year; None for an unknown license.
 
     Args:
-        name: Its SPDX identifier.
-        holder: Who has the copyright.
-        year: Since when.
+        name: SPDX identifier of the license.
+        holder: Copyright holder.
+        year: Year of the copyright.
     """
     if name not in _FILES:
         return None

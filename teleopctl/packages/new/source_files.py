@@ -367,7 +367,7 @@ install(TARGETS {node}{export}
 
 
 def _target(package: NewPackage, target: str, scope: str) -> str:
-    """Language, headers and libraries of a target."""
+    """Return the CMake calls that set language, headers and libraries of a target."""
     lines = [
         f"target_compile_features({target} {scope} c_std_99 cxx_std_17)",
         f"target_include_directories({target} {scope}",
@@ -423,7 +423,7 @@ mod tests {{
 def cargo_files(package: NewPackage, path: str) -> Iterator[Step]:
     """Yield the files of a Rust package.
 
-    Cargo wants a target: a package without node and library gets a program of its own name.
+    Cargo requires a target: a package without node and library gets a program of its own name.
     """
     source = join_path(path, "src")
     yield Note("creating source folder")
@@ -438,7 +438,7 @@ def cargo_files(package: NewPackage, path: str) -> Iterator[Step]:
 def _cargo_toml(package: NewPackage) -> str:
     import json
 
-    # A text in JSON is one in TOML too.
+    # A JSON string is also a TOML string.
     lines = [
         "[package]",
         f"name = {json.dumps(package.name)}",
