@@ -54,7 +54,7 @@ def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str
     """Yield the lines of ``ros2 launch --show-args`` for a launch file and its includes.
 
     Raises:
-        TeleopctlError: When the file cannot be read.
+        TeleopctlError: The file or an included file cannot be read.
     """
     yield "Arguments (pass arguments as '<name>:=<value>'):"
     context = LaunchContext(arguments, Path())
@@ -100,7 +100,7 @@ def argument_names(file: Path) -> list[str]:
     """Return the names of the arguments that a launch file and its includes declare.
 
     Raises:
-        TeleopctlError: When the file cannot be read.
+        TeleopctlError: The file or an included file cannot be read.
     """
     declared = _declared(file, LaunchContext({}, Path()), 0)
     return list(dict.fromkeys(each.argument.name for each in declared))

@@ -1,4 +1,4 @@
-"""The one registry of what a stranger may add: controllers, sensors, verbs and so on, by name.
+"""Registry of all plug-ins by kind and name: controllers, sensors, verbs and so on.
 
 A kind of plug-in has an entry-point group and a table of teleopctl's own plug-ins. An installed
 distribution adds a plug-in with an entry in its ``pyproject.toml``:

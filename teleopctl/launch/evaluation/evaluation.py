@@ -136,7 +136,7 @@ def evaluate(
 def shutdown_before_start(reason: str, hint: str | None = None) -> LaunchError:
     """Return the error for a launch that its own file shuts down before anything has started."""
     error = LaunchError(reason, hint=hint)
-    # The reason that the launch file gives says more than its line number.
+    # The reason from the launch file is more useful than its line number.
     error.place = ""
     return error
 

@@ -1,16 +1,16 @@
-"""Substitutions for launch files that take any robot; their names stand in `teleopctl.plugins`.
+"""Substitutions for launch files that take any robot; names are in `teleopctl.plugins`.
 
-``$(robot FILE name:=value …)`` gives the robot description, with absolute mesh paths and with the
-launch arguments that the xacro file takes; ``$(robot-arguments FILE name:=value …)`` gives those
-arguments as a list. ``$(simulated-robot FILE HARDWARE …)`` gives the description with the simulator
-as hardware.
-
-``$(robot-controllers FILE HARDWARE OTHERWISE)`` gives the parameter file of the robot's
-controllers, ``$(with-plugins FILE HARDWARE CONTROLLERS)`` that file with evaluated substitutions
-and with controllers in place of Gazebo's plug-ins. ``$(robot-namespace FILE HARDWARE CONTROLLERS)``
-gives the namespace of the controller manager, ``$(robot-is-controlled FILE HARDWARE)`` whether any
-joint can be commanded, and ``$(robot-remappings FILE HARDWARE NAMESPACE NAME …)`` the remappings of
-the description's plug-in of ros2_control.
+- ``$(robot FILE name:=value …)``: the robot description, with absolute mesh paths and with the
+  launch arguments that the xacro file declares.
+- ``$(robot-arguments FILE name:=value …)``: these arguments as a list.
+- ``$(simulated-robot FILE HARDWARE …)``: the description with the simulator as hardware.
+- ``$(robot-controllers FILE HARDWARE OTHERWISE)``: the parameter file of the robot's controllers.
+- ``$(with-plugins FILE HARDWARE CONTROLLERS)``: that file with evaluated substitutions, and with
+  controllers in place of Gazebo's plug-ins.
+- ``$(robot-namespace FILE HARDWARE CONTROLLERS)``: the namespace of the controller manager.
+- ``$(robot-is-controlled FILE HARDWARE)``: whether any joint can be commanded.
+- ``$(robot-remappings FILE HARDWARE NAMESPACE NAME …)``: the remappings of the description's
+  ros2_control plug-in.
 """
 
 from __future__ import annotations

@@ -255,7 +255,7 @@ def start_error_text(error: OSError | ValueError) -> str:
 
 
 def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:
-    # Unbuffered, since otherwise what a node prints appears only when a buffer is full.
+    # Unbuffered, since otherwise the output of a node appears only when a buffer is full.
     wanted = {
         **os.environ,
         "PYTHONUNBUFFERED": "1",

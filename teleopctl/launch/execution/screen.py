@@ -116,7 +116,7 @@ class LineFormat:
         """
         chosen = os.environ.get(self._variable)
         if chosen:
-            # As in ROS 2: escapes stand for the characters that they name.
+            # As in ROS 2, escape sequences such as \n are decoded.
             text, style = chosen.encode("latin1", "backslashreplace").decode("unicode_escape"), "{"
         elif text in self._names and style is not None:
             raise ValueError(f'Cannot set a custom format style for the "{text}" format.')
