@@ -121,8 +121,8 @@ def start(
         env: Complete environment of the process, which also determines the folders of its record
             and log; by default that of this process.
         until_ready: Time limits for the process to call `announce_ready`. None does not wait.
-        takes_interrupts: Whether the program calls `interrupts.take`. Then a SIGINT during its
-            start is kept until that call.
+        takes_interrupts: Whether the program calls `interrupts.install_sigint_handler`. Then a
+            SIGINT during its start is kept until that call.
 
     Raises:
         SystemFailureError: The program cannot be started, or the process reported a failure, ended

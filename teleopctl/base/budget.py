@@ -146,46 +146,48 @@ class Tally:
             raise BudgetError(f"more than {self._most:,} {self._what}")
 
 
-def unpacked_limit(stored: int, least: int = UNPACKED_BYTES) -> int:
+def unpacked_limit(stored_bytes: int, minimum_bytes: int = UNPACKED_BYTES) -> int:
     """Return the largest allowed unpacked size, in bytes, of stored data.
 
     Args:
-        stored: Size of the stored data, in bytes.
-        least: Unpacked size that is always allowed, in bytes.
+        stored_bytes: Size of the stored data, in bytes.
+        minimum_bytes: Unpacked size that is always allowed, in bytes.
     """
-    return max(least, UNPACKED_RATIO * stored)
+    return max(minimum_bytes, UNPACKED_RATIO * stored_bytes)
 
 
-def may_be_unpacked(claimed: int, stored: int) -> bool:
+def may_be_unpacked(claimed_bytes: int, stored_bytes: int) -> bool:
     """Return whether a claimed unpacked size is allowed."""
-    return claimed <= min(unpacked_limit(stored), LARGEST_UNPACKED_BYTES)
+    return claimed_bytes <= min(unpacked_limit(stored_bytes), LARGEST_UNPACKED_BYTES)
 
 
-def tally_of_unpacked(stored: int) -> Tally:
+def tally_of_unpacked(stored_bytes: int) -> Tally:
     """Return a counter of unpacked bytes, limited by the stored size of a file.
 
     Args:
-        stored: Size of the file, in bytes.
+        stored_bytes: Size of the file, in bytes.
     """
     return Tally(
-        f"bytes that its {stored:,} are unpacked to", unpacked_limit(stored, UNPACKED_FILE_BYTES)
+        f"bytes that its {stored_bytes:,} are unpacked to",
+        unpacked_limit(stored_bytes, UNPACKED_FILE_BYTES),
     )
 
 
-def check_unpacked(claimed: int, stored: int) -> None:
+def check_unpacked(claimed_bytes: int, stored_bytes: int) -> None:
     """Raise a BudgetError if the claimed unpacked size exceeds the limit of stored data.
 
     Args:
-        claimed: Unpacked size that the data states, in bytes.
-        stored: Size of the stored data, in bytes.
+        claimed_bytes: Unpacked size that the data states, in bytes.
+        stored_bytes: Size of the stored data, in bytes.
 
     Raises:
         BudgetError: The limit is exceeded.
     """
-    if not may_be_unpacked(claimed, stored):
-        most = min(unpacked_limit(stored), LARGEST_UNPACKED_BYTES)
+    if not may_be_unpacked(claimed_bytes, stored_bytes):
+        most = min(unpacked_limit(stored_bytes), LARGEST_UNPACKED_BYTES)
         raise BudgetError(
-            f"its {stored:,} bytes would become {claimed:,}; at most {most:,} are unpacked"
+            f"its {stored_bytes:,} bytes would become {claimed_bytes:,}; "
+            f"at most {most:,} are unpacked"
         )
 
 

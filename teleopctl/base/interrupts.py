@@ -11,7 +11,7 @@ other programs hardly ever.
 
 A Python interpreter that is interrupted while it starts, before any code of teleopctl runs, may
 swallow the interrupt in such a callback, or end with "Fatal Python error". So child processes are
-started with SIGINT blocked until their program calls `take`.
+started with SIGINT blocked until their program calls `install_sigint_handler`.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ _was_raised = False
 # Whether a swallowed interrupt is about to be raised again.
 _is_pending = False
 
-# Write end of the pipe for signal numbers; empty until `end_waits` has set it.
+# Write end of the pipe for signal numbers; empty until `wake_on_signals` has set it.
 _wakes: list[int] = []
 
 
@@ -72,24 +72,24 @@ def in_transport_callback(frame: FrameType | None) -> bool:
     return False
 
 
-def take() -> None:
+def install_sigint_handler() -> None:
     """Install the SIGINT handler: KeyboardInterrupt in the main thread, at a safe place.
 
     An interrupt that `blocked_for_children` blocked while this process started is raised now.
     """
     signal.signal(signal.SIGINT, _interrupt)
     sys.unraisablehook = _hook(sys.unraisablehook)
-    end_waits()
+    wake_on_signals()
     if sys.platform != "win32":
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
 @contextmanager
 def blocked_for_children() -> Iterator[None]:
-    """Block SIGINT in child processes started in the block, until they call `take`.
+    """Block SIGINT in processes started in the block until they call `install_sigint_handler`.
 
-    Only for programs that call `take`: child processes inherit the mask, and without that call
-    SIGINT would never interrupt them.
+    Only for programs that call it: child processes inherit the mask, and without that call SIGINT
+    would never interrupt them.
     """
     if sys.platform == "win32":
         yield
@@ -122,32 +122,32 @@ def delayed_interrupt() -> Iterator[None]:
             signal.raise_signal(signal.SIGINT)
 
 
-def end_waits() -> None:
+def wake_on_signals() -> None:
     """Make signals end the main thread's waits; must be called from that thread.
 
     Does nothing if the program has set a wakeup descriptor itself (`signal.set_wakeup_fd`).
     """
     if sys.platform == "win32" or _wakes:
         return
-    signals, heard = os.pipe()
-    os.set_blocking(heard, False)
-    others = signal.set_wakeup_fd(heard, warn_on_full_buffer=False)
+    read_end, write_end = os.pipe()
+    os.set_blocking(write_end, False)
+    others = signal.set_wakeup_fd(write_end, warn_on_full_buffer=False)
     if others != -1:
         signal.set_wakeup_fd(others)
-        os.close(signals)
-        os.close(heard)
+        os.close(read_end)
+        os.close(write_end)
         return
-    _wakes.append(heard)
+    _wakes.append(write_end)
     signal.signal(signal.SIGURG, _woken)
-    _thread.start_new_thread(_wake, (signals, _thread.get_ident()))
+    _thread.start_new_thread(_wake, (read_end, _thread.get_ident()))
 
 
 def _woken(_signum: int, _frame: FrameType | None) -> None:
     """Handle SIGURG, whose arrival alone ends a wait."""
 
 
-def _wake(signals: int, thread: int) -> None:
-    while numbers := os.read(signals, 64):
+def _wake(read_end: int, thread: int) -> None:
+    while numbers := os.read(read_end, 64):
         if all(number == signal.SIGURG for number in numbers):
             continue
         for wait_s in _WAKE_AFTER_S:
@@ -165,7 +165,7 @@ def resend_signal(signum: int = signal.SIGINT) -> None:
     _thread.start_new_thread(_signal, (signum, _thread.get_ident()))
 
 
-def raise_swallowed() -> None:
+def raise_if_interrupted() -> None:
     """Raise an interrupt again that was swallowed.
 
     Call it where an interrupt should have ended the program earlier: user code or a library may

@@ -58,7 +58,7 @@ def _take_interrupts() -> None:
     # process, see `teleopctl.__main__`.
     from teleopctl.base import interrupts
 
-    interrupts.take()
+    interrupts.install_sigint_handler()
 
 
 def _end(status: int) -> None:

@@ -13,7 +13,7 @@ from teleopctl.launch.starting import run_in_background
 def main() -> int:
     """Run the launch request in the file that the command line names; return the exit status."""
     try:
-        interrupts.take()
+        interrupts.install_sigint_handler()
         outlive_output(log_file=take_log_file())
         return run_in_background(Path(sys.argv[1]))
     except KeyboardInterrupt:

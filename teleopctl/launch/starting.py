@@ -186,7 +186,7 @@ def run_in_background(request_file: Path) -> int:
 
 def _run(supervisor: Supervisor, evaluation: Evaluation, request: LaunchRequest) -> int:
     with _watched(supervisor, evaluation, request):
-        interrupts.raise_swallowed()
+        interrupts.raise_if_interrupted()
         status = supervisor.run()
     return status if request.exit_status else supervisor.ros2_exit_status
 

@@ -23,7 +23,7 @@ def main() -> int:
     try:
         # A shell starts its background jobs with SIGINT ignored, but the supervisor of this
         # process stops it with SIGINT.
-        interrupts.take()
+        interrupts.install_sigint_handler()
         progress.report(progress.STARTED)
         status = _run()
     except KeyboardInterrupt:

@@ -24,7 +24,7 @@ def _stop_with_input() -> None:
 
 
 if __name__ == "__main__":
-    interrupts.take()
+    interrupts.install_sigint_handler()
     activation.activate_children()
     signal.signal(signal.SIGTERM, signal.getsignal(signal.SIGINT))
     if GUARDED in sys.argv[2:]:

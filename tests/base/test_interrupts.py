@@ -16,7 +16,7 @@ import os, signal, threading
 from teleopctl.base import interrupts
 
 signal.signal(signal.SIGINT, signal.default_int_handler)
-interrupts.take()
+interrupts.install_sigint_handler()
 signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
 ends = threading.Event()
 def stay():
@@ -50,7 +50,7 @@ ENDS_MEANWHILE = """
 import signal, time
 from teleopctl.base import interrupts
 
-interrupts.take()
+interrupts.install_sigint_handler()
 interrupts.resend_signal()
 signal.signal(signal.SIGINT, signal.SIG_DFL)
 time.sleep(0.05)  # longer than it takes to come
@@ -109,7 +109,7 @@ def test_a_program_that_catches_an_interrupt_of_a_text_ends_as_it_says(tmp_path)
 STARTS = """
 from teleopctl.base import interrupts
 try:
-    interrupts.take()
+    interrupts.install_sigint_handler()
 except KeyboardInterrupt:
     print("interrupted")
 """

@@ -57,7 +57,7 @@ def called():
     signal.raise_signal(signal.SIGINT)
     print("the whole call")
 
-interrupts.take()
+interrupts.install_sigint_handler()
 try:
     called()
     threading.Event().wait(10)

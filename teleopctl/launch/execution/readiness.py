@@ -191,7 +191,7 @@ def wait_for_node(
     wait = _Wait(timeouts, show)
     hint = f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`."
     while True:
-        interrupts.raise_swallowed()
+        interrupts.raise_if_interrupted()
         # Read once: the process may end between two calls.
         ending = background.exit_status(record)
         if ending == 0:
@@ -249,7 +249,7 @@ def wait_for_launch(
     reported: set[str] = set()
     warned = False
     while True:
-        interrupts.raise_swallowed()
+        interrupts.raise_if_interrupted()
         launch_ended = not background.is_alive(record)
         published = status.read(folder)
         if published is not None and not warned:

@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from functools import partial
 from types import FrameType
 
-from teleopctl.base.interrupts import end_waits
+from teleopctl.base.interrupts import wake_on_signals
 from teleopctl.launch.execution.child import Child
 from teleopctl.launch.execution.event_loop import EventLoop
 from teleopctl.launch.execution.screen import Screen
@@ -107,7 +107,7 @@ class LaunchSignals:
             # Under `nohup` the launch outlives the terminal.
             numbers.append(signal.SIGHUP)
         if threading.current_thread() is threading.main_thread():
-            end_waits()
+            wake_on_signals()
         else:
             numbers.clear()  # only the main thread may set signal handlers
         previous = {number: signal.signal(number, self._on_signal) for number in numbers}

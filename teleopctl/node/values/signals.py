@@ -10,7 +10,7 @@ import enum
 import threading
 from types import FrameType
 
-from teleopctl.base.interrupts import end_waits, in_transport_callback, resend_signal
+from teleopctl.base.interrupts import in_transport_callback, resend_signal, wake_on_signals
 from teleopctl.base.typed import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -54,7 +54,7 @@ def install_signal_handlers(context: Endable, options: SignalHandlerOptions) -> 
     if threading.current_thread() is not threading.main_thread():
         return
     if _SIGNALS[options]:
-        end_waits()
+        wake_on_signals()
     for number in _SIGNALS[options]:
         if signal.getsignal(number) is not _end_contexts:
             _previous[number] = signal.signal(number, _end_contexts)
