@@ -21,9 +21,9 @@ _state = local()
 
 
 def direct_callback(
-    receive: Callable[[_Item], object], end: Callable[[], object] | None = None
+    on_item: Callable[[_Item], object], on_end: Callable[[], object] | None = None
 ) -> zenoh.handlers.Callback[_Item]:
-    """Return a Zenoh handler that calls `receive` on Zenoh's thread, and `end` after the last item.
+    """Return a Zenoh handler that calls `on_item` on Zenoh's threads, and `on_end` at the end.
 
     By default CPython treats each call as one from a new thread: it creates a thread state, with a
     stack that is mapped and unmapped, and deletes it afterwards, which takes longer than to receive
@@ -31,9 +31,9 @@ def direct_callback(
     that call often.
 
     Args:
-        receive: Called with each sample, query or reply. It must be short and must not wait, since
+        on_item: Called with each sample, query or reply. It must be short and must not wait, since
             it delays other callbacks, and must not raise.
-        end: Called after the last item.
+        on_end: Called after the last item.
     """
 
     @transport_callback
@@ -43,9 +43,9 @@ def direct_callback(
         except AttributeError:
             if next(_calls) > _FEW_CALLS:
                 _keep_state()
-        receive(item)
+        on_item(item)
 
-    return zenoh.handlers.Callback(call, end, indirect=False)
+    return zenoh.handlers.Callback(call, on_end, indirect=False)
 
 
 def _keep_state() -> None:

@@ -58,10 +58,10 @@ class GraphWatcher:
             # The session's own tokens are delivered before their declaration returns.
             session.liveliness().declare_subscriber(
                 liveliness_key(domain, self._own_zid),
-                direct_callback(self._hear_own),
+                direct_callback(self._receive_own),
                 history=True,
             ),
-            ListeningThread(session, liveliness_key(domain), self._hear),
+            ListeningThread(session, liveliness_key(domain), self._receive),
         )
 
     def snapshot(self) -> Graph:
@@ -139,7 +139,7 @@ class GraphWatcher:
             self._graph = Graph(self._tokens.values())
         return self._graph
 
-    def _hear(self, sample: zenoh.Sample) -> None:
+    def _receive(self, sample: zenoh.Sample) -> None:
         text = str(sample.key_expr)
         token = parse_token(text)
         if token is None:
@@ -147,7 +147,7 @@ class GraphWatcher:
         elif token.zid != self._own_zid:
             self._note(sample, text, token)
 
-    def _hear_own(self, sample: zenoh.Sample) -> None:
+    def _receive_own(self, sample: zenoh.Sample) -> None:
         text = str(sample.key_expr)
         token = parse_token(text)
         if token is not None:
@@ -221,13 +221,13 @@ class ListeningThread:
     Args:
         session: Session of the subscription.
         key: Key expression of the tokens; existing tokens are received too.
-        hear: Called with each sample, on the thread.
+        on_sample: Called with each sample, on the thread.
     """
 
     def __init__(
-        self, session: zenoh.Session, key: str, hear: Callable[[zenoh.Sample], None]
+        self, session: zenoh.Session, key: str, on_sample: Callable[[zenoh.Sample], None]
     ) -> None:
-        self._hear = hear
+        self._on_sample = on_sample
         self._thread: threading.Thread | None = None
         self._is_over = threading.Event()
         self._subscriber: zenoh.Subscriber[None] | None = None
@@ -257,15 +257,15 @@ class ListeningThread:
             self._thread.join(_LONGEST_END_S)
 
     def _declare(self, session: zenoh.Session, key: str) -> None:
-        callback = zenoh.handlers.Callback(self._hear_one, self._end)
+        callback = zenoh.handlers.Callback(self._receive_one, self._end)
         try:
             self._subscriber = session.liveliness().declare_subscriber(key, callback, history=True)
         except zenoh.ZError as error:
             self._failure = error
 
-    def _hear_one(self, sample: zenoh.Sample) -> None:
+    def _receive_one(self, sample: zenoh.Sample) -> None:
         self._thread = threading.current_thread()
-        self._hear(sample)
+        self._on_sample(sample)
 
     def _end(self) -> None:
         """Note the end of the callback; called by Zenoh on the thread."""

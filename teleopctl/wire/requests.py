@@ -36,8 +36,8 @@ def send_request(
     key: str,
     request: bytes | bytearray,
     attachment: Attachment,
-    receive: Callable[[zenoh.Reply], None],
-    end: Callable[[bool], None],
+    on_reply: Callable[[zenoh.Reply], None],
+    on_end: Callable[[bool], None],
 ) -> None:
     """Send a service request; callbacks receive the replies and the end.
 
@@ -46,15 +46,15 @@ def send_request(
         key: Zenoh key of the service.
         request: Request as CDR bytes.
         attachment: Sequence number and source time of the request, and GID of the client.
-        receive: Called with each reply, on a thread of Zenoh.
-        end: Called on that thread after the last reply, with whether the time limit of the request
-            was reached. Zenoh's own reply about the time limit does not always arrive.
+        on_reply: Called with each reply, on a thread of Zenoh.
+        on_end: Called on that thread after the last reply, with whether the time limit of the
+            request was reached. Zenoh's own reply about the time limit does not always arrive.
     """
     limit_s = _limits.next_s(key)
     deadline = time.monotonic() + limit_s
     session.get(
         key,
-        direct_callback(receive, lambda: end(time.monotonic() >= deadline)),
+        direct_callback(on_reply, lambda: on_end(time.monotonic() >= deadline)),
         target=zenoh.QueryTarget.ALL_COMPLETE,
         consolidation=zenoh.ConsolidationMode.NONE,
         timeout=limit_s,

@@ -218,7 +218,7 @@ def test_what_the_session_has_taken_back_is_not_believed_of_a_late_word(world):
     watcher.remove_own_token(format_token(gone))
     assert watcher.snapshot().node_names() == []
     late: Any = SimpleNamespace(key_expr=format_token(gone), kind=zenoh.SampleKind.PUT)
-    watcher._hear_own(late)
+    watcher._receive_own(late)
     world.declare(session, kept)
     assert watcher.snapshot().node_names() == ["/b"]
     watcher.close()
@@ -382,7 +382,7 @@ def test_what_matches_is_what_the_snapshot_says_after_any_changes(changes):
     watcher = GraphWatcher(silent, DOMAIN)
     for kind, token in changes:
         sample: Any = SimpleNamespace(key_expr=format_token(token), kind=kind)
-        watcher._hear(sample)
+        watcher._receive(sample)
         graph = watcher.snapshot()
         assert watcher.matching(EntityKind.MP, "/a") == graph.publishers("/a")
         assert watcher.matching(EntityKind.SS, "/a", "std_msgs/msg/Bool") == []
