@@ -171,5 +171,5 @@ def test_a_pointer_of_git_lfs_is_told_for_what_it_is(tmp_path, name):
     file = tmp_path / name
     file.parent.mkdir(exist_ok=True)
     file.write_text("version https://git-lfs.github.com/spec/v1\noid sha256:4d7a\nsize 12345\n")
-    with pytest.raises(InvalidFileError, match="only a pointer of Git LFS: `git lfs pull` fetches"):
+    with pytest.raises(InvalidFileError, match="only a Git LFS pointer: `git lfs pull` downloads"):
         open_bag(file)

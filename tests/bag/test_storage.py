@@ -191,7 +191,7 @@ def test_nothing_is_written_over(tmp_path):
 def test_what_is_no_bag_is_told(tmp_path):
     with pytest.raises(NotFoundError, match="does not exist"):
         open_bag(tmp_path / "none")
-    with pytest.raises(NotFoundError, match="is no bag"):
+    with pytest.raises(NotFoundError, match="is not a bag"):
         open_bag(tmp_path)
     (tmp_path / "x.mcap").write_bytes(b"text")
     with pytest.raises(InvalidFileError, match="is not an MCAP file"):

@@ -393,12 +393,12 @@ LAUNCH = {
         + "".join(
             f"- let: {{name: b, value: &a{n} [{f'*a{n - 1}, ' * 9}x]}}\n" for n in range(1, 9)
         ),
-        "aliases stand for more than 100,000 values",
+        "aliases expand to more than 100,000 values",
     ),
     "texts.yaml": (
         f"launch:\n- let: {{name: a, value: &a {'x' * 2000}}}\n"
         f"- let: {{name: b, value: [{'*a, ' * 9999}x]}}\n",
-        "aliases stand for more than 10,000,000 characters",
+        "aliases expand to more than 10,000,000 characters",
     ),
 }
 

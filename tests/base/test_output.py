@@ -54,7 +54,7 @@ def test_a_log_keeps_its_newest_lines_within_its_bound(tmp_path):
 
 @pytest.mark.parametrize("text", ["0", "-1", "1e9", "ten", "²"])
 def test_a_bound_that_is_none_is_refused(text):
-    with pytest.raises(UsageError, match="is no size of a log"):
+    with pytest.raises(UsageError, match="is not a valid log size"):
         output.log_bytes({"TELEOPCTL_LOG_BYTES": text})
 
 

@@ -37,12 +37,12 @@ def test_what_cannot_be_read_is_a_yaml_error(text):
         (
             "a0: &a0 [x, x]\n"
             + "".join(f"a{i}: &a{i} [*a{i - 1}, *a{i - 1}]\n" for i in range(1, 40)),
-            "aliases stand for more than 100,000 values",
+            "aliases expand to more than 100,000 values",
         ),
         (
             "a0: &a0 {k: x}\n"
             + "".join(f"a{i}: &a{i} {{<<: [*a{i - 1}, *a{i - 1}]}}\n" for i in range(1, 40)),
-            "aliases stand for more than 100,000 values",
+            "aliases expand to more than 100,000 values",
         ),
         ("a: 0x" + "f" * 5000, "an integer of too many digits"),
         ("a: 1" + ":1" * 5000, "an integer of too many digits"),

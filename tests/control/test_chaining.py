@@ -218,7 +218,7 @@ class TestOrder:
         stack.load_controller(last, CHAINABLE, {"exports": ["x"], "commands": [f"{circle[0]}/x"]})
         assert not stack.manager.configure_controller(last)
         told = stack.log.texts("error")[0]
-        assert "command each other in a circle" in told
+        assert "command each other in a cycle" in told
         assert all(f"'{name}'" in told for name in circle)
         assert stack.manager.controllers[last].lifecycle_state is State.UNCONFIGURED
         assert f"{last}/x" not in stack.resources.command_interfaces

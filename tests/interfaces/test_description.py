@@ -52,7 +52,7 @@ def test_a_known_type_must_be_the_same():
     description = described("std_msgs/msg/String")
     store.add_description(description)
     description.type_description.fields[0].name = "text"
-    with pytest.raises(TeleopctlError, match="defined here otherwise"):
+    with pytest.raises(TeleopctlError, match="defined here differently"):
         store.add_description(description)
 
 

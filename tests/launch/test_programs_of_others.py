@@ -162,7 +162,7 @@ def test_a_bridges_command_line_is_read():
         [Bridge("/scan", "/scan", "sensor_msgs/msg/LaserScan", "GZ_TO_ROS")],
         ["/world/a/control"],
     )
-    with pytest.raises(UsageError, match="'/scan' is no topic"):
+    with pytest.raises(UsageError, match="'/scan' is not a topic"):
         parse_bridge_arguments(["/scan"])
 
 

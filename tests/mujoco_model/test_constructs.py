@@ -288,7 +288,7 @@ def test_a_ring_lets_a_ball_through_where_it_can_be_cut(
     monkeypatch.setattr("teleopctl.mujoco_model.assets.can_decompose", lambda: False)
     whole = build_model(robot(*parts))
 
-    assert any("is hollow: it touches as" in warning for warning in cut.warnings)
+    assert any("is hollow: it collides as" in warning for warning in cut.warnings)
     assert again.warnings == cut.warnings
     of_ring = cut.mj_model.geom_bodyid == cut.mj_model.body("ring").id
     pieces = of_ring & (cut.mj_model.geom_contype > 0)
@@ -320,10 +320,10 @@ def test_a_mesh_that_touches_as_something_larger_is_told(
         file = tmp_path / f"{name.replace(' ', '_')}.stl"
         mesh.export(file)
         built = build_model(robot(link("a", collision(f'<mesh filename="{file}"/>') + INERTIAL)))
-        told[name] = " ".join(built.warnings).removeprefix(f"Mesh '{file}' touches as its convex ")
+        told[name] = " ".join(built.warnings).removeprefix(f"Mesh '{file}' collides as its convex ")
     assert told == {
-        "ring": "hull, which has 2.8 times its volume; `pip install 'teleopctl[decomposition]'` "
-        "cures that",
+        "ring": "hull, which has 2.8 times its volume; install teleopctl[decomposition] for "
+        "convex pieces",
         "box without a lid": "hull: it is not closed",
         "sheet": "hull: it is not closed",
         "cube": "",

@@ -191,7 +191,9 @@ def test_a_rod_whose_smallest_moment_is_lost_in_the_digits_gets_a_small_one(
 
 def test_an_inertia_in_other_units_is_none_and_that_is_told() -> None:
     built = solid(0.158, 6.9e4, 7.9e4, 4.2e4)
-    assert "are those of 0.158 kg 707 m from its middle: wrong units" in built.warnings[0]
+    assert (
+        "are those of 0.158 kg 707 m from its centre; the units may be wrong" in built.warnings[0]
+    )
     assert max(built.mj_model.body("rod").inertia) < 1e-3
 
 
@@ -212,7 +214,7 @@ def test_two_cameras_of_one_name_are_two_cameras() -> None:
       </camera></sensor></gazebo>"""
     built = model(link("base", ""), eye.format("base"), eye.format("base"))
     assert [camera.name for camera in built.cameras] == ["eye", "base/eye"]
-    assert built.warnings == ("Two cameras are named 'eye': one is 'base/eye' here",)
+    assert built.warnings == ("Two cameras are named 'eye': one is renamed to 'base/eye'",)
 
 
 def test_a_zero_inertia_is_replaced_and_told() -> None:

@@ -54,8 +54,7 @@ def test_a_plugin_of_the_whole_robot_that_is_not_served_is_told() -> None:
 <gazebo reference="base"><plugin name="bump" filename="libbumper.so"/></gazebo>"""
 
     assert warnings(tags) == (
-        "Plug-in 'drive' (libgazebo_ros_hover.so, line 2) is left out: nothing simulates what "
-        "it does",
+        "Plug-in 'drive' (libgazebo_ros_hover.so, line 2) is left out: it is not simulated",
         "Plug-in 'bump' (libbumper.so, line 3) is left out: it is not simulated",
     )
 
@@ -109,7 +108,10 @@ def test_a_camera_without_its_tag_is_told() -> None:
             ("<horizontal_fov>1", "<horizontal_fov>4"),
             "a pinhole camera cannot have a field of view of 4 rad",
         ),
-        ((IMAGE, f"{IMAGE}<clip><near>9</near><far>2</far></clip>"), "nothing between 9 m and 2 m"),
+        (
+            (IMAGE, f"{IMAGE}<clip><near>9</near><far>2</far></clip>"),
+            "its clip range is empty: 9 m and 2 m",
+        ),
     ],
 )
 def test_a_camera_that_cannot_see_is_told(change: tuple[str, str], words: str) -> None:

@@ -66,7 +66,7 @@ def test_other_joints_can_be_made_to_follow():
 
 def test_joints_that_follow_each_other_in_a_ring_are_refused():
     ring = {"a": Mimic("b"), "b": Mimic("a")}
-    with pytest.raises(TeleopctlError, match="in a ring"):
+    with pytest.raises(TeleopctlError, match="in a cycle"):
         JointSet(joints_of(a=(-9, 9), b=(-9, 9)), dependents=ring)
 
 

@@ -114,7 +114,7 @@ def test_the_diff_drive_of_gazebos_successor_has_its_own_names_and_limits() -> N
         ("<left_joint>rear</left_joint>", "there is no joint 'rear'"),
         ("<left_joint>mast</left_joint>", "it has 2 left and 1 right joints"),
         ("<wheel_diameter>big</wheel_diameter>", "<wheel_diameter> should be a number, got 'big'"),
-        ("<wheel_diameter>0.2</wheel_diameter>", "its pairs of wheels differ"),
+        ("<wheel_diameter>0.2</wheel_diameter>", "its wheel pairs differ"),
     ],
 )
 def test_a_plugin_that_cannot_work_is_left_out_with_the_reason(more: str, reason: str) -> None:

@@ -133,7 +133,7 @@ def test_what_is_no_robot_is_refused(text, message):
         ),
         (
             links("r", "a", "b") + joint() + joint("k", parent="b", child="a"),
-            "form a ring",
+            "form a cycle",
         ),
         (
             links("a", "b", "c") + joint() + joint("k", parent="c", child="b"),

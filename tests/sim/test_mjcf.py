@@ -310,7 +310,7 @@ def test_a_shape_that_urdf_does_not_have_is_named(tmp_path: Path) -> None:
     ("text", "said"),
     [
         ("<mujoco><worldbody><body><joint/></body></worldbody></mujoco>", "mass and inertia"),
-        ("<mujoco><worldbody/></mujoco>", "no robot in it"),
+        ("<mujoco><worldbody/></mujoco>", "contains no robot"),
         ('<mujoco><include file="none.xml"/></mujoco>', "none.xml"),
     ],
 )

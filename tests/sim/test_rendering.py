@@ -166,7 +166,7 @@ def test_an_unknown_quality_names_those_there_are() -> None:
     with pytest.raises(TeleopctlError) as caught:
         quality.make_renderer(NO_MODEL, [camera], "best")
 
-    assert caught.value.hint == "It is one of auto, fast, full"
+    assert caught.value.hint == "Expected one of auto, fast, full"
 
 
 @pytest.mark.skipif(not sys.platform.startswith("linux"), reason="others have their own OpenGL")

@@ -118,7 +118,7 @@ def test_a_state_of_another_model_is_refused_and_changes_nothing(
         SavedState.read(file).put(alone)
     content["values"]["physics"].pop()
     file.write_text(json.dumps(content))
-    with pytest.raises(RefusedError, match="made otherwise"):
+    with pytest.raises(RefusedError, match="have other properties"):
         SavedState.read(file).put(alone)
     assert after(alone, 0) == before
 
@@ -127,7 +127,7 @@ def test_a_state_of_another_model_is_refused_and_changes_nothing(
 def test_what_is_no_state_is_told_with_its_file(tmp_path: Path, text: str) -> None:
     file = tmp_path / "state.json"
     file.write_text(text)
-    with pytest.raises(InvalidFileError, match=r"state\.json is no state"):
+    with pytest.raises(InvalidFileError, match=r"state\.json is not a state"):
         SavedState.read(file)
 
 

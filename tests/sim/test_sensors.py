@@ -301,5 +301,5 @@ def test_a_sensor_that_fails_is_reported_once_and_read_no_more() -> None:
     publisher.on_graph_change()
     for time_ns in (0, 10_000_000):
         publisher.sample(time_ns)
-    assert node.errors == ["Sensor 'sensor' is read no more: ValueError: no echo"]
+    assert node.errors == ["Sensor 'sensor' is disabled: ValueError: no echo"]
     assert len(node.published) == 2

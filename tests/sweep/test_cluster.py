@@ -146,7 +146,7 @@ def test_paths_below_what_is_sent_are_those_of_the_worker(tmp_path: Path) -> Non
     built_in, nothing = pack_launch(find_launch_file(None, "sim.yaml"), None, tmp_path)
     assert (built_in.root, nothing) == ("", b"")
     assert Path(built_in.for_worker(request, there).file).name == "sim.yaml"
-    with pytest.raises(RefusedError, match="does not lie in"):
+    with pytest.raises(RefusedError, match="the folder that is sent"):
         pack_launch(file, package / "worlds", tmp_path)
 
 

@@ -218,7 +218,7 @@ COMPONENT = [
 ]
 
 _PLACES = (
-    "\n  Packages are looked for in $TELEOPCTL_PACKAGE_PATH, below and above the current folder, "
+    "\n  Packages are searched in $TELEOPCTL_PACKAGE_PATH, below and above the current folder, "
     "in $AMENT_PREFIX_PATH and among the installed distributions."
 )
 

@@ -207,7 +207,7 @@ def test_a_server_whose_only_thread_is_at_the_goal_is_waited_for(shared_ros, ser
     goal.interrupt()
     goal.wait_for_line("Canceling goal")
     server.send("go on\n")
-    goal.wait_for_line("The goal ended before the server heard")
+    goal.wait_for_line("The goal ended before the server received")
     assert goal.wait() == 130
     assert goal.stdout.endswith("Goal finished with status: SUCCEEDED\n")
 
@@ -235,4 +235,4 @@ def test_a_server_that_goes_away_ends_the_wait(shared_ros, server):
     goal.wait_for_line("Goal accepted")
     server.kill()
     assert goal.wait() == 1
-    assert goal.stderr == f"{BEGIN}teleopctl: The server of '/fib' has gone away\n"
+    assert goal.stderr == f"{BEGIN}teleopctl: The server of '/fib' has disappeared\n"

@@ -145,8 +145,8 @@ def test_what_each_process_of_a_launch_does_or_waits_for_is_said(ros):
 @pytest.mark.parametrize(
     ("line", "mistake"),
     [
-        ("run --timeout 3 simple_publisher", "--timeout goes with --detach"),
-        ("launch --stall-timeout 3 sim.yaml", "--stall-timeout goes with --detach"),
+        ("run --timeout 3 simple_publisher", "--timeout needs --detach"),
+        ("launch --stall-timeout 3 sim.yaml", "--stall-timeout needs --detach"),
         ("launch -d --timeout 0 sim.yaml", "--timeout is 0, expected a number above 0"),
         ("run -d --stall-timeout -1 simple_publisher", "--stall-timeout is -1, expected"),
     ],
@@ -231,7 +231,7 @@ def test_what_a_killed_launch_in_the_foreground_leaves_behind_can_be_stopped(ros
     assert told.stderr == ""
     assert not any(runs(pid) for pid in left)
     assert list(processes(ros)) == ["router"]
-    assert "Nothing runs" in ros.run("stop --yes").stderr
+    assert "No background processes" in ros.run("stop --yes").stderr
 
 
 ONCE = """launch:
@@ -447,7 +447,7 @@ def test_stop_ends_the_nodes_and_all_the_router_too(ros):
     assert ros.run("stop --all").stdout == "router has been stopped\n"
     nothing = ros.run("ps")
     assert (nothing.returncode, nothing.stdout) == (0, "")
-    assert "Nothing runs in the background" in nothing.stderr
+    assert "No background processes" in nothing.stderr
     assert ros.run("ps --json").stdout == "[]\n"
 
 

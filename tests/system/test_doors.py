@@ -240,7 +240,7 @@ def test_with_tls_the_door_asks_the_same(ros):
 def test_what_is_no_origin_is_refused(ros):
     done = ros.run(f"{BRIDGE} -p \"allowed_origins:=['*']\"")
     assert done.returncode == 1
-    assert "'*' is no origin" in done.stderr
+    assert "'*' is not an origin" in done.stderr
 
 
 def test_who_is_refused_is_logged_once_and_then_counted(ros):

@@ -249,7 +249,7 @@ def test_whitelists_hide_topics_and_services(ros):
 @pytest.mark.parametrize(
     ("option", "text"),
     [
-        ("topic_whitelist:=['(']", "no regular expression"),
+        ("topic_whitelist:=['(']", "is not a regular expression"),
         ("capabilities:=[telepathy]", "capabilities"),
         ("tls:=true", "certfile"),
         ("port:=70000", "70000"),

@@ -114,7 +114,7 @@ def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     assert "no bridge is needed for /clock" in system.output
     assert "Passing on /robot_joint_states as /measured" in system.output
     assert "where MuJoCo simulates: --seed 3\n" in system.output
-    assert "where there is one world: -use_sim true" in system.output
+    assert "there is a single world: -use_sim true" in system.output
     system.wait_for_line(r"Entity creation successfull\.")
     system.wait_for_line("create has ended")
     # The one that the launch file loads, and the one that stands for a plug-in.

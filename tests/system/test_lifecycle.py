@@ -100,7 +100,7 @@ def test_what_is_refused_unknown_or_missing_says_so_and_fails(lifecycle):
     assert error.startswith(
         "teleopctl: Node not found: '/livly'\n  There are /lively, /stubborn. Did you mean"
     )
-    assert "has no life cycle" in lifecycle("list", "simple_publisher")[2]
+    assert "is not a managed node" in lifecycle("list", "simple_publisher")[2]
 
 
 @pytest.mark.skipif(os.name == "nt", reason="Windows cannot stop a process for a while")

@@ -127,7 +127,7 @@ def test_an_override_that_is_meant_for_sessions_makes_no_router(ros, other):
     assert ros.run("topic list").returncode == 0
     result = ros.run("daemon start")
     assert result.returncode == 2
-    assert "'client', which ZENOH_CONFIG_OVERRIDE asks for" in result.stderr
+    assert "'client', which ZENOH_CONFIG_OVERRIDE sets" in result.stderr
 
 
 def test_a_daemon_that_listens_on_every_address_is_found_and_stopped_without_the_override(ros):
@@ -167,7 +167,7 @@ def test_whoever_misses_a_router_is_told_what_keeps_the_daemon_from_being_one(ro
     ros.env["ZENOH_CONFIG_OVERRIDE"] = 'mode="client"'
     assert ros.run("topic list").stderr.splitlines()[1:] == [
         "  'teleopctl daemon start' cannot start one: A router cannot start in the mode 'client', "
-        "which ZENOH_CONFIG_OVERRIDE asks for. ZENOH_CONFIG_OVERRIDE may be meant for sessions "
+        "which ZENOH_CONFIG_OVERRIDE sets. ZENOH_CONFIG_OVERRIDE may be meant for sessions "
         "only: start the daemon without it."
     ]
 

@@ -112,7 +112,7 @@ def test_a_controller_that_dies_leaves_the_joints_where_they_were_sent(
 
     partner.disconnect()
 
-    sim.wait_for_line("The controller has gone")
+    sim.wait_for_line("The controller disappeared")
     partner.wait_for_states(len(partner.states) + 20)
     assert partner.states[-1].position[1] == pytest.approx(-0.3, abs=1e-6)
 

@@ -559,7 +559,7 @@ def test_a_state_is_saved_under_a_name_and_gone_back_to(caller: Caller, tmp_path
     for name, why in (
         ("falling", "another model: it has the body 'can'"),
         ("flying", "There is no keyframe 'flying'; there is falling"),
-        ("./state.json", "whole path"),
+        ("./state.json", "give an absolute one"),
         (str(tmp_path / "none.json"), "No such file"),
     ):
         refused = caller.call("ResetWorld", "reset_world", keyframe=name)

@@ -93,7 +93,7 @@ def test_in_a_pipe_there_is_one_drawing_at_the_end(ros):
 @pytest.mark.parametrize(
     ("options", "text"),
     [
-        ("--plot data", "'data' is no number"),
+        ("--plot data", "'data' is not a number"),
         ("--plot nothing", "no field 'nothing'"),
         ("--plot data --window 0", "window must be positive"),
         ("--plot [", "Invalid field"),

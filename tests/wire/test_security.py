@@ -74,7 +74,7 @@ def test_a_spelling_that_rcl_takes_for_off_is_warned_of(security_of, caplog, ena
     security_of(enable, "Enforce")
     check_security()
     (record,) = caplog.records
-    assert f"{ENABLE} is {enable!r}, which ROS 2 takes for off" in record.message
+    assert f"{ENABLE} is {enable!r}, which ROS 2 treats as off" in record.message
 
 
 @pytest.mark.parametrize(

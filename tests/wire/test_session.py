@@ -328,4 +328,4 @@ def test_a_session_whose_end_takes_too_long_is_left_behind(caplog, monkeypatch):
     let_go = threading.Event()
     close_session(cast(zenoh.Session, SimpleNamespace(close=let_go.wait)))
     let_go.set()
-    assert "does not read what it is sent" in caplog.text
+    assert "does not read its messages" in caplog.text

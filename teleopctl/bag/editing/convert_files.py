@@ -242,7 +242,7 @@ class _Entry:
         if kind is not None:
             is_bool_for_int = kind is int and isinstance(value, bool)
             if not isinstance(value, kind) or is_bool_for_int:
-                raise InvalidFileError(f"{place}: '{key}' has to be {_WORDS[kind]}, not {value!r}")
+                raise InvalidFileError(f"{place}: '{key}' must be {_WORDS[kind]}, not {value!r}")
             if isinstance(value, list) and not all(isinstance(name, str) for name in value):
                 raise InvalidFileError(f"{place}: '{key}' must be a list of names")
             if isinstance(value, int) and value < 0 and key.startswith("max_"):

@@ -357,8 +357,7 @@ def sweep(
         Option(
             "--after",
             metavar="EXECUTABLE",
-            help="Time starts when this program of the launch file, for example one that sends "
-            "commands, has ended.",
+            help="Time starts when this program of the launch file has ended.",
         ),
     ] = None,
     measure: Annotated[

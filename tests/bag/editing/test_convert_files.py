@@ -139,7 +139,7 @@ def test_several_outputs_and_what_has_no_effect_are_told(read):
         (
             "output_bags:\n- uri: x\n  compression_format: bz2",
             UnsupportedError,
-            ":3: compression_format cannot be 'bz2': it is zstd or lz4",
+            ":3: compression_format cannot be 'bz2': expected zstd or lz4",
         ),
         ("output_bags:\n- {uri: x, regex: '('}", UsageError, ":2: '(' is not a regular expression"),
         (

@@ -203,11 +203,11 @@ def test_what_cannot_be_used_is_counted_and_passed_over(tmp_path):
     [
         ({"action": "/commands"}, NotFoundError, "no message of /commands"),
         ({"action": "/comands"}, NotFoundError, "begins with none of the bag's topics"),
-        ({"state": "/cam/image_raw"}, UsageError, "which field of it is meant"),
+        ({"state": "/cam/image_raw"}, UsageError, "name one of its fields"),
         ({"cameras": ["/joint_states"]}, UsageError, "has no pictures"),
         ({"cameras": ["/camera"]}, NotFoundError, "no topic '/camera'"),
         ({"state": "/joint_states/name"}, NotFoundError, "no message of /joint_states"),
-        ({"fps": 0}, UsageError, "no rate of frames"),
+        ({"fps": 0}, UsageError, "not a frame rate"),
     ],
 )
 def test_what_is_missing_is_named(session, tmp_path, options, error, text):

@@ -105,7 +105,7 @@ def test_no_peak_of_many_samples_is_lost(tmp_path, monkeypatch):
     [
         ("/joint_states", UsageError, "needs a field of it"),
         ("/joint_states/name", InvalidMessageError, r"name\[0\] is not a number but str"),
-        ("/joint_states/header", InvalidMessageError, "is no number but std_msgs/msg/Header"),
+        ("/joint_states/header", InvalidMessageError, "is not a number but std_msgs/msg/Header"),
         ("/joint_states/effort", InvalidMessageError, "was empty in all messages"),
         ("/joint_states/positions", InvalidMessageError, "has no field 'positions'"),
         ("/joint_states/position[9]", InvalidMessageError, "there is no element 9"),

@@ -148,7 +148,7 @@ def test_topics_without_pictures_make_no_film(tmp_path):
             VideoExport(opened, tmp_path / "a", ["/text"])
         with pytest.raises(NotFoundError):
             VideoExport(opened, tmp_path / "a", ["/other"])
-        with pytest.raises(UsageError, match="no rate"):
+        with pytest.raises(UsageError, match="not a frame rate"):
             VideoExport(opened, tmp_path / "a", rate=0.0)
 
 

@@ -89,9 +89,9 @@ def test_a_name_without_slash_is_resolved_as_the_node_resolves_it():
 
 
 def test_what_is_no_regular_expression_is_refused():
-    with pytest.raises(UsageError, match="is no regular expression"):
+    with pytest.raises(UsageError, match="is not a regular expression"):
         Selection(regex="(")
-    with pytest.raises(UsageError, match="is no regular expression"):
+    with pytest.raises(UsageError, match="is not a regular expression"):
         Selection(all_topics=True, exclude_regex="[")
 
 
@@ -99,7 +99,7 @@ def test_what_is_no_regular_expression_is_refused():
     ("text", "told"),
     [
         ("\n- /chatter", ":2: expected a topic and its type, got '/chatter'"),
-        ("\n- [/chatter, '']", ":2: here have to be a topic and its type"),
+        ("\n- [/chatter, '']", ":2: expected a topic and its type"),
         ("\n- [/a, b/C]\n- [/a, b/D]", ":3: '/a' is given twice"),
         (" {}", ": it has no list 'static_topics_and_types_list'"),
         (" [", ":2: not YAML"),

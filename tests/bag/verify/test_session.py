@@ -69,7 +69,7 @@ def test_a_command_that_came_when_the_simulator_had_gone_on_was_not_taken(tmp_pa
     ("states_ns", "why"),
     [
         ([], "has no simulated run"),
-        ([PERIOD_NS, 2 * PERIOD_NS], "begins at 0.010 s of simulated time: what had happened"),
+        ([PERIOD_NS, 2 * PERIOD_NS], "begins at 0.010 s of simulated time: earlier events"),
         (
             [PERIOD_NS * number for number in (0, 1, 2, 3, 4, 0, 1, 2, 3)],
             "Simulated time jumps back from 0.040 s in the bag",

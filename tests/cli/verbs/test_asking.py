@@ -16,7 +16,7 @@ def typed(ros, line: str) -> Terminal:
 
 
 def test_stop_without_a_name_asks_on_a_terminal_and_refuses_elsewhere(ros):
-    assert "Nothing runs" in ros.run("stop").stderr
+    assert "No background processes" in ros.run("stop").stderr
     ros.run("run --detach teleop_py_pkg simple_publisher")
     refused = ros.run("stop")
     assert (refused.returncode, refused.stdout) == (2, "")

@@ -171,7 +171,7 @@ def test_licenses_are_listed_for_a_question_mark(ros_without_router):
         ),
         ("my-arm --build-type ament_python", "'my-arm' cannot be imported in Python"),
         ("arm --build-type ament_python --node-name class", "'class' cannot be imported"),
-        ("arm --dependencies ../x", "'../x' is no name"),
+        ("arm --dependencies ../x", "'../x' is not a valid name"),
         ("", "Missing argument 'PACKAGE_NAME'"),
         ("arm --build-type catkin", "'catkin' is not one of"),
     ],

@@ -77,7 +77,7 @@ def test_a_file_is_told_as_check_urdf_does_and_then_what_the_simulator_makes_of_
         "1 of 1 joints follow a command",
         "By controllers that any robot gets:",
         "  joint_trajectory_controller (joint_trajectory_controller/JointTrajectoryController): "
-        "1 joints get there, to 0.0000",
+        "1 joints reach their targets, to 0.0000",
         "5 of 5 links have a frame on /tf in simulation",
     ]
 
@@ -234,7 +234,7 @@ def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
     assert main.run(["robot", "check", str(slides), given, "-s"]) == 1
     out = capsys.readouterr().out
     assert "By its own controllers:\n  base_controller (diff_drive_controller/" in out
-    assert "so that they touch nothing: left, right" in out
+    assert "so they cannot collide: left, right" in out
 
 
 CHAINED = """

@@ -127,7 +127,7 @@ def test_the_controllers_are_those_that_the_description_names(evaluated, tmp_pat
     done = evaluated("$(robot-controllers FILE sim other.yaml)", more=plug_in)
     assert done.shown == str(tmp_path / "c.yaml")
     assert done.said == [f"Controllers of the description: {tmp_path}/c.yaml"]
-    with pytest.raises(TeleopctlError, match=r"gone/c.yaml is no file"):
+    with pytest.raises(TeleopctlError, match=r"gone/c.yaml is not a file"):
         evaluated("$(robot-controllers FILE sim '')", more=plug_in.replace(str(tmp_path), "/gone"))
 
 

@@ -248,7 +248,7 @@ def test_substitutions(value, text, expected):
         ("$(for-var a)", "no enclosing loop sets 'a'"),
         ("$(file-content nope.txt)", r"File not found: .*nope\.txt"),
         ("$(exec-in-pkg nope camera)", "No executable found"),
-        ("$(eval '1' 'os')", "module 'os' is not at hand, only math"),
+        ("$(eval '1' 'os')", "module 'os' is not available, only math"),
         ("$(not maybe)", "expected true or false, got 'maybe'"),
     ],
 )

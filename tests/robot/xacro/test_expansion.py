@@ -52,7 +52,7 @@ def test_find_resolves_packages(write):
 def test_find_of_an_unknown_package_says_where_packages_are_looked_for(write):
     path = write('<link name="$(find no_such_package)"/>')
     assert failure(path).message == f"{path}: Package 'no_such_package' not found"
-    assert "Packages are looked for in $TELEOPCTL_PACKAGE_PATH" in (failure(path).hint or "")
+    assert "Packages are searched in $TELEOPCTL_PACKAGE_PATH" in (failure(path).hint or "")
 
 
 def test_find_resolves_what_a_sourced_ros_has_installed(write, tmp_path, monkeypatch):
@@ -266,9 +266,9 @@ def test_an_expression_without_end_is_an_error_with_its_place(write, text, monke
     message = failure(write(f'{wide}{nested}\n<link name="{text}"/>')).message
     assert (
         "more than" in message
-        or "no number beyond" in message
+        or "takes no number beyond" in message
         or "a width" in message
-        or "calls itself" in message
+        or "recurses" in message
     )
     assert "robot.xacro:3: " in message
 

@@ -304,7 +304,7 @@ def test_a_file_of_several_things_becomes_as_many_placed_as_it_has_them(model: R
 @pytest.mark.parametrize(
     ("text", "message"),
     [
-        ("<mujoco><worldbody/></mujoco>", "there is nothing in it"),
+        ("<mujoco><worldbody/></mujoco>", "it is empty"),
         ("<mujoco><worldbody><geom size='1' pos='nan 0 0'/></worldbody></mujoco>", "not finite"),
         (
             SPHERE.replace("<geom", "<inertial pos='0 0 0' mass='-1' diaginertia='1 1 1'/><geom"),
@@ -357,7 +357,7 @@ def test_what_waits_is_compiled_at_once_and_what_is_wrong_holds_up_itself_alone(
     good += [come(SPHERE, "third", 43.0)]
     go_on.set()
     assert all(each.wait(60.0) and each.result() for each in good)
-    for each, why in ((wrong[0], "there is nothing in it"), (wrong[1], "There is 'block3'")):
+    for each, why in ((wrong[0], "it is empty"), (wrong[1], "There is 'block3'")):
         assert each.wait(60.0)
         with pytest.raises(InvalidDescriptionError, match=why):
             each.result()

@@ -126,7 +126,7 @@ def test_an_address_that_leads_nowhere_is_named(uri):
 def test_what_is_no_mesh_is_not_opened(tmp_path):
     path = tmp_path / "bomb.zae"
     path.write_bytes(b"PK")
-    with pytest.raises(MeshError, match="no kind that is read"):
+    with pytest.raises(MeshError, match="unsupported format"):
         load_mesh(str(path))
 
 

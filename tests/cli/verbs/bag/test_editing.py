@@ -114,7 +114,7 @@ def test_convert_reads_the_spans_of_bags_that_a_file_names(here, capsys):
         ("storage_id: mcap", "in.yaml:2: an input has no 'uri'"),
         ("uri: none", "in.yaml:2: Bag path 'none' does not exist!"),
         ("{uri: in, storage_id: rosbag_v2}", "in.yaml:2: storage_id cannot be 'rosbag_v2'"),
-        ("{uri: in, start_time_ns: 1.5}", "in.yaml:2: 'start_time_ns' has to be a whole number"),
+        ("{uri: in, start_time_ns: 1.5}", "in.yaml:2: 'start_time_ns' must be a whole number"),
         ("{uri: in, uri: in}", "in.yaml:2: 'uri' is given twice"),
         ("{uri: in, topics: [/a]}", "in.yaml:2: 'topics' is not known"),
         ("in", "in.yaml:2: expected a mapping"),

@@ -216,7 +216,7 @@ def test_a_file_that_calls_itself_deprecated_warns(write, tmp_path):
 
 
 def test_a_file_of_another_ending_is_no_launch_file(tmp_path):
-    with pytest.raises(TeleopctlError, match=r"file\.toml is no launch file") as caught:
+    with pytest.raises(TeleopctlError, match=r"file\.toml is not a launch file") as caught:
         read_launch_file(tmp_path / "file.toml")
     assert ".xml" in str(caught.value.hint)
 
