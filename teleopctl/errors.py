@@ -80,7 +80,7 @@ class TeleopctlError(Exception):
         self.place: str | None = None
 
     def at(self, place: str) -> Self:
-        """Return the same error with the place of its cause, such as ``file:line``, in front."""
+        """Return a copy of the error whose message begins with a place, such as ``file:line``."""
         import copy  # takes longer to load than many commands take to decide
 
         located = copy.copy(self)
@@ -97,15 +97,15 @@ class UsageError(TeleopctlError):
 
 
 class AmbiguousNameError(UsageError):
-    """A name matches several things."""
+    """A name matches several things, where one is required."""
 
 
 class InvalidTypeNameError(UsageError):
-    """A text does not name a message, service or action, or names one of another kind."""
+    """A text does not name a type of the required kind: message, service or action."""
 
 
 class UnsupportedError(UsageError):
-    """ROS 2 has it, teleopctl does not have it yet."""
+    """A requested feature, format or setting of ROS 2 is not supported by teleopctl."""
 
 
 class NotFoundError(TeleopctlError):
@@ -121,7 +121,7 @@ class UnavailableError(TeleopctlError):
 
 
 class BrokenPluginError(UnavailableError):
-    """A plug-in cannot be imported, or is not of its kind's class."""
+    """A plug-in cannot be imported, or lacks the base class that its kind requires."""
 
 
 class MissingExtraError(UnavailableError):
@@ -129,7 +129,7 @@ class MissingExtraError(UnavailableError):
 
 
 class RefusedError(TeleopctlError):
-    """A request was refused."""
+    """A node or program refused a request."""
 
 
 class InvalidParameterError(TeleopctlError):
@@ -183,7 +183,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
 def what_there_is(
     kind: str, missing: Iterable[str], known: Iterable[str], others: Iterable[str] = ()
 ) -> str:
-    """Return a hint about unknown names: a list of the known ones, then the most similar, if any.
+    """Return a hint about unknown names: a list of existing ones, then similar ones, if any.
 
     Args:
         kind: Kind of the named things, in the plural: ``frames``.

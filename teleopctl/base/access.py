@@ -137,7 +137,7 @@ def is_loopback(host: str) -> bool:
 
 
 def host_in_url(host: str) -> str:
-    """Return the host to use in URLs of a server, from the address that it listens on."""
+    """Return the host for URLs of a listen address: localhost, for a wildcard the host name."""
     if is_loopback(host):
         return "localhost"
     if host in ("0.0.0.0", "::"):  # noqa: S104 -- compared, not bound
@@ -146,7 +146,7 @@ def host_in_url(host: str) -> str:
 
 
 def parse_origin(text: str) -> str:
-    """Return a normalized Origin: lower case, without the default port.
+    """Return an Origin normalized to lower case without default port; raise if it is none.
 
     Raises:
         ValueError: The text is not an origin. ``null`` is refused, since any page can send it.
@@ -167,7 +167,7 @@ def parse_origin(text: str) -> str:
 
 
 def with_token(address: str, token: str) -> str:
-    """Return a URL with an access token as its query."""
+    """Return a URL with ``?token=`` and the access token appended."""
     return f"{address}?token={quote(token, safe='')}"
 
 

@@ -112,7 +112,7 @@ def start(
     until_ready: StartTimeouts | None = None,
     takes_interrupts: bool = False,
 ) -> ProcessRecord:
-    """Start a background process, with its output in a log file.
+    """Start a background process with a log file, optionally wait until ready; return its record.
 
     Args:
         name: Name of the process in ``ps`` and ``stop``.
@@ -210,9 +210,9 @@ def record_this_process(name: str, command: Sequence[str], log_file: Path, *, ki
 
 
 def announce_ready(failure: str | None = None) -> None:
-    """Report to the starting process that this one is up, or why it failed.
+    """Report readiness or a failure to the waiting parent process; then stdout goes to the log.
 
-    Does nothing if no process waits for this one. Afterwards standard output goes to the log.
+    Does nothing if no process waits for this one.
     """
     if os.environ.pop(_ANNOUNCE, None) is None:
         return
@@ -224,7 +224,7 @@ def announce_ready(failure: str | None = None) -> None:
 
 
 def exit_status(record: ProcessRecord) -> int | None:
-    """Return the exit status of a child process; None while it runs and for others."""
+    """Return the exit status of a recorded child process; None if it runs or is no child."""
     known = _exit_statuses.get((record.pid, record.start.mark))
     if known is not None:
         return known
@@ -233,7 +233,7 @@ def exit_status(record: ProcessRecord) -> int | None:
 
 
 def records(folder: Path | None = None) -> list[ProcessRecord]:
-    """Return the records of running background processes, oldest first.
+    """Return the records of running background processes, oldest first; delete stale ones.
 
     Launches in terminals are left out; see `foreground_launches`. Records of ended processes are
     removed, except those that `ended_records` returns.
@@ -254,13 +254,13 @@ def records(folder: Path | None = None) -> list[ProcessRecord]:
 
 
 def foreground_launches(folder: Path | None = None) -> list[ProcessRecord]:
-    """Return the records of launches in terminals."""
+    """Return the records of running launches in terminals."""
     found = (record for _, record in _all_records(folder) if record is not None)
     return [each for each in found if each.kind == FOREGROUND_LAUNCH and is_alive(each)]
 
 
 def ended_records(folder: Path | None = None) -> list[ProcessRecord]:
-    """Return the records of launches and nodes that died."""
+    """Return the records of ended launches, and of other processes that failed or were killed."""
     return [r for _, r in _all_records(folder) if r and _is_kept(r) and not is_alive(r)]
 
 
@@ -315,12 +315,12 @@ def start_time_of(pid: int) -> StartTime:
 
 
 def is_alive(record: ProcessRecord) -> bool:
-    """Return whether the recorded process still runs, and not another one with its pid."""
+    """Return whether the recorded process still runs, and not another one with its PID."""
     return _process(record) is not None
 
 
 def terminal_of(record: ProcessRecord) -> str | None:
-    """Return the terminal of a process, such as ``/dev/pts/1``; None if it has none."""
+    """Return the terminal of a running process, such as ``/dev/pts/1``; None if it has none."""
     import psutil
 
     process = _process(record)
@@ -332,7 +332,7 @@ def terminal_of(record: ProcessRecord) -> str | None:
 
 
 def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
-    """Stop a background process: SIGINT, then SIGTERM, then SIGKILL with its descendants.
+    """Stop a process by SIGINT, then SIGTERM, then SIGKILL with descendants; remove its record.
 
     Args:
         record: Record of the process; a process that has already ended is no error.

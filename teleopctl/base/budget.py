@@ -103,7 +103,7 @@ MOST_FROM_ALIASES: Final = 100_000
 
 
 def joined(parts: Sequence[str], separator: str = "") -> str:
-    """Join texts; raise a BudgetError if the result exceeds the limit of a document.
+    """Join texts; raise a BudgetError for more than `LONGEST_DOCUMENT` characters.
 
     Raises:
         BudgetError: The result would have more than `LONGEST_DOCUMENT` characters.
@@ -118,7 +118,7 @@ class BudgetError(ValueError):
 
 
 class Tally:
-    """Counter of expanded elements that raises a BudgetError beyond a limit.
+    """Counter that raises a BudgetError when its count exceeds a limit.
 
     Args:
         what: Name of the counted things in the error message, in the plural: ``elements``.
@@ -136,7 +136,7 @@ class Tally:
         self.count = 0
 
     def add(self, count: int = 1) -> None:
-        """Add to the count; raise a BudgetError beyond the limit.
+        """Increase the count; raise a BudgetError if it then exceeds the tally's limit.
 
         Raises:
             BudgetError: The count exceeds the limit.
@@ -147,7 +147,7 @@ class Tally:
 
 
 def unpacked_limit(stored_bytes: int, minimum_bytes: int = UNPACKED_BYTES) -> int:
-    """Return the largest allowed unpacked size, in bytes, of stored data.
+    """Return the allowed unpacked size: 64 times the stored size, at least `minimum_bytes`.
 
     Args:
         stored_bytes: Size of the stored data, in bytes.
@@ -157,12 +157,12 @@ def unpacked_limit(stored_bytes: int, minimum_bytes: int = UNPACKED_BYTES) -> in
 
 
 def may_be_unpacked(claimed_bytes: int, stored_bytes: int) -> bool:
-    """Return whether a claimed unpacked size is allowed."""
+    """Return whether the claimed unpacked size of data is within the limit for its stored size."""
     return claimed_bytes <= min(unpacked_limit(stored_bytes), LARGEST_UNPACKED_BYTES)
 
 
 def tally_of_unpacked(stored_bytes: int) -> Tally:
-    """Return a counter of unpacked bytes, limited by the stored size of a file.
+    """Return a `Tally` of a file's unpacked bytes: limit 1 GiB or, if larger, 64 times its size.
 
     Args:
         stored_bytes: Size of the file, in bytes.
@@ -174,7 +174,7 @@ def tally_of_unpacked(stored_bytes: int) -> Tally:
 
 
 def check_unpacked(claimed_bytes: int, stored_bytes: int) -> None:
-    """Raise a BudgetError if the claimed unpacked size exceeds the limit of stored data.
+    """Raise a BudgetError if data's claimed unpacked size exceeds the limit for its stored size.
 
     Args:
         claimed_bytes: Unpacked size that the data states, in bytes.
@@ -192,7 +192,7 @@ def check_unpacked(claimed_bytes: int, stored_bytes: int) -> None:
 
 
 def check_pixels(width: int, height: int) -> None:
-    """Raise if a picture is too large to decode.
+    """Raise a BudgetError if a picture has too many pixels to decode.
 
     Raises:
         BudgetError: The picture has more than `MOST_PIXELS` pixels.

@@ -27,7 +27,7 @@ def is_user_code(file: str) -> bool:
 
 
 def origin_of(error: BaseException) -> str | None:
-    """Return the place where an exception was raised, as ``file:line``.
+    """Return the user's (else a package's) line that raised an exception as ``file:line``, or None.
 
     For a syntax error that is the place of the error. Otherwise it is the innermost line of user
     code or, if all code is installed, of the package that teleopctl called. None without such a
@@ -44,7 +44,7 @@ def origin_of(error: BaseException) -> str | None:
 
 
 def with_origin(error: BaseException) -> str:
-    """Return an exception's class, text and origin on one line."""
+    """Return an exception as text: ``Class: message (file:line)``, without the place if unknown."""
     # str() of a SyntaxError ends with file name and line, without the folder.
     text = error.msg if isinstance(error, SyntaxError) else str(error)
     words = f"{type(error).__name__}: {text}" if text else type(error).__name__

@@ -105,7 +105,7 @@ class ExpressionError(ValueError):
 
 
 def evaluate(text: str) -> str:
-    """Evaluate an expression, and return its result as text.
+    """Evaluate a restricted Python expression of numbers and texts, and return the result as text.
 
     Raises:
         ExpressionError: As `compute` raises it.
@@ -114,7 +114,7 @@ def evaluate(text: str) -> str:
 
 
 def compute(text: str, names: Mapping[str, Any] | None = None) -> Any:  # Any: the result
-    """Evaluate an expression: a number, text, truth value, None, or a list or dict.
+    """Return the value of a restricted Python expression: number, text, bool, None, list or dict.
 
     Args:
         text: The expression.

@@ -14,7 +14,7 @@ from teleopctl.errors import MissingExtraError
 
 @contextmanager
 def extra(name: str, *modules: str) -> Iterator[None]:
-    """Raise an error that names the extra to install, if an import in the block fails.
+    """Turn a failed import of given modules in a ``with`` block into an error that names the extra.
 
     Args:
         name: Name of the extra in `pyproject.toml`.

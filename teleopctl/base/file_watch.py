@@ -18,7 +18,7 @@ _log = logging.getLogger(__name__)
 
 
 class FileWatch:
-    """Watches files, and calls a function on a thread after one has changed.
+    """Watcher of files that calls a function on a thread of its own after some have changed.
 
     The folders are watched, not the files: many editors write a new file and rename it.
 
@@ -40,7 +40,7 @@ class FileWatch:
         self._thread: threading.Thread | None = None
 
     def watch(self, files: Iterable[Path]) -> None:
-        """Set the watched files, which need not exist yet."""
+        """Watch these files instead of earlier ones; a file may be missing, but not its folder."""
         wanted: dict[str, Path] = {}
         for file in files:
             # For a symbolic link, both the link and its target may change.

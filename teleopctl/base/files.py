@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 def open_private(path: str | Path, flags: int) -> int:
-    """Open a file as `os.open` does, with mode 0600; also the ``opener`` of `open`.
+    """Open a file with mode 0600, and return its descriptor; also the ``opener`` of `open`.
 
     An existing file of the user gets that mode; a device or a pipe keeps its mode.
 
@@ -73,7 +73,7 @@ def missing_content(path: Path) -> str:
 
 
 def read_text(path: Path) -> str:
-    """Read a UTF-8 text file; raise an error that names the file.
+    """Return the text of a UTF-8 file; raise an InvalidFileError with its path if that fails.
 
     Raises:
         InvalidFileError: The file cannot be read, or is not UTF-8 text.

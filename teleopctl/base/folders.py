@@ -22,7 +22,7 @@ _HINT = "Set TELEOPCTL_RUNTIME_DIR to a folder of your own."
 
 
 def runtime_dir(env: Mapping[str, str] = os.environ) -> Path:
-    """Return the folder of process records.
+    """Return the user's runtime folder of teleopctl, which contains the process records.
 
     ``TELEOPCTL_RUNTIME_DIR`` overrides the default. On Linux the default is below
     ``XDG_RUNTIME_DIR`` or ``/run/user/UID``, the first that belongs to the user and is closed to
@@ -55,7 +55,7 @@ def logs_dir(env: Mapping[str, str] = os.environ) -> Path:
 
 
 def state_dir(env: Mapping[str, str] = os.environ) -> Path:
-    """Return the folder of persistent state."""
+    """Return the user's folder of teleopctl's persistent state, such as tokens."""
     from pathlib import Path
 
     if sys.platform == "linux":
@@ -67,7 +67,7 @@ def state_dir(env: Mapping[str, str] = os.environ) -> Path:
 
 
 def cache_dir(env: Mapping[str, str] = os.environ) -> str:
-    """Return the cache folder."""
+    """Return the path of teleopctl's cache folder of the user, as a string."""
     if sys.platform == "linux":  # as platformdirs, without its slow import
         base, home = env.get("XDG_CACHE_HOME", ""), env.get("HOME", "")
         if base.startswith("/"):
@@ -80,7 +80,7 @@ def cache_dir(env: Mapping[str, str] = os.environ) -> str:
 
 
 def make_private(folder: Path) -> None:
-    """Create a folder with mode 0700, and its missing parents.
+    """Create a folder and missing parents, or check an existing one; set its mode to 0700.
 
     Raises:
         OSError: The folder cannot be created.
@@ -93,7 +93,7 @@ def make_private(folder: Path) -> None:
 
 
 def check_private(folder: Path) -> None:
-    """Raise for a folder of another user, or one that another user could replace.
+    """Raise a SystemFailureError if a folder is another user's, or its parent is, unless root's.
 
     Raises:
         SystemFailureError: The folder or its parent belongs to another user, or it is no folder.

@@ -55,7 +55,7 @@ _wakes: list[int] = []
 
 
 def transport_callback(function: _Function) -> _Function:
-    """Mark a function that Zenoh calls, in which no KeyboardInterrupt may be raised.
+    """Mark a function that Zenoh calls, in which no KeyboardInterrupt may be raised; return it.
 
     The mark adds no cost to a call.
     """
@@ -64,7 +64,7 @@ def transport_callback(function: _Function) -> _Function:
 
 
 def in_transport_callback(frame: FrameType | None) -> bool:
-    """Return whether a frame belongs to a callback of Zenoh."""
+    """Return whether a frame or one of its callers belongs to a marked callback of Zenoh."""
     while frame is not None:
         if frame.f_code in _transport_callbacks:
             return True
@@ -73,7 +73,7 @@ def in_transport_callback(frame: FrameType | None) -> bool:
 
 
 def install_sigint_handler() -> None:
-    """Install the SIGINT handler: KeyboardInterrupt in the main thread, at a safe place.
+    """Install a handler that raises KeyboardInterrupt outside Zenoh callbacks; unblock SIGINT.
 
     An interrupt that `blocked_for_children` blocked while this process started is raised now.
     """
@@ -103,7 +103,7 @@ def blocked_for_children() -> Iterator[None]:
 
 @contextmanager
 def delayed_interrupt() -> Iterator[None]:
-    """Delay an interrupt until the end of the block.
+    """Delay a SIGINT that arrives during a ``with`` block until its end.
 
     Use it where an interrupt would lose a reference, such as that to a process just started. A
     signal mask would not be enough, since the system may deliver the signal to a thread of Zenoh.
@@ -123,7 +123,7 @@ def delayed_interrupt() -> Iterator[None]:
 
 
 def wake_on_signals() -> None:
-    """Make signals end the main thread's waits; must be called from that thread.
+    """Make each signal from now on end lock waits of the main thread, which must call this.
 
     Does nothing if the program has set a wakeup descriptor itself (`signal.set_wakeup_fd`).
     """
@@ -158,7 +158,7 @@ def _wake(read_end: int, thread: int) -> None:
 
 
 def resend_signal(signum: int = signal.SIGINT) -> None:
-    """Raise a signal again in the main thread, which must be the caller."""
+    """Send a signal again to the main thread, which must be the caller, after a millisecond."""
     global _is_pending
     _is_pending = _is_pending or signum == signal.SIGINT
     # Not a threading.Thread: its start takes a lock, which the interrupted code may hold.
@@ -166,7 +166,7 @@ def resend_signal(signum: int = signal.SIGINT) -> None:
 
 
 def raise_if_interrupted() -> None:
-    """Raise an interrupt again that was swallowed.
+    """Raise KeyboardInterrupt if one was raised in this process before, even if it was caught.
 
     Call it where an interrupt should have ended the program earlier: user code or a library may
     have caught the exception (``except:``).
@@ -179,7 +179,7 @@ def raise_if_interrupted() -> None:
 
 
 def is_cause(error: BaseException | None) -> bool:
-    """Return whether an exception was caused by an interrupt, or came before one was raised again.
+    """Return whether an interrupt caused an exception, or one is about to be raised again.
 
     Before 3.12 Python wraps an exception that is raised in ``__set_name__`` into a RuntimeError.
     """

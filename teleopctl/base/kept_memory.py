@@ -22,7 +22,7 @@ _BY_USER = ("MALLOC_TRIM_THRESHOLD_", "MALLOC_MMAP_THRESHOLD_", "GLIBC_TUNABLES"
 
 @functools.cache
 def keep_freed_memory() -> bool:
-    """Keep up to 256 MiB of freed memory in this process, in blocks of up to 32 MiB.
+    """Let glibc keep up to 256 MiB of freed memory in blocks up to 32 MiB; return whether it does.
 
     Returns:
         Whether memory is kept. False without glibc, or if the environment sets the allocator.

@@ -13,14 +13,14 @@ if TYPE_CHECKING:
 
 
 def import_module(module: str) -> ModuleType:
-    """Import a module, without importlib's import cost."""
+    """Import a module by its full name, without loading importlib, and return it."""
     __import__(module)
     return sys.modules[module]
 
 
 # Any: values of module attributes.
 def attach() -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
-    """Return lazy ``__getattr__``, ``__dir__``, ``__all__`` for a package's TYPE_CHECKING imports.
+    """Return lazy ``__getattr__``, ``__dir__``, ``__all__`` for the caller's TYPE_CHECKING imports.
 
     The package's ``__init__`` imports the names below ``if TYPE_CHECKING`` from modules of its own
     distribution, by their full names, and calls this function in the ``else`` branch. Python does

@@ -12,7 +12,7 @@ _FURTHER = "Further mistakes of other kinds"
 
 
 class LogOnce:
-    """Logs each kind of mistake once, and its count at powers of ten.
+    """Logger of other programs' mistakes: each kind at its first, 10th, 100th, … occurrence.
 
     Attributes:
         log: Function that writes a line; called in the thread that calls `note`.
@@ -24,7 +24,7 @@ class LogOnce:
         self._lock = threading.Lock()
 
     def note(self, mistake: str) -> None:
-        """Count a mistake, and log the first of each kind; thread-safe.
+        """Count a mistake, and log it if it is the first, 10th, 100th, … of its kind; thread-safe.
 
         Args:
             mistake: Line that describes the mistake; equal lines are of one kind.

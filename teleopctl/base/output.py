@@ -38,7 +38,7 @@ _rotating = threading.Lock()
 
 
 def log_bytes(env: Mapping[str, str] = os.environ) -> int:
-    """Return the size limit of one process's log, in bytes.
+    """Return the size limit of one process's log in bytes, both of its files together.
 
     Raises:
         UsageError: ``TELEOPCTL_LOG_BYTES`` is not a number, or too small for a log.
@@ -55,12 +55,12 @@ def log_bytes(env: Mapping[str, str] = os.environ) -> int:
 
 
 def older_part(log_file: Path) -> Path:
-    """Return the file with the older part of a log; it may not exist."""
+    """Return the path of the older part of a log, ``FILE.1``, which may not exist."""
     return log_file.with_name(f"{log_file.name}.1")
 
 
 class LogFile:
-    """Size-limited log file; thread-safe, and never raises.
+    """Log file of limited size with older lines in ``FILE.1``; thread-safe, writes never raise.
 
     Args:
         path: Path of the log file, to which lines are appended.
@@ -79,7 +79,7 @@ class LogFile:
         self._is_closed = False
 
     def write(self, line: bytes) -> None:
-        """Write a line to the log file; the line is lost if the disk is full."""
+        """Append a line to the log file; lose it, and report once, if it cannot be written."""
         trouble = None
         with self._lock:
             if self._is_closed:
@@ -245,7 +245,7 @@ class _Buffer(io.BufferedWriter):
 
 
 def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = False) -> None:
-    """Keep this process alive when its standard streams cannot be written.
+    """Replace stdout and stderr by streams whose write errors do not end this process.
 
     On a full disk, lines are lost. A pipe whose reader has ended, or a closed terminal, is replaced
     by the process's log, or by the null device without one.
@@ -279,13 +279,13 @@ def outlive_output(*, log_file: Path | None = None, lossless_stdout: bool = Fals
 
 
 def discard_output() -> None:
-    """Discard unwritten output after the reader has gone, so that the exit is quiet."""
+    """Redirect stdout to the null device, so that unwritten output causes no error at exit."""
     null = os.open(os.devnull, os.O_WRONLY)
     os.dup2(null, sys.stdout.fileno())
     os.close(null)
 
 
 def take_log_file() -> Path | None:
-    """Return this process's log file, and remove it from the environment of children."""
+    """Return this process's log file from the environment or None, and remove the variable."""
     path = os.environ.pop(LOG_FILE, None)
     return Path(path) if path else None

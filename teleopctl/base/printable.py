@@ -48,10 +48,10 @@ def printable_log(text: str) -> str:
 
 
 def printable_json(document: str) -> str:
-    """Return a JSON document without control characters."""
+    """Return a JSON text with DEL, C1 and text-direction characters as Unicode escapes."""
     return document.translate(_IN_JSON)
 
 
 def shortened(text: str) -> str:
-    """Return a text shortened for a message."""
+    """Return a text to quote in a message: cut to 160 characters, with an ellipsis if longer."""
     return text if len(text) <= _LONGEST_QUOTE else f"{text[:_LONGEST_QUOTE]}…"

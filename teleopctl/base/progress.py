@@ -54,7 +54,7 @@ class Progress(NamedTuple):
 
     @property
     def reports_itself(self) -> bool:
-        """Whether the process itself reports when it is ready."""
+        """Whether the last state is starting, waiting, ready or failed: not started or ended."""
         return self.state not in (STARTED, ENDED)
 
     @property
@@ -88,7 +88,7 @@ def report(state: str, detail: str = "") -> None:
 
 
 def doing(text: str) -> None:
-    """Report what this process does while it starts, such as "compiling the model".
+    """Report the present step of this process while its state is `STARTING`, else do nothing.
 
     A command that waits for the process shows the text and continues to wait. Does nothing unless
     the last reported state is `STARTING`.
@@ -98,7 +98,7 @@ def doing(text: str) -> None:
 
 
 def report_ready_at(address: Address) -> None:
-    """Report that this process is ready and listens at an address.
+    """Report that this process is ready at an address; print the URL with token on a terminal.
 
     The token is written to no file but its own. A user at the terminal sees it: from this process
     if it runs in a terminal, otherwise from the command that waits for this process.
@@ -111,7 +111,7 @@ def report_ready_at(address: Address) -> None:
 
 
 def has_failed(log_file: Path) -> bool:
-    """Return whether the process with a log file ended with a failure."""
+    """Return whether an ended process failed or was killed, by the progress file of its log."""
     said = read(log_file)
     return said is not None and said.exit_status not in (0, EXIT_INTERRUPTED)
 
@@ -122,7 +122,7 @@ def progress_file(log_file: Path) -> Path:
 
 
 def read(log_file: Path) -> Progress | None:
-    """Read the last progress of the process with a log file; None if there is none."""
+    """Return the last progress in the progress file of a process's log; None if there is none."""
     file = progress_file(log_file)
     try:
         state, _, detail = file.read_text(encoding="utf-8").partition(" ")

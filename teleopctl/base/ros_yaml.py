@@ -38,7 +38,7 @@ _LONGEST_INTEGER = 100
 
 
 class SafeLoader(_BASE):  # type: ignore[misc]
-    """YAML 1.1 loader within the budget, all of whose errors are YAML errors.
+    """PyYAML safe loader with limits on depth and alias expansion; raises YAML errors only.
 
     Args:
         text: One YAML document, or several.
@@ -70,7 +70,7 @@ class SafeLoader(_BASE):  # type: ignore[misc]
 
 
 class RosLoader(SafeLoader):
-    """YAML loader with ROS 2's rules for floats, and without dates.
+    """YAML loader with ROS 2's rules for floats (``1e-3``), and with dates as text.
 
     Args:
         text: One YAML document.
@@ -108,7 +108,7 @@ class _Collection:
 
 
 def check_size(text: str) -> None:
-    """Raise for a text that is nested too deep or expands too far.
+    """Raise a YAMLError for YAML text that is nested too deep or whose aliases expand too far.
 
     Checks the parser's events before any value is constructed, since the constructor, and most code
     that reads the result, is recursive.
@@ -169,7 +169,7 @@ def _refusal(reason: str, event: yaml.Event) -> yaml.YAMLError:
 
 @contextlib.contextmanager
 def faults_of(path: Path, kind: type[TeleopctlError] = InvalidFileError) -> Iterator[None]:
-    """Convert YAML errors of the block into errors with file, line and reason.
+    """Convert YAML errors in a ``with`` block into errors with file, line and reason.
 
     Args:
         path: Path of the file whose text is parsed in the block.
@@ -189,7 +189,7 @@ def faults_of(path: Path, kind: type[TeleopctlError] = InvalidFileError) -> Iter
 
 # Any, here and below: values of YAML.
 def load(text: str) -> Any:
-    """Parse one YAML document, and return its Python value.
+    """Parse one YAML document by ROS 2's rules for floats and dates, and return its Python value.
 
     Raises:
         yaml.YAMLError: The text is not YAML; ``problem_mark`` is the place.
@@ -207,7 +207,7 @@ def safe_load(text: str) -> Any:
 
 
 def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
-    """Yield the non-mapping values below a key, with their places.
+    """Yield YAML node and Python value of each non-mapping value below a key, at any depth.
 
     Args:
         text: One YAML document.
@@ -230,7 +230,7 @@ def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
 
 
 def load_value(text: str) -> Any:
-    """Parse a parameter value of a command line, and return its Python value.
+    """Return a parameter value given as YAML text; text that starts with ``<``, as URDF, as it is.
 
     A text that starts with ``<`` is a robot description and is returned as it is.
 
@@ -272,7 +272,7 @@ def _merged(entries: Sequence[_Entry]) -> list[_Entry]:
 
 
 def load_merged(text: str) -> Any:
-    """Parse a YAML document with repeated keys merged, as rcl reads parameter files.
+    """Parse a YAML document as rcl reads parameter files: mappings of repeated keys are merged.
 
     The mappings of equal keys are merged, at the place of the first. For contradicting values the
     later one is used.

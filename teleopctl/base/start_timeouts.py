@@ -53,21 +53,21 @@ class ProgressMonitor:
 
     @property
     def elapsed_s(self) -> float:
-        """Seconds since the start."""
+        """Seconds since this monitor was created, at the start of the processes."""
         return self._now() - self._began
 
     @property
     def has_stalled(self) -> bool:
-        """Return whether the time without progress exceeds its limit."""
+        """Whether the time without progress has reached its limit."""
         return self._now() - self._progressed >= self._timeouts.stall_s
 
     @property
     def is_over(self) -> bool:
-        """Return whether the total time of the start exceeds its limit."""
+        """Whether the total time of the start has reached its limit."""
         return self.elapsed_s >= self._timeouts.total_s
 
     def update(self, signs: object, pids: Iterable[int]) -> None:
-        """Compare reports and processor times with the last ones; reset the stall time on progress.
+        """Compare signs and processor times with the last ones; reset the stall time on progress.
 
         Args:
             signs: Reports and output so far; a difference from the last call is progress.
@@ -95,7 +95,7 @@ class ProgressMonitor:
 
 
 def processor_times(pids: Iterable[int]) -> dict[int, float]:
-    """Return the processor time in seconds of each process and each descendant, by PID."""
+    """Return the processor time in seconds of running processes and their descendants, by PID."""
     import psutil
 
     children: dict[int, list[psutil.Process]] = {}

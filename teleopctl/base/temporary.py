@@ -23,7 +23,7 @@ _MADE_WITHIN_S = 5.0
 
 
 class TemporaryFolder:
-    """Private temporary folder, removed at the end of the ``with`` block.
+    """Private temporary folder, made at construction and removed at the end of the ``with`` block.
 
     Args:
         parent: Folder in which the temporary folder is made; must exist.
@@ -55,7 +55,7 @@ class TemporaryFolder:
 def remove_abandoned(
     parent: Path, is_needed: Callable[[int], bool] = lambda _: False, *, ended: int = 0
 ) -> None:
-    """Remove the temporary folders that killed processes left in a folder.
+    """Remove temporary folders that killed processes of this user left, unless still needed.
 
     Args:
         parent: Folder that contains the temporary folders; need not exist.

@@ -39,7 +39,7 @@ class Address(NamedTuple):
 
     @property
     def with_token(self) -> str:
-        """URL with the token as query, for the terminal of the user who started the server."""
+        """URL with the token as query; the plain URL if there is none or it cannot be read."""
         if self.token_file is None:
             return self.url
         try:
@@ -49,7 +49,7 @@ class Address(NamedTuple):
 
     @property
     def announcement(self) -> str:
-        """Line that announces the address to the user."""
+        """Line with the URL and its token, for the terminal of the user who started the server."""
         what = "Address for Foxglove" if self.url.startswith("ws") else "The robot in your browser"
         return f"{what}: {self.with_token}"
 
@@ -64,7 +64,7 @@ class Address(NamedTuple):
 
 
 def default_token_file() -> Path:
-    """Return the path of the user's default token file."""
+    """Return the path of the user's default token file, which may not exist."""
     return state_dir() / "token"
 
 
