@@ -62,17 +62,17 @@ class RouterAddress:
 
     @property
     def text(self) -> str:
-        """Endpoints, joined by commas."""
+        """Endpoints of the address, joined by commas."""
         return ", ".join(self.endpoints)
 
     @property
     def fault(self) -> str | None:
-        """Reason why an endpoint is invalid, with its text; None if all are valid."""
+        """Reason why the first invalid endpoint is invalid; None if all are valid."""
         return next(filter(None, map(_fault, self.endpoints)), None)
 
     @property
     def is_on_this_machine(self) -> bool:
-        """Whether all endpoints are loopback addresses or Unix sockets."""
+        """Whether all endpoints, if any, are loopback addresses or Unix sockets."""
         return all(_is_local(endpoint) for endpoint in self.endpoints)
 
     def serves(self, other: RouterAddress) -> bool:
@@ -83,11 +83,11 @@ class RouterAddress:
         return any(_serves(ours, theirs) for ours in self.endpoints for theirs in other.endpoints)
 
     def is_missed_by(self, other: RouterAddress) -> bool:
-        """Return whether sessions with another address do not find a router at this one."""
+        """Return whether sessions with another, nonempty address find no router at this one."""
         return bool(other.endpoints) and not self.serves(other)
 
     def to_connect(self) -> RouterAddress:
-        """Return the address to connect to from this machine, without wildcards."""
+        """Return this address with wildcard hosts replaced by loopback ones, to connect locally."""
         return RouterAddress(map(_connectable, self._endpoints), self._origin)
 
 

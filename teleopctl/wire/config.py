@@ -195,7 +195,7 @@ def session_config(mode: SessionMode) -> SessionConfig:
 
 
 def probe_config(address: RouterAddress) -> SessionConfig:
-    """Return the configuration of a client that connects to one router only.
+    """Return the configuration of a client that connects only to the router at an address.
 
     Raises:
         UsageError: A file, an endpoint or an override cannot be used.
@@ -261,7 +261,7 @@ def router_config(listen: Sequence[str] = ()) -> RouterConfig:
 
 
 def start_hint(router: RouterAddress) -> str:
-    """Return a hint on how to start a router at an address where none answers."""
+    """Return a hint for the user on how to start a router at an address where none answers."""
     try:
         daemon = router_config().address
     except UsageError as error:
@@ -319,7 +319,7 @@ def _loopbacks(endpoint: str) -> Sequence[str]:
 
 
 def has_room_for_shared_memory() -> bool:
-    """Return whether shared memory has room for the pools of several processes.
+    """Return whether ``/dev/shm`` has at least 512 MiB free; True on systems without it.
 
     Containers often have 64 MiB, little more than one pool. Systems without ``/dev/shm`` have no
     limit of that kind.

@@ -16,7 +16,7 @@ _LONGEST_WAIT_S = 1.0
 
 
 def session_ports(session: zenoh.Session) -> dict[str, set[int]]:
-    """Return the local TCP ports from which sessions are connected to the router, by Zenoh id.
+    """Return the source TCP ports of all sessions connected to the router, by their Zenoh ids.
 
     Sessions of other machines are included: a port is one of this machine only if a process of this
     machine has a connection from that port to that router.

@@ -43,7 +43,7 @@ def action_type(endpoint: EndpointToken) -> str | None:
 
 
 def actions_of(endpoints: Iterable[EndpointToken]) -> list[tuple[str, list[str]]]:
-    """Return the actions whose feedback endpoints are among some, with their types.
+    """Return name and types of each action that has feedback endpoints among the given ones.
 
     As in rcl_action, only feedback topics are considered.
     """
@@ -55,7 +55,7 @@ def actions_of(endpoints: Iterable[EndpointToken]) -> list[tuple[str, list[str]]
 
 
 class NodeEntry:
-    """Node of the graph, with its publishers, subscriptions, servers and clients."""
+    """Node of the graph, with its publishers, subscriptions, servers and clients as tokens."""
 
     __slots__ = ("enclave", "endpoints", "name", "namespace", "nid", "zid")
 
@@ -119,19 +119,19 @@ class Graph:
         self._by_kind = by_kind
 
     def node_names(self, include_hidden: bool = False) -> list[str]:
-        """Return the full names of all nodes, sorted, with duplicates."""
+        """Return sorted full names of nodes with duplicates; hidden ones with `include_hidden`."""
         return sorted(n.full_name for n in self.nodes if include_hidden or not n.is_hidden)
 
     def find_node(self, full_name: str) -> NodeEntry | None:
-        """Return the first node of a full name (``/ns/node``), or None."""
+        """Return the first node with a full name (``/ns/node``), or None."""
         return next((n for n in self.nodes if n.full_name == full_name), None)
 
     def topic_names_and_types(self, include_hidden: bool = False) -> list[tuple[str, list[str]]]:
-        """Return all topics with their types, sorted."""
+        """Return all topics with their types, sorted; hidden ones only with `include_hidden`."""
         return self._names_and_types((EntityKind.MP, EntityKind.MS), include_hidden)
 
     def service_names_and_types(self, include_hidden: bool = False) -> list[tuple[str, list[str]]]:
-        """Return all services with their types, sorted."""
+        """Return all services with their types, sorted; hidden ones only with `include_hidden`."""
         return self._names_and_types((EntityKind.SS, EntityKind.SC), include_hidden)
 
     def action_names_and_types(self) -> list[tuple[str, list[str]]]:
@@ -143,7 +143,7 @@ class Graph:
         return self._of_action(EntityKind.MP, action)
 
     def action_clients(self, action: str) -> list[EndpointToken]:
-        """Return the feedback subscriptions of an action: one per client."""
+        """Return the feedback subscriptions of an action (``/ns/action``): one per client."""
         return self._of_action(EntityKind.MS, action)
 
     def publishers(self, topic: str, type_name: str | None = None) -> list[EndpointToken]:
@@ -182,7 +182,7 @@ class Graph:
 
 
 def query_graph(session: zenoh.Session, domain: int | None = None, timeout_s: float = 5.0) -> Graph:
-    """Query the liveliness tokens of a domain once; return the graph that they make.
+    """Query the liveliness tokens of a domain once, and return the ROS graph made from them.
 
     Not for a session with a `GraphWatcher`, which has the graph: there Zenoh 1.10 sometimes omits
     tokens from a reply.
@@ -227,7 +227,7 @@ def _tokens(samples: Iterable[zenoh.Sample]) -> Iterator[NodeToken | EndpointTok
 
 
 def node_key(token: NodeToken | EndpointToken) -> _NodeKey:
-    """Return the identifying key of a token's node: session id, node id, namespace and name."""
+    """Return the key that identifies a token's node: namespace, name, session id and node id."""
     return (token.namespace, token.node, token.zid, token.nid)
 
 

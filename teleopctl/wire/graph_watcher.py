@@ -65,14 +65,14 @@ class GraphWatcher:
         )
 
     def snapshot(self) -> Graph:
-        """Return the present graph."""
+        """Return the present ROS graph as an immutable snapshot."""
         with self._changed:
             return self._snapshot()
 
     def matching(
         self, kind: EntityKind, name: str, type_name: str | None = None
     ) -> list[EndpointToken]:
-        """Return the endpoints of a kind and a topic or service name, optionally of one type.
+        """Return the present endpoints of a kind and topic or service name, optionally of one type.
 
         The required time does not depend on the size of the graph, not even after a change.
         """
@@ -83,15 +83,12 @@ class GraphWatcher:
     def wait_for(
         self, predicate: Callable[[Graph], object], timeout_s: float | None = None
     ) -> bool:
-        """Wait until the graph satisfies a predicate; return whether it did.
+        """Wait until the graph satisfies a predicate; return False on timeout or if closed.
 
         Args:
             predicate: Function called with a snapshot at once and after each change; it returns
                 whether the wait ends.
             timeout_s: Longest wait in seconds; None waits forever.
-
-        Returns:
-            Whether the predicate was satisfied; False on timeout or if the watcher is closed.
         """
         with self._changed:
             satisfied = self._changed.wait_for(
@@ -100,7 +97,7 @@ class GraphWatcher:
             return not self._closed and bool(satisfied)
 
     def add_own_token(self, text: str) -> None:
-        """Add a token that the own session has declared, without waiting for Zenoh."""
+        """Add a token that this watcher's session has declared, without waiting for Zenoh."""
         token = parse_token(text)
         with self._changed:
             if token is None or text in self._own_gone or text in self._tokens:
@@ -109,7 +106,7 @@ class GraphWatcher:
         self._tell()
 
     def remove_own_token(self, text: str) -> None:
-        """Remove a token that the own session has undeclared, without waiting for Zenoh.
+        """Remove a token that this watcher's session has undeclared, without waiting for Zenoh.
 
         Zenoh reports the removal later if the router has also reported that token to the session.
         """
@@ -208,7 +205,7 @@ def _report(text: str) -> None:
 
 
 class ListeningThread:
-    """Receives liveliness changes on a thread of its own, which ends with the subscriber.
+    """Subscriber to liveliness changes that calls a function on a daemon thread of its own.
 
     Zenoh reports the end of a peer on the thread that also stops the background tasks of advanced
     publishers. Their `undeclare` waits for that thread up to 10 s while it holds the GIL. So no
@@ -247,7 +244,7 @@ class ListeningThread:
             raise self._failure
 
     def undeclare(self) -> None:
-        """Undeclare the subscriber and wait for the end of its thread."""
+        """Undeclare the subscriber, and wait up to 4 s for the end of its thread."""
         if self._subscriber is None:
             return
         self._subscriber.undeclare()

@@ -11,7 +11,7 @@ REPORT_PERIOD_S = 1.0
 
 
 class InvalidMessageCounter:
-    """Counts and reports the invalid messages of one source, such as a topic; thread-safe.
+    """Counter and rate-limited reporter of one source's invalid messages; thread-safe.
 
     The first invalid message is reported at once, later ones at most once in `REPORT_PERIOD_S` with
     their number, so that a sender that floods a topic does not flood the log.

@@ -44,7 +44,10 @@ def topic_key(domain: int, name: str, type_name: str, type_hash: str) -> str:
 
 
 def assertion_key(key: str) -> str:
-    """Return the key on which a topic's publishers assert their liveliness (ours)."""
+    """Return the Zenoh key on which a topic's publishers assert MANUAL_BY_TOPIC liveliness.
+
+    Specific to teleopctl: other implementations have no such key.
+    """
     # A verbatim chunk, so that no subscription to the topic with a wildcard matches it.
     return f"{key}/{_ASSERTIONS}"
 
@@ -68,7 +71,7 @@ def parse_topic_key(text: str) -> TopicKey | None:
 
 
 def liveliness_key(domain: int, zid: str | None = None) -> str:
-    """Return the key expression of the tokens of a domain, or of one session in it."""
+    """Return the key expression of all liveliness tokens of a domain, or of one session in it."""
     # The domain is spelled out because a wildcard does not match the verbatim prefix.
     return f"{LIVELINESS_PREFIX}/{domain}/{'' if zid is None else f'{zid}/'}**"
 

@@ -33,7 +33,7 @@ def router_key(router: str) -> str:
 
 
 def peers_in_report(report: bytes) -> set[str]:
-    """Return the Zenoh ids of the peers that a router's report lists."""
+    """Return the Zenoh ids of the peers in a router's report; empty if it is malformed."""
     import json
 
     try:
@@ -44,7 +44,7 @@ def peers_in_report(report: bytes) -> set[str]:
 
 
 def flush_to_router(session: zenoh.Session) -> bool:
-    """Wait until the router has processed what a session sent; return False if it has peers.
+    """Wait until the router has processed a session's messages; False at once if it has peers.
 
     A router processes the messages of a connection in order, so that it replies to a query after
     them. Data for peers does not pass through the router.
@@ -105,7 +105,7 @@ _ATTEMPTS = "ZENOH_ROUTER_CHECK_ATTEMPTS"
 
 
 def wait_for_discovery(session: zenoh.Session, router: RouterAddress) -> None:
-    """Wait until a new peer is connected to the other peers; warn if no router answers.
+    """Wait for a limited time until a new peer is connected to others; warn without a router.
 
     ``ZENOH_ROUTER_CHECK_ATTEMPTS`` is read as in rmw_zenoh: the number of seconds to wait for a
     router; 0 waits forever, a negative number does not wait.
@@ -133,15 +133,12 @@ def wait_for_peers(
     router_within_s: float | None = LONGEST_WAIT_S,
     peers_within_s: float = LONGEST_WAIT_S,
 ) -> bool:
-    """Wait until a session is connected to all peers of its router, or a timeout.
+    """Wait until a session is connected to all peers of its router; return False on timeout.
 
     Args:
         session: Session in peer mode.
         router_within_s: Longest wait for the router, in seconds; None waits forever.
         peers_within_s: Longest wait for the peers after that, in seconds.
-
-    Returns:
-        Whether the session is connected to the router and to all of its peers.
     """
     import threading  # takes 5 ms, which clients do not need
 
@@ -171,7 +168,7 @@ def wait_for_peers(
 
 
 def wait_for_peer_tokens(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None:
-    """Block until the liveliness tokens of all connected peers are received, at most `within_s`.
+    """Wait until the liveliness tokens of all connected peers are received, or `within_s` is over.
 
     A peer sends its tokens when a connection opens, so that they have arrived when the peer has
     replied to a later query.

@@ -46,17 +46,17 @@ class EndpointQos(NamedTuple):
 
     @property
     def is_reliable(self) -> bool:
-        """Whether the reliability is reliable, as the system default is."""
+        """Whether the reliability is RELIABLE or left at the system default."""
         return self.reliability in (0, RELIABILITY_RELIABLE)
 
     @property
     def is_transient_local(self) -> bool:
-        """Whether the durability is transient local."""
+        """Whether the durability is TRANSIENT_LOCAL."""
         return self.durability == DURABILITY_TRANSIENT_LOCAL
 
 
 def format_qos(qos: EndpointQos) -> str:
-    """Return a QoS profile in the form of liveliness tokens.
+    """Return a QoS profile as text in the form that liveliness tokens contain.
 
     A system default policy (0), a depth of 0 and a duration of 0 become rmw_zenoh's defaults. The
     depth is always written, since implementations interpret an empty depth differently.
@@ -77,7 +77,7 @@ def format_qos(qos: EndpointQos) -> str:
 
 @lru_cache(maxsize=1000)  # a graph has thousands of endpoints, and few texts of QoS
 def parse_qos(text: str) -> EndpointQos | None:
-    """Parse the QoS part of a liveliness token; return None if it is malformed."""
+    """Parse the QoS part of a liveliness token to an `EndpointQos`; return None if malformed."""
     parts = text.split(":")
     if len(parts) != 6:
         return None

@@ -47,7 +47,7 @@ class RouterReach:
 
     @property
     def danger(self) -> str | None:
-        """Sentence on who can reach the router from other machines; None if nobody can."""
+        """Warning that other machines can reach the router, or perhaps can; None if none can."""
         if not self.addresses:
             return (
                 "The router's addresses are unknown: it keeps Zenoh's administration space closed."
@@ -67,7 +67,7 @@ class RouterReach:
 
 
 def router_reach(address: RouterAddress) -> RouterReach:
-    """Return the addresses at which a running router listens.
+    """Return a `RouterReach` with the addresses at which a running router listens.
 
     Raises:
         RouterNotRunning: No router responds at the address.

@@ -39,7 +39,7 @@ def send_request(
     on_reply: Callable[[zenoh.Reply], None],
     on_end: Callable[[bool], None],
 ) -> None:
-    """Send a service request; callbacks receive the replies and the end.
+    """Send a service request; call `on_reply` for each reply and `on_end` after the last.
 
     Args:
         session: Session of the client.
@@ -89,7 +89,7 @@ def no_response_text(service: str, refused: str = "") -> str:
 
 
 class ServiceRequest(Generic[ResponseT]):
-    """Service request without a node, for commands that send one and exit.
+    """Service request sent at construction without a node, for commands that send one and exit.
 
     To a server it is a request like any other. It takes a third of the time that a node and a
     client take to start.
@@ -154,10 +154,10 @@ class ServiceRequest(Generic[ResponseT]):
             self._unsettled.release()
 
     def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
-        """Block until there is a response or no server is left to send one.
+        """Wait for a response or until no server can send one; return False on timeout.
 
-        Returns:
-            False after a timeout, which is in seconds of wall time.
+        Args:
+            timeout_sec: Longest wait in seconds of wall time; None waits forever.
         """
         settled = self._unsettled.acquire(timeout=-1 if timeout_sec is None else timeout_sec)
         if settled:
@@ -165,13 +165,10 @@ class ServiceRequest(Generic[ResponseT]):
         return settled
 
     def wait_for_response(self, timeout_sec: float | None = None) -> ResponseT | None:
-        """Block until there is a response, and return it.
+        """Wait for the response and return it; None on timeout, an error without a server.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None waits forever.
-
-        Returns:
-            The response; None on timeout.
 
         Raises:
             UnavailableError: No server responds.
@@ -182,10 +179,10 @@ class ServiceRequest(Generic[ResponseT]):
 
 
 class PendingResponse(Protocol[_Response_co]):
-    """Interface of sent requests whose response can be waited for."""
+    """Interface of sent service requests, to wait for their responses."""
 
     def wait_for_response(self, timeout_sec: float | None = None) -> _Response_co | None:
-        """Block until there is a response, and return it; None on timeout."""
+        """Wait for the response of a sent request and return it; None on timeout."""
 
 
 def responses_of_nodes(

@@ -77,7 +77,7 @@ def router_is_running(address: RouterAddress | None = None) -> bool:
 
 
 def ensure_router() -> None:
-    """Wait until a router answers; start the daemon if that is its address.
+    """Start the daemon and wait until ready, unless a router answers at the sessions' address.
 
     Raises:
         RouterNotRunning: Sessions connect to another address than the daemon's.
@@ -94,10 +94,7 @@ def ensure_router() -> None:
 
 
 def start_router() -> bool:
-    """Start the daemon in the background; return False if a router answers already.
-
-    Returns:
-        Whether this call started the daemon.
+    """Start the daemon in the background and wait until ready; return False if a router answers.
 
     Raises:
         UnavailableError: Another program occupies the port, or the address is another machine's.
@@ -133,9 +130,6 @@ def run_daemon(
     Args:
         log_level: Level of Zenoh's log on stdout; ``RUST_LOG`` has priority.
         when_up: Called with the addresses at which the daemon listens, when it has started.
-
-    Returns:
-        Whether the daemon ran in this process.
 
     Raises:
         TeleopctlError: As `start_router` raises.
@@ -176,9 +170,6 @@ def find_router() -> ProcessRecord | None:
 
 def stop_router() -> bool:
     """Stop the daemon that runs in the background; return False if no router answers.
-
-    Returns:
-        Whether this call stopped the daemon.
 
     Raises:
         RefusedError: The router that answers was not started in the background by teleopctl.
@@ -274,7 +265,7 @@ def _router_answers(address: RouterAddress) -> bool:
 
 
 def port_holder(address: RouterAddress) -> tuple[int, str] | None:
-    """Return an occupied port of an address and the process that holds it, or None.
+    """Return an occupied port of an address, and its process as text (name and PID); or None.
 
     For an address at which no router responds.
     """
@@ -364,7 +355,7 @@ def _is_our_router(process: psutil.Process | None) -> bool:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Run the router in the foreground; the arguments are the endpoints to listen on."""
+    """Run the router in the foreground at endpoints given as arguments; return the exit status."""
     words = sys.argv[1:] if args is None else list(args)
     try:
         run_router(words)

@@ -119,7 +119,7 @@ def open_configured(config: SessionConfig) -> zenoh.Session:
 
 
 def open_zenoh(config: zenoh.Config) -> zenoh.Session:
-    """Open a Zenoh session or router; all of teleopctl's sessions are opened here.
+    """Open a Zenoh session or router with a configuration, if ROS security allows it.
 
     Raises:
         zenoh.ZError: Zenoh cannot open the session.
@@ -130,12 +130,12 @@ def open_zenoh(config: zenoh.Config) -> zenoh.Session:
 
 
 def is_client(session: zenoh.Session) -> bool:
-    """Return whether a session is in client mode, where all data goes through the router."""
+    """Return whether a session was opened as a client, whose data all passes the router."""
     return str(session.zid()) in _clients
 
 
 def close_session(session: zenoh.Session) -> None:
-    """Close a session; abandon it with a warning if its peer is suspended.
+    """Close a session; if that takes longer than 2 s, abandon it with a warning.
 
     Zenoh notifies each peer, and waits ten seconds for a peer that reads nothing; this is left to a
     thread. The abandoned session is unusable, and its sockets are closed with the process.

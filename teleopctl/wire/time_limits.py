@@ -42,7 +42,7 @@ class _Service:
         self._interval_s = math.inf
 
     def next_interval_s(self, now_s: float) -> float:
-        """Count a request; return the mean interval at a steady rate, else infinity."""
+        """Count a request; return the mean interval of a steady rate, infinity without one."""
         self._calls += 1
         mean_s = (now_s - self._since_s) / self._calls
         if self._calls >= _MEASURED_CALLS:
@@ -94,7 +94,7 @@ class TimeLimits:
         return limit_s
 
     def open_requests(self) -> int:
-        """Return the number of requests whose time limit is not over."""
+        """Return the number of counted requests whose time limit is not over."""
         with self._lock:
             self._forget_ended(time.monotonic())
             return len(self._open)

@@ -24,7 +24,7 @@ _FORBIDDEN = frozenset("/#?$*")
 
 
 class EntityKind(StrEnum):
-    """Kind of an entity: node, publisher, subscription, service server or client."""
+    """Kind of an entity in liveliness tokens: node, publisher, subscription, server or client."""
 
     NN = "NN"
     MP = "MP"
@@ -49,7 +49,7 @@ class NodeToken(NamedTuple):
 
     @property
     def full_name(self) -> str:
-        """Namespace and name of the node, such as ``/ns/node``."""
+        """Full name of the node, such as ``/ns/node``."""
         return join_name(self.namespace, self.node)
 
 
@@ -78,12 +78,12 @@ class EndpointToken(NamedTuple):
 
     @property
     def full_name(self) -> str:
-        """Namespace and name of the node, such as ``/ns/node``."""
+        """Full name of the endpoint's node, such as ``/ns/node``."""
         return join_name(self.namespace, self.node)
 
     @property
     def gid(self) -> bytes:
-        """GID of the endpoint, 16 bytes."""
+        """GID of the endpoint, 16 bytes, computed from the token's text."""
         return gid(self.text or format_token(self))
 
 
@@ -93,7 +93,7 @@ def join_name(namespace: str, name: str) -> str:
 
 
 def format_token(token: NodeToken | EndpointToken) -> str:
-    """Return a token as the key expression that Zenoh declares.
+    """Return a liveliness token as the key expression that Zenoh declares.
 
     Raises:
         ValueError: A part is empty or contains a character that is invalid in a Zenoh key, so that
@@ -127,7 +127,7 @@ def format_token(token: NodeToken | EndpointToken) -> str:
 
 
 def parse_token(text: str) -> NodeToken | EndpointToken | None:
-    r"""Parse the key expression of a liveliness token; return None if it is malformed.
+    r"""Parse the key expression of a liveliness token to a token; return None if malformed.
 
     Tokens come from other processes, so size and form are checked. Control characters, which no
     name of ROS has, are escaped in all fields (``\x1b``) except ``text``, the token as received.
