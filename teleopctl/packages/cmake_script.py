@@ -55,7 +55,7 @@ class Installation(NamedTuple):
 
 
 def installation(text: str, folder: Path) -> Installation:
-    """Evaluate a CMake script; return the files and programs that it installs.
+    """Return the files and programs that a CMake script would install, without running CMake.
 
     Args:
         text: Text of the script.
@@ -78,7 +78,7 @@ class _Script:
         self._files_left = _MOST_FILES
 
     def run(self, text: str, below: str) -> None:
-        """Evaluate the calls of a script in a subfolder."""
+        """Evaluate the calls of a CMake script in a subfolder; add the files that they install."""
         outside = self._values
         self._values = outside | {key: [posixpath.join(_TOP, below)] for key in _CURRENT_FOLDERS}
         calls = [(call[1].lower(), call[2]) for call in _CALL.finditer(_COMMENT.sub("", text))]

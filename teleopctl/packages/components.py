@@ -22,7 +22,7 @@ GROUP = plugins.COMPONENTS.group
 
 
 class Component(NamedTuple):
-    """A component: package, class name, and how its class is imported.
+    """Component of a package: registered name, package, and how its class is imported.
 
     Attributes:
         type_name: Registered name, such as ``composition::Talker``.
@@ -38,7 +38,7 @@ class Component(NamedTuple):
 
 
 def list_components() -> dict[str, list[Component]]:
-    """Return the components of all packages, by package name."""
+    """Return the components of all packages, as sorted lists by package name."""
     found: dict[str, list[Component]] = {}
     for component in _all():
         known = found.setdefault(component.package, [])
@@ -48,7 +48,7 @@ def list_components() -> dict[str, list[Component]]:
 
 
 def find_component(package: str, plugin: str) -> Component:
-    """Return a component by package and type.
+    """Return a component by package and type name; raise a NotFoundError if there is none.
 
     The type may be given without the package before the ``::``, as in ``rclpy_components``.
 

@@ -54,7 +54,7 @@ def builtin_package(name: str) -> Package | None:
 
 
 def executables_of(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, PackageProgram]:
-    """Return the executables of one package, from pairs of ``package/executable`` and target."""
+    """Return one package's programs by name, from pairs of ``package/executable`` and target."""
     split = ((name.rpartition("/"), target) for name, target in nodes)
     return {
         name: PackageProgram(name=name, package=package, target=target)
@@ -64,7 +64,7 @@ def executables_of(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, 
 
 
 def distribution_names() -> set[str]:
-    """Return the packages of installed Python distributions."""
+    """Return the names of packages that Python distributions register, teleopctl's included."""
     nodes = (name.rpartition("/")[0] for name in plugins.available(plugins.NODES))
     return {*plugins.available(plugins.PACKAGES), *nodes} - {""}
 

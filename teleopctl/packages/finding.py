@@ -48,7 +48,7 @@ _QT = "python_qt_binding"
 
 
 def find_package(name: str) -> Package:
-    """Find a package by its name.
+    """Return a package by name, with the programs of those that it overlays; raise if unknown.
 
     Raises:
         NotFoundError: No source has a package of that name.
@@ -66,7 +66,7 @@ def find_package(name: str) -> Package:
 
 
 def lookup_package(name: str) -> Package | None:
-    """Find a package by its name; return None if it is unknown.
+    """Return a package by name, with the programs of those that it overlays; None if unknown.
 
     Raises:
         BrokenPluginError: A distribution has the package, but its files do not exist.
@@ -76,7 +76,7 @@ def lookup_package(name: str) -> Package | None:
 
 
 def package_layers(name: str) -> list[Package]:
-    """Return all packages of a name, each before those that it overlays.
+    """Return all packages of a name as a list, each before those that it overlays.
 
     Raises:
         BrokenPluginError: A distribution has the package, but its files do not exist.
@@ -93,7 +93,7 @@ def package_names() -> list[str]:
 
 
 def list_packages() -> list[Package]:
-    """Return all packages, sorted by name."""
+    """Return one package per name, with the programs of those that it overlays, sorted by name."""
     listed = []
     for name in package_names():
         layers = list(known_layers(name))
@@ -105,7 +105,7 @@ def list_packages() -> list[Package]:
 
 
 def source_packages() -> list[Package]:
-    """Return the source packages in the searched folders."""
+    """Return all source packages in the searched folders, also several of one name."""
     return [package for layers in _source_packages().values() for package in layers]
 
 
@@ -130,7 +130,7 @@ def faults_of_search() -> list[str]:
 
 
 def include_package_of(file: Path) -> None:
-    """Add the package that contains a file to the search path of this process and its children.
+    """Add a file's package and workspace to the package search path of this process and children.
 
     The other packages of its workspace are added as well, since a description and its bringup are
     two packages. All of them come after packages on ``TELEOPCTL_PACKAGE_PATH``, and before those
@@ -160,7 +160,7 @@ def include_package_of(file: Path) -> None:
 
 
 def package_share(name: str) -> Path:
-    """Return the share folder of a package.
+    """Return the share folder of a package by name; raise if it does not exist.
 
     Raises:
         TeleopctlError: The package does not exist.
@@ -169,9 +169,7 @@ def package_share(name: str) -> Path:
 
 
 def resolve_uri(uri: str) -> Path:
-    """Return the path of a ``package://`` or ``file://`` URI, or of a plain path.
-
-    The file need not exist.
+    """Return the path of a ``package://`` or ``file://`` URI, or of a plain path; it may not exist.
 
     Raises:
         NotFoundError: The package is unknown, the scheme is another one, or the path is invalid.
@@ -199,7 +197,7 @@ def resolve_uri(uri: str) -> Path:
 
 
 def known_layers(name: str) -> Iterator[Package]:
-    """Yield the packages of a name, overlays first, without Python distributions."""
+    """Yield the packages of a name, overlays first, but not those of Python distributions."""
     own = builtin_package(name)
     unbuilt: list[Package] = []
     for package in _source_packages().get(name, ()):

@@ -35,7 +35,7 @@ _MARKERS: Final = "share/ament_index/resource_index/packages"
 
 @lru_cache(maxsize=256)
 def share_folder(name: str, folder: Path) -> Path:
-    """Return a folder with a source package's files laid out as installed.
+    """Return a source package's share folder: its source folder, or links laid out as installed.
 
     Args:
         name: Name of the package.
@@ -56,7 +56,7 @@ def share_folder(name: str, folder: Path) -> Path:
 def prefix_folder(
     name: str, folder: Path, share: Path, programs: tuple[str, ...], *, is_source: bool
 ) -> Path:
-    """Return a folder laid out as the install prefix of a source package.
+    """Write and return a folder of links like the install prefix of a package not installed.
 
     Args:
         name: Name of the package.
@@ -80,7 +80,7 @@ def prefix_folder(
 
 
 def linked_module(name: str, folder: Path, module: Path) -> Path:
-    """Return a folder from which a source package's module can be imported.
+    """Write and return a folder of links to import a module whose folder has another name.
 
     Args:
         name: Name of the module.

@@ -15,7 +15,7 @@ from teleopctl.packages.records import INSTALLED, SOURCES, Package
 
 
 def source_module_root(name: str) -> Path | None:
-    """Return the source folder to import a module from; None if no package has it.
+    """Return the folder of a source package from which a module can be imported; or None.
 
     Most modules have the name of their package, but ``ament_python_install_package`` and
     ``setup.py`` can install modules of any name.
@@ -34,7 +34,7 @@ def source_module_root(name: str) -> Path | None:
 
 
 def installed_module_roots(name: str) -> tuple[Path, ...]:
-    """Return the folders from which an installed package's module can be imported."""
+    """Return the Python folders of the first installed package of a name; empty without one."""
     for package in known_layers(name):
         if package.kind == INSTALLED:
             return python_folders(package.prefix)

@@ -32,12 +32,12 @@ _PYTHON_FOLDERS: Final = (
 
 
 def search_paths() -> list[str]:
-    """Return the existing prefixes of ``AMENT_PREFIX_PATH``."""
+    """Return the existing folders of ``AMENT_PREFIX_PATH``."""
     return _folders(AMENT_VARIABLE)
 
 
 def prefixes() -> dict[str, str]:
-    """Return the existing prefixes, with the variable that lists each."""
+    """Return the existing install prefixes, each with the environment variable that lists it."""
     found = dict.fromkeys(_folders(AMENT_VARIABLE), AMENT_VARIABLE)
     for base in _folders(COLCON_VARIABLE):
         for prefix in _prefixes_of_workspace(base):
@@ -46,7 +46,7 @@ def prefixes() -> dict[str, str]:
 
 
 def include_prefix_of(file: Path) -> None:
-    """Add the install prefix that contains a file to the search path.
+    """Add the install prefix around a file to ``AMENT_PREFIX_PATH`` or ``COLCON_PREFIX_PATH``.
 
     In a colcon workspace in which each package has its own prefix, all prefixes are added.
     """
@@ -62,7 +62,7 @@ def include_prefix_of(file: Path) -> None:
 
 
 def installed_packages(name: str) -> Iterator[Package]:
-    """Yield the installed packages of a name, in the order of the prefixes."""
+    """Yield the installed packages of a name, one per prefix, in the order of the prefixes."""
     for prefix, variable in prefixes().items():
         if os.path.isfile(os.path.join(prefix, INDEX, "packages", name)):  # noqa: PTH113, PTH118
             yield _package(name, prefix, variable)
@@ -74,7 +74,7 @@ def installed_names() -> set[str]:
 
 
 def python_folders(prefix: Path) -> tuple[Path, ...]:
-    """Return the folders of a prefix for Python's search path.
+    """Return the Python module folders of an install prefix, with those that ``.egg-link`` names.
 
     With ``--symlink-install``, a package's modules stay in a source folder; the folder's path is
     read from an ``.egg-link`` file.
@@ -91,7 +91,7 @@ def python_folders(prefix: Path) -> tuple[Path, ...]:
 # Cached, since a process looks for many packages in the same prefixes.
 @lru_cache(maxsize=1024)
 def is_ros(prefix: Path) -> bool:
-    """Return whether a prefix is a ROS distribution."""
+    """Return whether an install prefix is that of a ROS distribution, not of a workspace."""
     marker = Path(INDEX, "packages", "ros_environment")
     return (prefix / marker).is_file() or (prefix.parent / "ros_environment" / marker).is_file()
 

@@ -20,7 +20,7 @@ _OURS = "teleopctl.nodes."
 
 
 def find_executable(package: str | None, name: str, *, builtin: bool = False) -> PackageProgram:
-    """Find a program by package and name, by name alone, or by path.
+    """Return a program by package and name, by name alone, or by path; raise if there is none.
 
     Args:
         package: Name of the package; None if ``name`` is a path or unique among all packages.
@@ -101,5 +101,5 @@ def _only_executable(name: str) -> PackageProgram:
 
 
 def is_path(text: str) -> bool:
-    """Return whether the name of a program is the path of a file."""
+    """Return whether a program's name is a file path: it has a slash or ends in ``.py``."""
     return "/" in text or os.sep in text or text.endswith(".py")

@@ -14,7 +14,7 @@ DISTRIBUTION: Final = "distribution"
 
 
 class PackageProgram(NamedTuple):
-    """Program of a package: a function or a file.
+    """Program of a package: a Python function or a file.
 
     Attributes:
         name: Name of the program for ``teleopctl run``.
@@ -67,12 +67,12 @@ class Package:
 
     @cached_property
     def executables(self) -> dict[str, PackageProgram]:
-        """The package's executables by name."""
+        """Programs of the package by name, read when first used."""
         return self._read_executables()
 
     @property
     def share(self) -> Path:
-        """Return the package's share folder.
+        """Share folder of the package; for a source package perhaps a folder of links.
 
         This is ``folder``, except for a source package whose ``setup.py`` or ``CMakeLists.txt``
         installs files at other paths: then it is a folder of links.
@@ -90,7 +90,7 @@ class Package:
 
     @property
     def prefix(self) -> Path:
-        """Return the install prefix of the package.
+        """Install prefix of the package; a folder of links if it is not installed.
 
         For a package that is not installed, this is a folder of links, and of scripts that run the
         package's programs.

@@ -28,7 +28,7 @@ _PADDED: Final = re.compile(r"%[^sd%]|\{[^}]*[:.!\[]")  # formats whose result c
 
 
 def setup_arguments(text: str, folder: Path | None = None) -> dict[str, Any]:
-    """Return the arguments of a script's ``setup`` call that are constant.
+    """Return the arguments of ``setup`` in a ``setup.py`` that can be found without running it.
 
     Args:
         text: Text of the script.

@@ -21,11 +21,7 @@ _NAME = re.compile(r"<name>\s*([A-Za-z0-9_\-]+)\s*</name>")
 
 
 def package_name(manifest: Path) -> str | None:
-    """Return the name in a ``package.xml``.
-
-    Returns:
-        The name, or None if the file cannot be read or has no name.
-    """
+    """Return the name in a ``package.xml``; None if the file cannot be read or has no name."""
     text = text_of(manifest)
     match = None if text is None else _NAME.search(_COMMENT.sub("", text))
     return match.group(1) if match else None
@@ -37,7 +33,7 @@ def enclosing_package(folder: Path) -> Path | None:
 
 
 def workspace_of(folder: Path) -> Path | None:
-    """Return the workspace of a package: the nearest ``src``, or the repository.
+    """Return a package's nearest parent folder that is named ``src`` or has ``.git``; or None.
 
     Args:
         folder: Folder of the package.
@@ -48,7 +44,7 @@ def workspace_of(folder: Path) -> Path | None:
 def find_package_folders(
     root: Path, on_cut: Callable[[int], object] = lambda _: None
 ) -> Iterator[tuple[str | None, Path]]:
-    """Yield name and folder of the packages below a folder, nearest first.
+    """Yield name (or None) and folder of the source packages below a folder, nearest first.
 
     The name is None if `package_name` returns None.
 
@@ -98,7 +94,7 @@ def _is_folder(entry: os.DirEntry[str]) -> bool:
 
 
 def text_of(file: Path) -> str | None:
-    """Return the text of a file; None if it is missing or unreadable."""
+    """Return the text of a UTF-8 file, faulty bytes replaced; None if it cannot be read."""
     try:
         return file.read_text(encoding="utf-8", errors="replace")
     except OSError:

@@ -21,7 +21,7 @@ _SCRIPTS = "console_scripts"
 
 
 def executables(package: str, folder: Path) -> dict[str, PackageProgram]:
-    """Return the programs that a package's scripts install."""
+    """Return the programs, by name, that a source package's setup and CMake scripts install."""
     programs = {
         name: PackageProgram(name, package, target, None, (import_root(folder, target),))
         for name, target in console_scripts(folder).items()
@@ -44,7 +44,7 @@ def executables(package: str, folder: Path) -> dict[str, PackageProgram]:
 
 
 def compiled_programs(folder: Path) -> set[str]:
-    """Return the programs that a package's ``CMakeLists.txt`` compiles."""
+    """Return the names of programs that a package's ``CMakeLists.txt`` compiles and installs."""
     text = text_of(folder / "CMakeLists.txt")
     return set() if text is None else installation(text, folder).targets
 
@@ -56,18 +56,18 @@ def compiles(folder: Path) -> bool:
 
 
 def depends_on(folder: Path, name: str) -> bool:
-    """Return whether a package's manifest names another package."""
+    """Return whether a package's ``package.xml`` has a tag whose text is another package's name."""
     text = text_of(folder / "package.xml")
     return text is not None and re.search(rf">\s*{re.escape(name)}\s*<", text) is not None
 
 
 def console_scripts(folder: Path) -> dict[str, str]:
-    """Return the console scripts of a Python package, as name and ``module:function``."""
+    """Return the console scripts of a Python package by name, as ``module:function``."""
     return entry_points(folder, _SCRIPTS)
 
 
 def entry_points(folder: Path, group: str) -> dict[str, str]:
-    """Return the entry points of a group that a Python package declares.
+    """Return the entry points of a group that a Python package declares, by name.
 
     ``setup.py`` has precedence over ``setup.cfg``, which has precedence over ``pyproject.toml``.
     """

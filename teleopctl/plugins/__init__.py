@@ -384,6 +384,6 @@ PANELS = Kind(
 
 
 def kinds() -> list[Kind]:
-    """Return every kind of plug-in, by its entry-point group."""
+    """Return all kinds of plug-ins, sorted by entry-point group."""
     found = (value for value in globals().values() if isinstance(value, Kind))
     return sorted(found, key=lambda kind: kind.group)

@@ -75,7 +75,7 @@ class Plugin:
 
 
 def find(kind: Kind, name: str) -> Plugin | None:
-    """Return a plug-in by its name or, if its kind allows that, as ``module:object``."""
+    """Return a plug-in, unimported, by name or, if its kind allows, ``module:object``; or None."""
     if name in kind.ours:
         return Plugin(name, kind.ours[name])
     if (stranger := _strangers(kind.group).get(name)) is not None:
@@ -86,7 +86,7 @@ def find(kind: Kind, name: str) -> Plugin | None:
 
 
 def available(kind: Kind) -> dict[str, Plugin]:
-    """Return all plug-ins of a kind: built-in ones, then others sorted."""
+    """Return all plug-ins of a kind by name, not imported: built-in ones, then others sorted."""
     plugins = {name: Plugin(name, target) for name, target in kind.ours.items()}
     for name, stranger in _strangers(kind.group).items():
         plugins.setdefault(name, stranger)
@@ -141,7 +141,7 @@ def load(kind: Kind, name: str) -> Any:
 
 # Any: any object of a module.
 def import_object(target: str) -> Any:
-    """Import a module, and return the object that ``module:name`` names."""
+    """Import a module, and return its object that ``module:name`` names."""
     module, _, attribute = target.partition(":")
     return getattr(import_module(module), attribute)
 
@@ -167,7 +167,7 @@ def _is_one(found: object, kind: Kind) -> bool:
 
 
 def forget_entry_points() -> None:
-    """Drop the cached metadata of installed distributions."""
+    """Drop the cached plug-ins of installed distributions, which are read again when needed."""
     _installed.cache_clear()
 
 

@@ -17,16 +17,13 @@ _INSTALLED = "site-packages", "dist-packages"
 
 
 def reload(kind: Kind, names: Iterable[str]) -> list[str]:
-    """Reload plug-ins with the modules of their packages.
+    """Import plug-ins again with their packages' modules; return the names of those modules.
 
     Objects of the old classes keep the old code. teleopctl's own plug-ins are never reloaded.
 
     Args:
         kind: Kind of the plug-ins.
         names: Names of the plug-ins. A plug-in whose module no longer exists is skipped.
-
-    Returns:
-        The reloaded modules that were imported before, sorted.
 
     Raises:
         BrokenPluginError: A plug-in cannot be imported; then all modules stay as before.

@@ -23,13 +23,13 @@ from teleopctl.packages.new.package import (
 from teleopctl.packages.new.source_files import cargo_files, cmake_files, cpp_files, python_files
 
 
-def create_package(package: NewPackage, folder: str, tell: Callable[[str], object]) -> None:
-    """Create a package's folder and files.
+def create_package(package: NewPackage, folder: str, report: Callable[[str], object]) -> None:
+    """Create a new ROS package's folder and files; report each before it is created.
 
     Args:
         package: Options of the package.
         folder: Folder in which the package's folder is created.
-        tell: Called with a line of text before each file and folder is created.
+        report: Called with a line of text before each file and folder is created.
 
     Raises:
         UsageError: A name is invalid.
@@ -40,13 +40,13 @@ def create_package(package: NewPackage, folder: str, tell: Callable[[str], objec
     path = join_path(folder, package.name)
     try:
         for step in _steps(package, path):
-            _take(step, tell)
+            _take(step, report)
     except OSError as error:
         raise SystemFailureError(f"{error.filename}: {error.strerror}") from error
 
 
 def check_package(package: NewPackage, folder: str) -> None:
-    """Raise if a package cannot be created.
+    """Raise if a new package has an invalid name, or if its folder exists.
 
     Raises:
         UsageError: A name is invalid.
@@ -78,18 +78,18 @@ def _steps(package: NewPackage, path: str) -> Iterator[Step]:
         yield from cpp_files(package, source, include)
     text = license_text(package.license, package.maintainer_name, date.today().year)
     if text is not None:
-        yield File(join_path(path, "LICENSE"), text, is_told=False)
+        yield File(join_path(path, "LICENSE"), text, is_reported=False)
 
 
-def _take(step: Step, tell: Callable[[str], object]) -> None:
+def _take(step: Step, report: Callable[[str], object]) -> None:
     match step:
         case Note(text):
-            tell(text)
+            report(text)
         case Folder(path):
-            tell(f"creating folder {path}")
+            report(f"creating folder {path}")
             Path(path).mkdir(parents=True, exist_ok=True)
-        case File(path, text, is_told):
-            if is_told:
-                tell(f"creating {path}")
+        case File(path, text, is_reported):
+            if is_reported:
+                report(f"creating {path}")
             with Path(path).open("w", encoding="utf-8", newline="\n") as file:
                 file.write(text)

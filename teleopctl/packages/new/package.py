@@ -20,7 +20,7 @@ _PROGRAM_NAME: Final = re.compile(r"[A-Za-z0-9_][A-Za-z0-9_.-]*")
 
 
 class NewPackage(NamedTuple):
-    """Options of a new package, with the names of ``ros2 pkg create``.
+    """Options of a package to create, with the names of ``ros2 pkg create``.
 
     Attributes:
         name: Name of the package.
@@ -88,7 +88,7 @@ def _check_module(name: str, kind: str) -> None:
 
 
 class Note(NamedTuple):
-    """Step of creating a package: print a line."""
+    """Step of creating a package: report a line of text."""
 
     text: str
 
@@ -105,12 +105,12 @@ class File(NamedTuple):
     Attributes:
         path: Path of the file.
         text: Content of the file.
-        is_told: Whether to print the path.
+        is_reported: Whether to print the path.
     """
 
     path: str
     text: str
-    is_told: bool = True
+    is_reported: bool = True
 
 
 Step = Note | Folder | File
@@ -138,12 +138,12 @@ _FILES: Final = {
 
 
 def license_names() -> list[str]:
-    """Return the identifiers of the licenses with known text."""
+    """Return the SPDX identifiers of the licenses whose text is available."""
     return list(_FILES)
 
 
 def license_text(name: str, holder: str, year: int) -> str | None:
-    """Return the text of a license with its holder and year; None for an unknown license.
+    """Return a license's text with holder and year; None for an unknown license.
 
     Args:
         name: SPDX identifier of the license.

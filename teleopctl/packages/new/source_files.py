@@ -79,7 +79,7 @@ status, errors = main_with_errors(argv=[])
 
 
 def python_files(package: NewPackage, folder: str) -> Iterator[Step]:
-    """Yield the files of a Python package."""
+    """Yield the steps that create the folders and files of a Python package."""
     source = join_path(folder, package.name)
     yield Note("creating source folder")
     yield Folder(source)
@@ -191,7 +191,7 @@ _VISIBILITY: Final = """\
 
 
 def cpp_files(package: NewPackage, source: str, include: str) -> Iterator[Step]:
-    """Yield the source and header files of a C++ package."""
+    """Yield the steps that create the source and header files of a C++ package."""
     library = package.library_name or ""
     names = {
         "name": package.name,
@@ -289,7 +289,7 @@ endif()
 
 
 def cmake_files(package: NewPackage, folder: str) -> Iterator[Step]:
-    """Yield the build files of a CMake package."""
+    """Yield the steps that create the build files of a CMake package."""
     yield File(join_path(folder, "CMakeLists.txt"), _cmake_lists(package))
     if package.build_type == AMENT_CMAKE:
         return
@@ -421,7 +421,7 @@ mod tests {{
 
 
 def cargo_files(package: NewPackage, path: str) -> Iterator[Step]:
-    """Yield the files of a Rust package.
+    """Yield the steps that create the folders and files of a Rust package.
 
     Cargo requires a target: a package without node and library gets a program of its own name.
     """
