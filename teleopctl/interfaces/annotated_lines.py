@@ -25,7 +25,7 @@ class DefinitionLine(NamedTuple):
 
 
 def definition_lines(type_name: str) -> Iterator[DefinitionLine]:
-    """Yield the lines of a type's definition, with ``---`` between sections.
+    """Yield a `DefinitionLine` for each line of a type's definition, also the ``---`` separators.
 
     Args:
         type_name: Name of a message, service or action type.

@@ -63,7 +63,7 @@ def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
 
 
 def byteswapped(base: str, data: memoryview) -> Any:
-    """Return a memoryview of a base type's values, converted from the other byte order."""
+    """Return bytes of the other byte order as native values: an array, or a view if one-byte."""
     code = BLOCK_CODES[base]
     if ITEM_SIZES[code] == 1:
         return as_block(base, data)
@@ -74,14 +74,14 @@ def byteswapped(base: str, data: memoryview) -> Any:
 
 
 def to_array(code: str, block: Any) -> array.array[Any]:
-    """Return a copy of a memoryview of numbers as an ``array.array``."""
+    """Return a copy of a memoryview or numpy array of numbers as an ``array.array``."""
     copy: array.array[Any] = array.array(code)
     copy.frombytes(memoryview(block).cast("B"))
     return copy
 
 
 def to_numpy(base: str, block: Any) -> NumberArray:
-    """Return an array's values as a numpy array: a view, or a copy of a list."""
+    """Return a stored array or sequence as a numpy array: itself, a view, or a copy of a list."""
     import numpy as np
 
     if isinstance(block, np.ndarray):
@@ -95,7 +95,7 @@ def to_numpy(base: str, block: Any) -> NumberArray:
 
 
 def to_own_numpy(base: str, block: Any) -> NumberArray:
-    """Return a fixed array's values as a writable numpy array."""
+    """Return a stored array as a writable numpy array; views and read-only arrays are copied."""
     view = to_numpy(base, block)
     return view if view.flags.writeable and not isinstance(block, memoryview) else view.copy()
 
@@ -118,7 +118,7 @@ def is_numpy_bool(value: object) -> bool:
 
 
 def equal(one: Any, other: Any) -> bool:
-    """Return whether two stored arrays or sequences have equal values, whatever their forms."""
+    """Return whether two stored field values are equal, even if only one of them is a list."""
     if type(one) is type(other) and isinstance(one, _PLAIN):
         return bool(one == other)
     if isinstance(one, list) or isinstance(other, list):

@@ -49,7 +49,7 @@ class Catalog:
         self._lock = RLock()
 
     def find(self, type_name: str) -> Definition | None:
-        """Return a type's `Definition`, read on first use; None if the type is unknown.
+        """Return a type's `Definition`, read on first use, or None; mark the type as in use.
 
         Types derived from a service or action are found too.
 
@@ -63,7 +63,7 @@ class Catalog:
             return found
 
     def add_text(self, type_name: str, text: str, where: str | None = None) -> None:
-        """Add a type by the text of its definition.
+        """Add a type, with its derived types, by the text of its definition file.
 
         Args:
             type_name: Full name of the type, ``package/kind/Name``.
@@ -79,7 +79,7 @@ class Catalog:
         self.add(split_definition(text, type_name, where))
 
     def add(self, definitions: Iterable[Definition]) -> None:
-        """Add definitions, or replace those with other fields that are not in use yet.
+        """Add or replace definitions; raise if a type in use would get other fields or constants.
 
         Raises:
             InvalidMessageError: A type is in use with another definition.
@@ -99,7 +99,7 @@ class Catalog:
                     self._definitions[name] = definition
 
     def add_folder(self, folder: str | Path, package: str) -> list[str]:
-        """Add all definitions in the ``msg``, ``srv`` and ``action`` folders of a package.
+        """Add the definitions in a package's ``msg``, ``srv``, ``action`` folders; return names.
 
         Args:
             folder: Folder that contains ``msg``, ``srv`` or ``action``.
@@ -125,14 +125,14 @@ class Catalog:
         return list(files)
 
     def names(self, kind: str | None = None) -> list[str]:
-        """Return the sorted names of the known types of a kind, ``msg`` for example, or of all."""
+        """Return the sorted names of the known types without derived ones, optionally of a kind."""
         with self._lock:
             names = {name for name in self._definitions if "_" not in split(name)[2]}
             names.update(self.built_in_names(), self.user_names())
         return sorted(name for name in names if kind is None or split(name)[1] == kind)
 
     def built_in_names(self) -> list[str]:
-        """Return the sorted names of the built-in types.
+        """Return the sorted names of the types that come with rosbags and teleopctl.
 
         These are the same on every machine.
         """
@@ -141,7 +141,7 @@ class Catalog:
         return sorted({*self._standard.names(), *(name for files in ours for name, _ in files)})
 
     def user_names(self) -> list[str]:
-        """Return the sorted names of the types that the user's ROS packages define."""
+        """Return the sorted names of the types in the interface folders of found ROS packages."""
         from teleopctl.packages import list_packages
 
         found = list_packages()
@@ -171,7 +171,7 @@ class Catalog:
         return sorted(names)
 
     def parts(self, type_name: str) -> list[str]:
-        """Return the name of a type and, for services and actions, those of all derived types."""
+        """Return the names of a type and of the types derived from it; empty if unknown."""
         with self._lock:
             if self.find(type_name) is None:
                 return []
@@ -179,7 +179,7 @@ class Catalog:
             return [n for n in self._definitions if n == type_name or n.startswith(derived)]
 
     def place_of_use(self, type_name: str) -> str | None:
-        """Return the ``file:line`` of a field that uses a type, or None."""
+        """Return ``file:line`` of a field of a type in a file read so far, or None."""
         from teleopctl.interfaces.parser import line_of_first_field
 
         with self._lock:
@@ -189,7 +189,7 @@ class Catalog:
         return None
 
     def file(self, type_name: str) -> Path | None:
-        """Return the file that defines a type, or None."""
+        """Return the path of the file that defines a type; None if unknown or without a file."""
         from pathlib import Path
 
         with self._lock:

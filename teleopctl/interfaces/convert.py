@@ -35,7 +35,7 @@ _SHOWN = 60
 
 
 def expected(kind: FieldType | str, value: object) -> str:
-    """Return the error text for a value that does not fit the type of its field."""
+    """Return the text "expected TYPE, got VALUE" for a value that does not fit a field's type."""
     shown = repr(value)
     if len(shown) > _SHOWN:
         shown = f"{shown[:_SHOWN]}…"
@@ -44,7 +44,7 @@ def expected(kind: FieldType | str, value: object) -> str:
 
 @cache
 def converter(kind: FieldType, message_class: Callable[[str], type]) -> Converter:
-    """Return a function that checks and converts the values of fields of a type; cached.
+    """Return the cached function that checks values for a field and converts them for storage.
 
     Args:
         kind: Type of the field.
@@ -189,7 +189,7 @@ def _list(kind: FieldType, convert_element: Converter) -> Converter:
 
 
 def check_length(kind: FieldType, length: int) -> None:
-    """Raise ValueError if a type does not allow a number of elements."""
+    """Raise ValueError if an array or sequence type does not allow a number of elements."""
     if kind.shape is Shape.ARRAY and length != kind.capacity:
         raise ValueError(f"expected {kind}, got {length} elements")
     if kind.shape is Shape.BOUNDED and length > kind.capacity:

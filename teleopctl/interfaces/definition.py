@@ -61,17 +61,17 @@ class FieldType(NamedTuple):
 
     @property
     def is_nested(self) -> bool:
-        """Return whether the values are messages."""
+        """Whether the values of the field are messages."""
         return self.base not in PRIMITIVES
 
     @property
     def is_numeric(self) -> bool:
-        """Return whether several values are stored as one block of numbers."""
+        """Whether the base type is an integer or float type, not bool, byte or string."""
         return self.base in INTEGER_RANGES or self.base in FLOATS
 
     @property
     def element(self) -> FieldType:
-        """Return the type of a single value."""
+        """Type of a single element of the array or sequence."""
         return FieldType(self.base, string_capacity=self.string_capacity)
 
     def __str__(self) -> str:
@@ -114,7 +114,7 @@ class Field(NamedTuple):
 
     @property
     def attribute(self) -> str:
-        """Python name of the field: keywords get an underscore."""
+        """Name of the field in Python, with an underscore appended to keywords."""
         return f"{self.name}_" if keyword.iskeyword(self.name) else self.name
 
 
@@ -143,11 +143,11 @@ class Definition(NamedTuple):
 
     @property
     def wire_fields(self) -> tuple[Field, ...]:
-        """Fields on the wire: a placeholder for empty messages."""
+        """Fields on the wire: those of the definition, or one placeholder if it has none."""
         return self.fields or (Field(PLACEHOLDER, FieldType("uint8")),)
 
     def nested_types(self) -> list[str]:
-        """Return the names of the message types that the fields use, each once."""
+        """Return the names of the message types of the fields, each once, without deeper ones."""
         return list(dict.fromkeys(f.type.base for f in self.fields if f.type.is_nested))
 
     def render(self) -> str:

@@ -17,7 +17,7 @@ _STEP = r"\.?(?P<name>[A-Za-z_]\w*)|\.?\[(?:(?P<index>-?\d+)|(?P<first>-?\d*):(?
 
 # Any: message classes are made from definitions, and the path determines the value.
 def field_reader(path: str) -> Callable[[Any], Any]:
-    """Return a function that returns the value at a field path of a message.
+    """Return a function that takes a message and returns the value at a field path.
 
     Args:
         path: Field path, such as ``pose.position``, ``transforms[0].header`` or ``ranges[:10]``.
@@ -88,7 +88,7 @@ _OWN_NAMES = ("child_frame_id", "name", "joint_name")
 
 
 class NumericField(NamedTuple):
-    """Number in a message, or array of numbers: field path, label and length.
+    """Description of a number or array of numbers in a message: field path, label, length.
 
     Attributes:
         path: Field path for `field_reader`.
@@ -103,7 +103,7 @@ class NumericField(NamedTuple):
 
 # Any: a message, whose class is made from its definition at run time.
 def numeric_fields(message: Any) -> list[NumericField]:
-    """Return the numeric and boolean fields of a message, those of its header last.
+    """Return `NumericField`s of all numbers and bools in a message, also nested; header last.
 
     An array is listed as a whole and by its first `MOST_ELEMENTS` elements; the list ends after
     `MOST_FIELDS` fields.

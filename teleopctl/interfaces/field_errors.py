@@ -10,15 +10,15 @@ from teleopctl.interfaces.typenames import split
 
 
 class FieldTypeError(AssertionError, TypeError):
-    """Value of the wrong type for a field, or a field that does not exist."""
+    """Exception for a value of the wrong type for a field, or an argument that is no field."""
 
 
 class FieldValueError(AssertionError, ValueError):
-    """Value out of the range of its field."""
+    """Exception for a value beyond the range, length or bound of its field."""
 
 
 def field_error(type_name: str, field: Field, error: Exception) -> Exception:
-    """Return the exception for a value that a message's field cannot hold.
+    """Return the FieldTypeError or FieldValueError for a value that a field cannot hold.
 
     Args:
         type_name: Full name of the message type.
@@ -31,7 +31,7 @@ def field_error(type_name: str, field: Field, error: Exception) -> Exception:
 
 
 def unknown_fields_error(type_name: str, given: list[str], known: list[str]) -> Exception:
-    """Return the exception for constructor arguments that are no fields."""
+    """Return the `FieldTypeError` for constructor arguments that are no fields."""
     names = ", ".join(known) or "none"
     return FieldTypeError(
         f"Invalid arguments passed to constructor: {', '.join(given)} ({type_name} has: {names})"

@@ -41,7 +41,7 @@ SHAPE_STEP = 48
 
 
 def type_description(definition: Definition, lookup: Lookup) -> dict[str, object]:
-    """Return the type description that is hashed, as dictionaries in hash order.
+    """Return the description of a type and of all types used, as the dictionaries to hash.
 
     Args:
         definition: Definition of the type.
@@ -102,7 +102,7 @@ def field_type_id(field: Field) -> int:
 
 
 def fields_of(definition: Definition) -> dict[str, object]:
-    """Return the part of a type description that describes one type: its fields."""
+    """Return name and fields of one type as a dictionary, a part of the type description."""
     return {
         "type_name": definition.type_name,
         "fields": [

@@ -48,7 +48,7 @@ class _SlotTypes:
 
 
 class MessageClass(type):
-    """Metaclass of messages: constants are read-only, defaults are readable.
+    """Metaclass of messages: constants are read-only, defaults readable as ``FIELD__DEFAULT``.
 
     The default value of a field ``speed`` is ``SPEED__DEFAULT``, a new value at each access.
     """
@@ -72,7 +72,7 @@ class MessageClass(type):
 
 
 class Message(metaclass=MessageClass):
-    """Base of all message classes.
+    """Base class of all messages; assigned field values are checked and converted.
 
     Each field has a slot named ``_field`` and a property named as the field. Assigned values are
     checked at once. The slot stores a block of numbers as assigned, often as a memoryview of
@@ -107,7 +107,7 @@ class Message(metaclass=MessageClass):
 
     @classmethod
     def get_fields_and_field_types(cls) -> dict[str, str]:
-        """Return the fields in order, with their types in ROS 2's spelling."""
+        """Return a dictionary from field names, in order, to types in ROS 2's spelling."""
         return dict(cls._fields_and_field_types)
 
     def __eq__(self, other: object) -> bool:
@@ -128,7 +128,7 @@ class Message(metaclass=MessageClass):
 
 
 def make_class(definition: Definition, lookup: ClassLookup) -> type[Message]:
-    """Make a class for a message type.
+    """Return a new message class made from a `Definition`.
 
     Args:
         definition: Definition of the type.

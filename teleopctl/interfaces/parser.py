@@ -28,7 +28,7 @@ _SECTIONS = {"msg": 1, "srv": 2, "action": 3}
 
 
 def split_sections(text: str, kind: str, where: str) -> list[tuple[str, int]]:
-    """Split the text of a definition file into its sections: one, two or three.
+    """Return text and first line number of each section of a definition file.
 
     Args:
         text: Content of the file.
@@ -70,7 +70,7 @@ def split_at_dashes(text: str) -> list[str]:
 def parse(
     text: str, type_name: str, package: str, where: str | None = None, first_line: int = 1
 ) -> Definition:
-    """Parse a message definition, or one section of a service or action.
+    """Return the `Definition` parsed from a message's text, or one section of a service or action.
 
     Args:
         text: Text of the definition.
@@ -107,7 +107,7 @@ def parse(
 
 
 def line_of_first_field(text: str, type_name: str, package: str) -> int:
-    """Return the number of the line whose field first uses a type in a definition file."""
+    """Return the number of the first line with a field of a type; 1 if there is none."""
     for number, line in enumerate(text.splitlines(), start=1):
         if message_type_of_line(line, package) == type_name:
             return number
@@ -236,7 +236,7 @@ def _text(text: str) -> str:
 
 
 def message_type_of_line(line: str, package: str) -> str | None:
-    """Return the message type of the field on a line; None if the line has none.
+    """Return the message type of the field on a line; None for primitive types and other lines.
 
     Args:
         line: Line of a definition that has been parsed without an error.
@@ -249,7 +249,7 @@ def message_type_of_line(line: str, package: str) -> str | None:
 
 
 def strip_comment(text: str) -> str:
-    """Return a line of a definition without its comment."""
+    """Return a line of a definition without its comment and surrounding blanks."""
     if "#" not in text:
         return text.strip()
     import re

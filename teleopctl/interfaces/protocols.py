@@ -21,64 +21,64 @@ Response_co = TypeVar("Response_co", bound=Message, covariant=True)
 
 
 class ServiceType(Protocol[Request_co, Response_co]):
-    """Interface of service classes, for ``create_client`` and ``create_service``."""
+    """Typing protocol of service classes, which have a ``Request`` and a ``Response``."""
 
     TYPE_NAME: ClassVar[str]
 
     @property
     def Request(self) -> type[Request_co]:  # noqa: N802 (the name of the nested class)
-        """Class of the request."""
+        """Message class of the service's requests."""
 
     @property
     def Response(self) -> type[Response_co]:  # noqa: N802 (the name of the nested class)
-        """Class of the response."""
+        """Message class of the service's responses."""
 
 
 class ActionType(Protocol[Goal_co, Result_co, Feedback_co]):
-    """Interface of action classes, for action clients and servers."""
+    """Typing protocol of action classes, for action clients and servers."""
 
     TYPE_NAME: ClassVar[str]
 
     # Any: each action has its own class.
     @property
     def Impl(self) -> Any:  # noqa: N802 (the name of the nested class)
-        """Classes of the action's messages and services on the wire."""
+        """Namespace of the classes of the action's services and messages on the wire."""
 
     @property
     def Goal(self) -> type[Goal_co]:  # noqa: N802 (the name of the nested class)
-        """Class of the goal."""
+        """Message class of the action's goals."""
 
     @property
     def Result(self) -> type[Result_co]:  # noqa: N802 (the name of the nested class)
-        """Class of the result."""
+        """Message class of the action's results."""
 
     @property
     def Feedback(self) -> type[Feedback_co]:  # noqa: N802 (the name of the nested class)
-        """Class of the feedback."""
+        """Message class of the action's feedback."""
 
 
 class ResultResponse(Protocol[Result_co]):
-    """Response to a result request of an action."""
+    """Typing protocol of the response to an action's result request: status and result."""
 
     status: int
 
     @property
     def result(self) -> Result_co:
-        """Result of the goal; the default if there is none."""
+        """Result message of the goal; a default message if the goal has no result."""
 
 
 class FeedbackMessage(Protocol[Feedback_co]):
-    """Feedback message of an action."""
+    """Typing protocol of an action's feedback message on the wire: goal ID and feedback."""
 
     goal_id: UUID
 
     @property
     def feedback(self) -> Feedback_co:
-        """Feedback about the goal."""
+        """Feedback about the goal, of the class ``Feedback`` of the action."""
 
 
 class Strings(Protocol):
-    """List, tuple or set of strings, but not a single string.
+    """Typing protocol of lists, tuples and sets of strings; excludes a single string.
 
     A single string is a sequence of strings too, but its ``__contains__`` accepts only strings,
     while that of other collections accepts any object.

@@ -16,7 +16,7 @@ ACTION_SERVICES = ("SendGoal", "GetResult")
 
 
 def split_definition(text: str, type_name: str, where: str | None = None) -> list[Definition]:
-    """Return the definitions of all types in a ``.msg``, ``.srv`` or ``.action`` file's text.
+    """Return the definitions in a ``.msg``, ``.srv`` or ``.action`` text, with derived types.
 
     Args:
         text: Content of the ``.msg``, ``.srv`` or ``.action`` file.
@@ -59,7 +59,7 @@ def service_of_event(type_name: str, text: str) -> str | None:
 
 
 def service_types(name: str, text: str | None = None) -> list[Definition]:
-    """Return the definitions of a service's event type and of the service.
+    """Return the definitions of a service's event type and of the service type itself.
 
     The definitions of request and response are not included.
 
@@ -89,7 +89,7 @@ def service_types(name: str, text: str | None = None) -> list[Definition]:
 
 
 def action_types(name: str, text: str) -> list[Definition]:
-    """Return the definitions of an action and of the types derived from it, such as SendGoal.
+    """Return the definitions of an action type and its derived types, such as SendGoal.
 
     The definitions of goal, result and feedback are not included.
 

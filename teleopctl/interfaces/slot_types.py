@@ -17,52 +17,52 @@ _IDL_NAMES["float64"] = "double"
 
 
 class AbstractType:
-    """Base of slot types."""
+    """Base of slot types, the field types in ``Message.SLOT_TYPES``."""
 
 
 class AbstractNestableType(AbstractType):
-    """Base of types that arrays and sequences can contain."""
+    """Base of slot types that arrays and sequences can contain."""
 
 
 class AbstractGenericString(AbstractNestableType):
-    """Base of string types."""
+    """Base of the slot types of strings, bounded or not."""
 
     def has_maximum_size(self) -> bool:
-        """Return whether the type is bounded."""
+        """Return False: the string is unbounded; overridden for bounded strings."""
         return False
 
 
 class AbstractString(AbstractGenericString):
-    """Base of 8-bit string types."""
+    """Base of the slot types of 8-bit strings."""
 
 
 class AbstractWString(AbstractGenericString):
-    """Base of 16-bit string types."""
+    """Base of the slot types of wide (16-bit) strings."""
 
 
 class AbstractNestedType(AbstractType):
-    """Base of array and sequence types."""
+    """Base of the slot types of arrays and sequences."""
 
     value_type: AbstractNestableType
 
     def has_maximum_size(self) -> bool:
-        """Return whether the type is bounded."""
+        """Return False: the length is unbounded; overridden for bounded types."""
         return False
 
 
 class AbstractSequence(AbstractNestedType):
-    """Base of sequence types."""
+    """Base of the slot types of bounded and unbounded sequences."""
 
 
 @dataclass(frozen=True)
 class BasicType(AbstractNestableType):
-    """Numeric or boolean type, by its IDL name."""
+    """Slot type of numbers, booleans and octets, by IDL name."""
 
     typename: str
 
 
 class NamespacedType(AbstractNestableType):
-    """Message type, by its namespaced name.
+    """Slot type of a nested message, by package, kind and name.
 
     Args:
         namespaces: Package and kind of the type.
@@ -74,7 +74,7 @@ class NamespacedType(AbstractNestableType):
         self.name = name
 
     def namespaced_name(self) -> tuple[str, ...]:
-        """Return package, kind and name."""
+        """Return package, kind and name of the message type as a tuple."""
         return (*self.namespaces, self.name)
 
     def __eq__(self, other: object) -> bool:
@@ -91,12 +91,12 @@ class NamespacedType(AbstractNestableType):
 
 @dataclass(frozen=True)
 class UnboundedString(AbstractString):
-    """String of unlimited length."""
+    """Slot type of strings of unlimited length."""
 
 
 @dataclass(frozen=True)
 class BoundedString(AbstractString):
-    """String of limited length."""
+    """Slot type of strings of limited length."""
 
     maximum_size: int
 
@@ -107,12 +107,12 @@ class BoundedString(AbstractString):
 
 @dataclass(frozen=True)
 class UnboundedWString(AbstractWString):
-    """Wide string of unlimited length."""
+    """Slot type of wide strings of unlimited length."""
 
 
 @dataclass(frozen=True)
 class BoundedWString(AbstractWString):
-    """Wide string of limited length."""
+    """Slot type of wide strings of limited length."""
 
     maximum_size: int
 
@@ -123,7 +123,7 @@ class BoundedWString(AbstractWString):
 
 @dataclass(frozen=True)
 class Array(AbstractNestedType):
-    """Array of fixed length."""
+    """Slot type of arrays of fixed length."""
 
     value_type: AbstractNestableType
     size: int
@@ -135,7 +135,7 @@ class Array(AbstractNestedType):
 
 @dataclass(frozen=True)
 class BoundedSequence(AbstractSequence):
-    """Sequence of limited length."""
+    """Slot type of sequences of limited length."""
 
     value_type: AbstractNestableType
     maximum_size: int
@@ -147,18 +147,18 @@ class BoundedSequence(AbstractSequence):
 
 @dataclass(frozen=True)
 class UnboundedSequence(AbstractSequence):
-    """Sequence of unlimited length."""
+    """Slot type of sequences of unlimited length."""
 
     value_type: AbstractNestableType
 
 
 def slot_types(definition: Definition) -> tuple[AbstractType, ...]:
-    """Return the slot types of a message, in the order of its fields."""
+    """Return the slot types of a message's fields, in order, as ``rosidl_parser`` classes them."""
     return tuple(slot_type(field.type) for field in definition.fields)
 
 
 def slot_type(kind: FieldType) -> AbstractType:
-    """Return the slot type of a field type."""
+    """Return the slot type for the type of a field: array, sequence or single value."""
     element = _element(kind)
     match kind.shape:
         case Shape.ARRAY:

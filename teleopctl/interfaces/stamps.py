@@ -25,7 +25,7 @@ def to_nanoseconds(stamp: Stamp) -> int:
 
 
 def set_stamp(stamp: Stamp, nanoseconds: int) -> None:
-    """Set a Time or Duration to nanoseconds.
+    """Set ``sec`` and ``nanosec`` of a Time or Duration message from nanoseconds.
 
     Raises:
         ValueError: The seconds do not fit into 32 bits.
@@ -34,15 +34,15 @@ def set_stamp(stamp: Stamp, nanoseconds: int) -> None:
 
 
 def split(nanoseconds: int) -> tuple[int, int]:
-    """Split nanoseconds into ``sec`` and ``nanosec``."""
+    """Return nanoseconds as a pair: seconds, rounded down, and the remaining nanoseconds."""
     return divmod(nanoseconds, NANOSECONDS_PER_SECOND)
 
 
 def from_seconds(seconds: float) -> int:
-    """Return seconds in nanoseconds, truncated as in rclpy."""
+    """Return a number of seconds in nanoseconds, truncated as in rclpy."""
     return int(seconds * NANOSECONDS_PER_SECOND)
 
 
 def to_seconds(nanoseconds: int) -> float:
-    """Return nanoseconds in seconds, as float."""
+    """Return a number of nanoseconds in seconds, as float."""
     return nanoseconds / NANOSECONDS_PER_SECOND

@@ -44,7 +44,7 @@ Table = dict[str, Any]
 
 
 def distribution() -> str:
-    """Return the ROS 2 distribution whose types are used: ``ROS_DISTRO``, else Jazzy.
+    """Return the ROS 2 distribution in ``ROS_DISTRO``: unset is jazzy, rolling the newest known.
 
     Raises:
         UsageError: The types of the distribution in ``ROS_DISTRO`` are not known.
@@ -66,7 +66,7 @@ def is_distribution_since(name: str) -> bool:
 
 
 class StandardTypes:
-    """Message definitions of a ROS 2 distribution, loaded on demand.
+    """Message definitions of a ROS 2 distribution, from rosbags' table or a cached copy.
 
     Args:
         name: Name of the distribution.
@@ -82,11 +82,11 @@ class StandardTypes:
             self._table = self._import()
 
     def names(self) -> list[str]:
-        """Return the names of all message types."""
+        """Return the names of all message types in the distribution's table."""
         return list(self._rows())
 
     def find(self, type_name: str) -> Definition | None:
-        """Return the definition of a message type, or None."""
+        """Return the `Definition` of a message type; None if the distribution lacks the type."""
         row = self._rows().get(type_name)
         if row is None:
             return None
@@ -152,7 +152,7 @@ def _field_type(description: Any) -> FieldType:
 
 
 def cache_folder() -> Path:
-    """Return the user's cache folder, which holds the type tables."""
+    """Return the path of teleopctl's cache folder, which holds the type tables."""
     from pathlib import Path
 
     return Path(cache_dir())

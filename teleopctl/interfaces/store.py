@@ -36,7 +36,7 @@ _classes: dict[str, type[Any]] = {}
 
 
 class ServiceBase:
-    """Base of service classes, which hold their message classes."""
+    """Base of service classes, which hold the classes ``Request``, ``Response`` and ``Event``."""
 
     TYPE_NAME: ClassVar[str]
     Request: ClassVar[type[Message]]
@@ -48,7 +48,7 @@ class ServiceBase:
 
 
 class ActionBase:
-    """Base of action classes, which hold their message classes.
+    """Base of action classes, which hold ``Goal``, ``Result``, ``Feedback`` and ``Impl``.
 
     ``Impl`` has the types of an action on the wire: ``SendGoalService``, ``GetResultService``,
     ``FeedbackMessage``, ``CancelGoalService`` and ``GoalStatusMessage``.
@@ -69,7 +69,7 @@ class ActionBase:
 
 
 def get_message(type_name: str) -> type[Any]:
-    """Return the class of a message type.
+    """Return the class of a message type by name; made on first use.
 
     Args:
         type_name: ``package/msg/Name``, ``package/Name``, or the name of a part of a service or an
@@ -97,7 +97,7 @@ def get_message(type_name: str) -> type[Any]:
 
 
 def restore(type_name: str, values: Mapping[str, object]) -> Message:
-    """Make a message from field values, for pickle and copy."""
+    """Return a message made from type name and field values; called by pickle and copy."""
     message: Message = get_message(type_name)(**values)
     return message
 
@@ -177,7 +177,7 @@ def get_class(type_name: str) -> type[Any]:
 
 @cache
 def type_hash(type_name: str) -> str:
-    """Return the hash of a type, ``RIHS01_…``.
+    """Return the hash of a type, ``RIHS01_…``; in Humble ``TypeHashNotSupported``.
 
     Args:
         type_name: Full name of a message, a service, an action or a type derived from them.
@@ -195,7 +195,7 @@ def type_hash(type_name: str) -> str:
 
 
 def type_description(type_name: str) -> dict[str, Any]:  # Any: JSON's values
-    """Return the type description of a type, as dictionaries.
+    """Return the description of a type and of all types used, as dictionaries.
 
     Raises:
         TeleopctlError: The type, or a type that it uses, is not known.
@@ -209,7 +209,7 @@ def list_types(kind: str | None = None) -> list[str]:
 
 
 def definition_text(type_name: str) -> str:
-    """Return the definition text of a type.
+    """Return the definition text of a type, without the texts of nested types.
 
     Raises:
         TeleopctlError: The type does not exist.
@@ -218,7 +218,7 @@ def definition_text(type_name: str) -> str:
 
 
 def definition_file(type_name: str) -> Path:
-    """Return a file with a type's definition.
+    """Return the path of a file with a type's definition; write one to the cache if needed.
 
     A type from rosbags' tables, or from another node's description, has no file: its definition is
     written into the user's cache folder.
@@ -286,7 +286,7 @@ def _complete_text(type_name: str, lookup: Callable[[str], Definition]) -> str:
 
 
 def add_definitions(folder: str | Path, package_name: str) -> list[str]:
-    """Add the types of a package.
+    """Add the types in a package's ``msg``, ``srv``, ``action`` folders; return their names.
 
     Args:
         folder: Folder that contains ``msg``, ``srv`` or ``action``.
@@ -305,7 +305,7 @@ def add_definitions(folder: str | Path, package_name: str) -> list[str]:
 
 
 def add_definition_text(type_name: str, text: str) -> None:
-    """Add a type by its definition text.
+    """Add a type, with its derived types, to this process's types by its definition text.
 
     Raises:
         TeleopctlError: The text cannot be parsed, or the type is already in use with another
@@ -340,7 +340,7 @@ def add_description(description: TypeDescription) -> None:
 
 
 def known_types() -> Catalog:
-    """Return the definitions of this process."""
+    """Return the `Catalog` of this process, which holds all known type definitions."""
     with _lock:
         return _make_catalog()
 

@@ -48,7 +48,7 @@ _INDENT = "    "
 def write_stubs(
     folder: Path, type_names: Iterable[str], lookup: Lookup, *, suffix: str = ""
 ) -> list[str]:
-    """Write type stubs of packages.
+    """Write ``.pyi`` stubs for the classes of interface types; return the packages' names.
 
     Args:
         folder: Folder in which each package gets a folder; created if needed.
@@ -77,7 +77,7 @@ def write_stubs(
 
 
 def module_stub(type_names: Iterable[str], lookup: Lookup) -> str:
-    """Return the stub of a module such as ``std_msgs.msg``.
+    """Return the text of the ``.pyi`` stub of a module such as ``std_msgs.msg``.
 
     Args:
         type_names: Full names of the module's types, without derived types.

@@ -19,20 +19,17 @@ _OF_NAMES = _OF_LOWER_NAMES | _CAPITAL
 
 
 def to_dds(type_name: str) -> str:
-    """Return a type name in rmw_zenoh's spelling for keys and tokens.
+    """Return a type name as in Zenoh keys and tokens, ``package::kind::dds_::Name_``.
 
     Args:
         type_name: Full name of the type, ``package/kind/Name``.
-
-    Returns:
-        ``package::kind::dds_::Name_``.
     """
     *parents, name = type_name.split("/")
     return "::".join([*parents, "dds_", f"{name}_"])
 
 
 def from_dds(text: str) -> str:
-    """Return ``package/kind/Name`` for a name from the wire; other texts are unchanged."""
+    """Return ``package/kind/Name`` for a DDS type name; return other texts unchanged."""
     before, mark, name = text.rpartition(_DDS_MARK)
     if not mark or not before or not name.endswith("_"):
         return text
@@ -40,14 +37,11 @@ def from_dds(text: str) -> str:
 
 
 def normalize(type_name: str, kind: str = "msg") -> str:
-    """Return the full name of a type: ``package/kind/Name``.
+    """Return the full name of a type, ``package/kind/Name``; a missing kind is filled in.
 
     Args:
         type_name: ``package/Name`` or ``package/kind/Name``.
         kind: Kind of the type if the name has none: ``msg``, ``srv`` or ``action``.
-
-    Returns:
-        ``package/kind/Name``.
 
     Raises:
         InvalidTypeNameError: The text is not the name of an interface type.
@@ -81,7 +75,7 @@ def split(type_name: str) -> tuple[str, str, str]:
 
 
 def module_name(type_name: str) -> str:
-    """Return the Python module of a type's class.
+    """Return the name of the Python module that has a type's class.
 
     The module of ``sensor_msgs/msg/CompressedImage`` is ``sensor_msgs.msg._compressed_image``; the
     parts of a service or an action are in the module of that service or action.
@@ -93,7 +87,7 @@ def module_name(type_name: str) -> str:
 
 
 def snake_case(name: str) -> str:
-    """Convert a name from CamelCase to snake_case as ROS 2's generators do.
+    """Return a CamelCase name in snake_case, as ROS 2's generators convert it.
 
     ``GetParameters`` becomes ``get_parameters``, and ``RGBDImage`` becomes ``rgbd_image``.
     """

@@ -33,7 +33,7 @@ class _Key(NamedTuple):
 
 
 class Codecs:
-    """CDR functions of all types in use, generated on demand; thread-safe.
+    """Cache of generated functions that read and write messages as CDR; thread-safe.
 
     Tracebacks and debuggers find the source of a function, which is its attribute ``__source__``.
 
@@ -52,7 +52,7 @@ class Codecs:
         self._lock = RLock()
 
     def writer(self, type_name: str) -> Writer:
-        """Return the function that serializes a type.
+        """Return the function that appends a message of a type to a bytearray as CDR.
 
         Raises:
             InvalidMessageError: The type cannot be sent.
@@ -61,7 +61,7 @@ class Codecs:
         return function
 
     def reader(self, type_name: str, is_little: bool) -> Reader:
-        """Return the function that deserializes a type in one byte order.
+        """Return the function that parses a message of a type from CDR in one byte order.
 
         Raises:
             InvalidMessageError: The type cannot be received.

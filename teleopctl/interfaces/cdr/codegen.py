@@ -116,12 +116,12 @@ class Generator(ABC):
             self.emit_sequence(kind, place)
 
     def add_value(self, code: str, text: str) -> None:
-        """Append a value to the current run."""
+        """Append a value, by struct code and source text, to the current run."""
         self._run.add(code)
         self._values.append(text)
 
     def add_array(self, kind: FieldType, text: str) -> None:
-        """Append a fixed array to the current run."""
+        """Append a fixed array, by field type and source text, to the current run."""
         self._run.add_block(BLOCK_CODES[kind.base], kind.capacity)
         self._values.append(text)
 
@@ -130,7 +130,7 @@ class Generator(ABC):
         self._run.add("x")
 
     def flush(self) -> None:
-        """Emit the code of the current run of values, and start a new run."""
+        """Emit the code of the current run of values, if it has any, and start a new run."""
         if self._run:
             self.emit_run(self._run, self._values, self.at)
             self.at = self._run.ends(self.at)
@@ -141,7 +141,7 @@ class Generator(ABC):
         self.at = ANYWHERE
 
     def struct_method(self, run: Run, method: str, at: Offsets) -> tuple[str, int | None]:
-        """Return the name of the struct method that packs or unpacks a run.
+        """Return the code's name for a run's struct method, and the struct's size if fixed.
 
         Returns:
             The name of the method, and the size of the struct in bytes. If the struct depends on
@@ -188,7 +188,7 @@ class Generator(ABC):
         return self.constant("message", self._function(type_name))
 
     def constant(self, prefix: str, value: Any) -> str:
-        """Return the name under which the code refers to an object."""
+        """Return the name of an object in the generated code; define a name for a new object."""
         name = self._names.get(value)
         if name is None:
             name = self._names[value] = self.unused_name(prefix.upper())
@@ -205,7 +205,7 @@ class Generator(ABC):
         self._lines.append(f"{_INDENT * (self._depth + 1)}{text}\n")
 
     def function_source(self, name: str, is_nested: bool) -> str:
-        """Return the source of the function for a type; to be called once.
+        """Return the Python source of a type's read or write function; to be called once.
 
         Args:
             name: Full name of the type.

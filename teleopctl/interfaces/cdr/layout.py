@@ -43,7 +43,7 @@ _INLINED_ELEMENT_FIELDS = 10
 
 
 def padding(position: int, alignment: int) -> int:
-    """Return the padding in bytes between a position and the next aligned one."""
+    """Return the padding in bytes from a position in the data to the next aligned position."""
     return (HEADER_SIZE - position) % alignment
 
 
@@ -62,20 +62,20 @@ class Run:
         self._items.append((size, code, size))
 
     def add_block(self, code: str, count: int) -> None:
-        """Append a fixed array, packed as bytes."""
+        """Append a fixed array of ``count`` values, packed as bytes."""
         size = ITEM_SIZES[code]
         self._items.append((size, f"{count * size}s", count * size))
 
     def is_single_pad(self) -> bool:
-        """Whether the run is a single padding byte, such as a string's terminating NUL."""
+        """Return whether the run is a single padding byte, such as a string's terminating NUL."""
         return [code for _, code, _ in self._items] == ["x"]
 
     def struct_at(self, start: int, order: str) -> Struct:
-        """Return the struct for the run when it starts at a position in the data."""
+        """Return the `Struct`, padding included, for the run at a start position in the data."""
         return _make_struct(tuple(self._items), start, order)
 
     def ends(self, starts: Offsets) -> Offsets:
-        """Return the positions at which the run may end, for those at which it may start."""
+        """Return the possible end positions of the run, modulo 8, for its start positions."""
         return frozenset(
             (start + self.struct_at(start, "<").size) % MAXIMUM_ALIGNMENT for start in starts
         )
@@ -99,7 +99,7 @@ def _struct_of(code: str) -> Struct:
 
 
 def after_block(starts: Offsets, size: int) -> Offsets:
-    """Return the possible end positions of an aligned block, for its start positions."""
+    """Return the possible end positions, modulo 8, of an aligned block of any length."""
     ends: set[int] = set()
     for start in starts:
         first = start + padding(start, size)
@@ -113,7 +113,7 @@ _USUAL_BYTES = 2**20
 
 
 class Layout:
-    """Wire sizes of message types, and checks whether they can be sent.
+    """Wire sizes of message types, and checks whether messages of a type can be sent.
 
     Args:
         definition: Function that returns the definition of a type by its full name.
@@ -135,14 +135,14 @@ class Layout:
         return self._weight(type_name, ()) <= limit
 
     def minimum(self, kind: FieldType) -> int:
-        """Return the smallest wire size of a field's type, without padding."""
+        """Return the smallest wire size of a field's type in bytes, without padding."""
         if kind.shape in (Shape.BOUNDED, Shape.UNBOUNDED):
             return _COUNT_SIZE
         count = kind.capacity if kind.shape is Shape.ARRAY else 1
         return count * self.element_minimum(kind)
 
     def element_minimum(self, kind: FieldType) -> int:
-        """Return the smallest wire size of one value of a type."""
+        """Return the smallest wire size of one value of a type in bytes, without padding."""
         if kind.base in BLOCK_CODES:
             return ITEM_SIZES[BLOCK_CODES[kind.base]]
         if not kind.is_nested:
@@ -154,7 +154,7 @@ class Layout:
         return self._minimums[kind.base]
 
     def check(self, type_name: str) -> None:
-        """Raise if a type cannot be sent, or its messages are too large."""
+        """Raise InvalidMessageError if a type contains itself, or its messages are too large."""
         self._weight(type_name, ())
         least = self.minimum(FieldType(type_name))
         if least < _USUAL_BYTES:

@@ -15,7 +15,7 @@ _STAMP = struct.Struct("<iI")
 
 
 class PreparedMessage:
-    """Serialized message with a header and ``float64`` sequences that can be changed in place.
+    """Serialized message whose header stamp and ``float64`` sequences can be changed in place.
 
     At 1 kHz, filling in and serializing a message takes more than a physics step; changing the
     serialized bytes takes a tenth of that. The position of each value is found by serializing the

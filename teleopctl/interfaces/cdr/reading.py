@@ -27,7 +27,7 @@ _COUNT = "I"
 
 
 class ReaderGenerator(Generator):
-    """Generator of ``read(d, v, p, end)``, which parses a message and returns the next position.
+    """Generator of ``read(d, v, p, end)``, which returns a parsed message and the next position.
 
     ``d`` is the data, ``v`` a memoryview of the data, ``p`` the start position of the message, and
     ``end`` the length of the data.
@@ -101,7 +101,7 @@ class ReaderGenerator(Generator):
         return f"new({self.constant('class', self._message_class(type_name))})"
 
     def emit_value(self, kind: FieldType, place: str) -> None:
-        """Emit the code that reads a number or a string."""
+        """Emit the code that reads a single number, bool, byte or string."""
         if kind.base in BLOCK_CODES:
             self.add_value(BLOCK_CODES[kind.base], place)
             return
@@ -135,7 +135,7 @@ class ReaderGenerator(Generator):
         self.forget_position()
 
     def emit_fixed_array(self, kind: FieldType, place: str) -> None:
-        """Emit the code that reads a fixed array."""
+        """Emit the code that reads a fixed array of numbers, bools or bytes."""
         item = ITEM_SIZES[BLOCK_CODES[kind.base]]
         if kind.capacity * item < LARGE_ARRAY:
             variable = self.unused_name("b")

@@ -34,7 +34,7 @@ _big_readers: dict[type[Any], Reader] = {}
 
 
 def serialize(message: Message) -> bytearray:
-    """Return a message as little-endian CDR with encapsulation header.
+    """Return a message as a bytearray: little-endian CDR with encapsulation header.
 
     A block of numbers is copied once, into the result.
 
@@ -53,7 +53,7 @@ def serialize(message: Message) -> bytearray:
 def deserialize(
     data: bytes | bytearray | memoryview, message_class: type[MessageType]
 ) -> MessageType:
-    """Return the message of a class that CDR bytes hold.
+    """Return a message of the given class, parsed from CDR of either byte order.
 
     Bytes after the message are ignored: ROS 2 pads some messages by up to 64 bytes, when it
     serializes them in advance.
@@ -103,7 +103,7 @@ def class_within(message_class: type[Any], type_name: str) -> type[Any]:
 
 
 def check_readable(message_class: type[Any]) -> None:
-    """Raise if messages of a class cannot be deserialized.
+    """Raise InvalidMessageError if messages of a class cannot be deserialized.
 
     Raises:
         InvalidMessageError: Messages of the class cannot be deserialized; the error has the reason.
@@ -112,7 +112,7 @@ def check_readable(message_class: type[Any]) -> None:
 
 
 def as_numpy(message: Message, field: str) -> NumberArray:
-    """Return an array or sequence of numbers as a numpy array, without a copy where possible.
+    """Return a message's array or sequence field as a numpy array, without a copy where possible.
 
     The result may be read-only. An ``array.array`` to which the result refers cannot be resized.
 

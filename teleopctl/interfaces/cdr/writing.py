@@ -56,7 +56,7 @@ class WriterGenerator(Generator):
         self.forget_position()
 
     def emit_value(self, kind: FieldType, place: str) -> None:
-        """Emit the code that writes a number or a string."""
+        """Emit the code that writes a single number, bool, byte or string."""
         if kind.base in BLOCK_CODES:
             self.add_value(BLOCK_CODES[kind.base], place)
             return
@@ -72,7 +72,7 @@ class WriterGenerator(Generator):
             self.add_padding()
 
     def emit_fixed_array(self, kind: FieldType, place: str) -> None:
-        """Emit the code that writes a fixed array."""
+        """Emit the code that writes a fixed array of numbers, bools or bytes."""
         size = kind.capacity * ITEM_SIZES[BLOCK_CODES[kind.base]]
         data = self._data(kind, place)
         if size < LARGE_ARRAY:

@@ -33,7 +33,7 @@ _PART = re.compile(r"^=+[ \t]*\r?\n(?:MSG|IDL):[ \t]*(\S+)[ \t]*\r?$\n?", re.MUL
 # Any: the class is made from the text.
 @cache
 def message_of_text(type_name: str, text: str, encoding: str = ROS2MSG) -> type[Any]:
-    """Return a message class made from a definition text, such as a bag has.
+    """Return a message class for a definition text; the known class if all fields are equal.
 
     If this process has all types of the text with the same fields, the class is that of
     `get_message`. Otherwise it is a separate class, which only `serialize` and `deserialize`

@@ -25,7 +25,7 @@ _BASES = {number: base for base, number in BASE_IDS.items() if base != "char"}
 
 
 def definitions(description: TypeDescription) -> list[Definition]:
-    """Return the definitions in a type description, the described type first.
+    """Return the `Definition`s in a type description message, the described type first.
 
     Args:
         description: Type description received from another node; not trusted.

@@ -59,14 +59,14 @@ _PARTS = {"msg": ("",), "srv": SERVICE_PARTS[:2], "action": ACTION_PARTS[:3]}
 
 
 class IdlAnnotation(NamedTuple):
-    """Arguments of an IDL annotation: none, one value, or several by name."""
+    """Annotation in an IDL file: name, and None, one value, or a dictionary of arguments."""
 
     name: str
     value: object = None
 
 
 class IdlMember(NamedTuple):
-    """Member of an IDL struct."""
+    """Member of an IDL struct: name, type and annotations."""
 
     name: str
     type: FieldType
@@ -180,12 +180,12 @@ def _plain(value: object) -> object:
 
 
 def idl_includes(text: str) -> list[str]:
-    """Return the files that the text of an IDL file includes."""
+    """Return the paths in the ``#include`` lines of an IDL file's text."""
     return _INCLUDE.findall(text)
 
 
 def read_idl(text: str, where: str) -> list[IdlStruct]:
-    """Parse the structs in the text of an IDL file.
+    """Return the structs, with constants and annotations, in the text of an IDL file.
 
     Args:
         text: Content of the file; included files are not read.
@@ -233,7 +233,7 @@ def _field_type(field: IdlField) -> FieldType:
 
 
 def split_idl(text: str, type_name: str, where: str) -> list[Definition]:
-    """Return the IDL definitions of one type: a message, or the parts of a service or action.
+    """Return the `Definition`s of a type in IDL; for services and actions with derived types.
 
     Args:
         text: Content of the file.

@@ -37,7 +37,7 @@ _FastDumper.add_representer(dict, _represent_mapping)
 
 # Any: values of any fields.
 def dump(values: dict[str, Any], *, flow: bool) -> str:
-    """Return message fields as block-style YAML.
+    """Return message field values as block-style YAML, written by PyYAML.
 
     Args:
         values: Fields by name: numbers, strings, lists and mappings.

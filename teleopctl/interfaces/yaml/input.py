@@ -65,7 +65,7 @@ def message_from_yaml(
 
 
 def documents_from_yaml(text: str) -> list[object]:
-    """Return the value of each document of a YAML stream, or of each JSON line.
+    """Return the values of the documents in YAML, or of JSON lines; empty ones are left out.
 
     The output of ``topic echo`` and ``topic echo --json`` can be read. Empty documents are left
     out.

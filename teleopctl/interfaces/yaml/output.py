@@ -48,7 +48,7 @@ def message_to_yaml(
 
 
 def message_to_dict(message: Message) -> dict[str, Any]:  # Any: values of JSON
-    """Return a message as JSON-compatible values.
+    """Return a message as a dictionary of JSON-compatible values.
 
     JSON has no NaN and no infinity: they become the strings ``NaN``, ``Infinity`` and
     ``-Infinity``, which ``message_from_yaml`` converts back. Bytes become numbers.
@@ -75,7 +75,7 @@ def message_to_csv(
     no_arr: bool = False,
     no_str: bool = False,
 ) -> str:
-    """Return all values of a message, joined by commas.
+    """Return a message's values on one line, joined by commas; long arrays are truncated.
 
     Args:
         message: Message to write.

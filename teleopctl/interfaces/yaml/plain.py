@@ -33,7 +33,7 @@ class _NotPlainError(Exception):
 
 
 def read_plain(text: str) -> dict[str, Any] | None:  # Any: values of YAML
-    """Parse simple YAML such as ``{x: 1.0, name: [a, b]}``; return None if it is not simple."""
+    """Return the mapping in simple YAML such as ``{x: 1.0, name: [a, b]}``; None if not simple."""
     if len(text) > _LONGEST:
         return None
     try:
