@@ -1,1 +1,5 @@
-"""Functions and classes of the library that are not defined elsewhere; see `teleopctl`."""
+"""Public functions and classes of `teleopctl` that no other package defines.
+
+May import `bag`, `control`, `interfaces`, `mujoco_model`, `node`, `robot`, `sim`, `tf` and `wire`,
+besides `base`, `errors`, `packages` and `plugins`.
+"""

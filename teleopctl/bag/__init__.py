@@ -1,4 +1,8 @@
-"""Floor 3: sessions in files: recorded, played, looked at and compared. Knows no other domain."""
+"""Bags: recording, playing, reading, editing, comparing and exporting recorded messages.
+
+May import `interfaces`, `node`, `pictures` and `wire`, besides `base`, `errors`, `packages` and
+`plugins`.
+"""
 
 from __future__ import annotations
 

@@ -1,9 +1,12 @@
-"""Floor 6: the verbs of the command line.
+"""Command line: the verbs of ``teleopctl``, their options, help, completion and output.
 
 A verb is a plain function whose parameters carry [`Option`][teleopctl.cli.verb.Option] or
 [`Argument`][teleopctl.cli.verb.Argument]. That one declaration is read by the quick parser, which
-takes a well-formed command line without loading anything, by the page of ``--help``, by Tab, and by
-Typer, which says what is wrong with a line. `main` says which module a verb lives in.
+takes a well-formed command line without loading anything, by ``--help``, by Tab completion, and by
+Typer, which reports the faults of a command line. `main` determines the module of a verb.
+
+May import `bag`, `compat`, `control`, `diagram`, `interfaces`, `launch`, `node`, `nodes`, `sweep`,
+`tf` and `wire`, besides `base`, `errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

@@ -1,4 +1,7 @@
-"""Pictures of boxes and arrows, such as the graph of nodes and topics: as SVG or for Graphviz."""
+"""Diagrams of boxes and arrows, such as the graph of nodes and topics, as SVG or for Graphviz.
+
+May import `wire`, besides `base`, `errors`, `packages` and `plugins`.
+"""
 
 from __future__ import annotations
 

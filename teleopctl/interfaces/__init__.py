@@ -1,4 +1,7 @@
-"""Floor 0: message, service and action types, their CDR, hashes and YAML."""
+"""Message, service and action types, with their CDR encoding, type hashes and YAML form.
+
+May import `base`, `errors`, `packages` and `plugins` only.
+"""
 
 from __future__ import annotations
 

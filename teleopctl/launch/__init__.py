@@ -6,6 +6,9 @@ launch arguments, the steps are evaluated into a plan of processes, timers and e
 teleopctl.launch``, in the background; on each event the evaluation returns the next steps.
 
 A custom action derives from ``Action``, a custom substitution is a ``Substitution``.
+
+May import `interfaces`, `node`, `robot` and `wire`, besides `base`, `errors`, `packages` and
+`plugins`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""From a robot description to a ``mujoco.MjSpec``, for simulation, rendering and kinematics.
+"""Conversion of a robot description to a ``mujoco.MjSpec``, for simulation and kinematics.
 
 The model needs no running simulation: cameras, kinematics and the web page use it directly.
+
+May import `robot` and `tf`, besides `base`, `errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,8 @@
-"""Floor 2: the client library. Names and meanings are rclpy's.
+"""ROS client library with rclpy's names: nodes, publishers, subscriptions, services, actions.
 
 Each name is imported when it is first used, so that importing this package takes no time.
+
+May import `interfaces` and `wire`, besides `base`, `errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

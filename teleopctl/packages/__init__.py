@@ -1,4 +1,7 @@
-"""ROS packages: search by name, folders of their files, and their programs."""
+"""ROS packages: search by name, folders of their files, and their programs.
+
+May import `base`, `errors` and `plugins` only.
+"""
 
 from __future__ import annotations
 

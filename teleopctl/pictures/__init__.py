@@ -1,4 +1,7 @@
-"""Floor 1: pictures of cameras, from messages to pixels and to what browsers show."""
+"""Camera pictures: conversion of image messages to pixels, and to formats that browsers show.
+
+May import `base`, `errors`, `packages` and `plugins` only.
+"""
 
 from __future__ import annotations
 

@@ -12,6 +12,8 @@ only to find a name that is in no table, or to list all names. teleopctl's own p
 precedence over others of the same name.
 
 A plug-in is imported when it is first used, so that a broken plug-in has no other effects.
+
+May import `base` and `errors` only.
 """
 
 from __future__ import annotations

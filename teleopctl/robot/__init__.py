@@ -1,4 +1,7 @@
-"""The robot description: xacro, URDF, ``<ros2_control>``, ``<gazebo>`` and forward kinematics."""
+"""Robot description: xacro, URDF, SDF, MJCF, ``<ros2_control>`` and forward kinematics.
+
+May import `tf`, besides `base`, `errors`, `packages` and `plugins`.
+"""
 
 from __future__ import annotations
 

@@ -1,4 +1,8 @@
-"""Floor 4: MuJoCo models built from the robot description, stepped in lockstep."""
+"""Simulation: MuJoCo models built from the robot description, stepped in lockstep.
+
+May import `interfaces`, `mujoco_model`, `node`, `robot`, `tf` and `wire`, besides `base`, `errors`,
+`packages` and `plugins`.
+"""
 
 from __future__ import annotations
 

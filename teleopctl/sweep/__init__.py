@@ -1,4 +1,8 @@
-"""Many runs of a launch file with varied parameters: where `launch` and `bag` meet."""
+"""Sweeps: many runs of a launch file with varied parameters, each recorded to a bag.
+
+May import `bag`, `compat`, `interfaces`, `launch` and `node`, besides `base`, `errors`, `packages`
+and `plugins`.
+"""
 
 from __future__ import annotations
 

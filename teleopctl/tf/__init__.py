@@ -1,4 +1,7 @@
-"""Transforms between coordinate frames, kept over time."""
+"""tf2 in Python: transforms between coordinate frames over time, their buffer and listener.
+
+May import `interfaces` and `node`, besides `base`, `errors`, `packages` and `plugins`.
+"""
 
 from __future__ import annotations
 

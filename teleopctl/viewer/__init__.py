@@ -1,4 +1,8 @@
-"""The robot in a browser: RViz, joint sliders and the rqt tools as one page."""
+"""Web page of the robot: RViz displays, joint sliders and rqt tools in a browser.
+
+May import `diagram`, `interfaces`, `node`, `pictures`, `robot` and `tf`, besides `base`, `errors`,
+`packages` and `plugins`.
+"""
 
 from __future__ import annotations
 

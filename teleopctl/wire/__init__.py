@@ -1,4 +1,7 @@
-"""Floor 1: the wire format of rmw_zenoh on Eclipse Zenoh."""
+"""Zenoh transport in the wire format of rmw_zenoh: sessions, router, keys, tokens and graph.
+
+May import `interfaces`, besides `base`, `errors`, `packages` and `plugins`.
+"""
 
 from __future__ import annotations
 

@@ -1,1 +1,1 @@
-"""Bags made of bags: copied, cut, merged, converted, checked, recovered and reindexed."""
+"""Creation of bags from other bags: copy, cut, merge, convert, check, recover and reindex."""

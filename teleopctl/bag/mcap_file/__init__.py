@@ -1,1 +1,1 @@
-"""MCAP files of a bag: written so that a crash loses little, read, checked and finished."""
+"""MCAP files of a bag: written so that a crash loses little, read, checked and completed."""

@@ -1,1 +1,1 @@
-"""Player of bags: reads ahead, paces by playback time, publishes messages undecoded."""
+"""Player of bags: reads ahead, waits for each message's time, publishes messages undecoded."""

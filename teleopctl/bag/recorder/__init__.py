@@ -1,1 +1,1 @@
-"""Records topics of the graph into a bag."""
+"""Recorder of topics into a bag."""

@@ -1,1 +1,1 @@
-"""Bags in rosbag2's layout, a folder of files with ``metadata.yaml``: read and written."""
+"""Storage of bags in rosbag2's layout, a folder of files with ``metadata.yaml``."""

@@ -1,1 +1,1 @@
-"""What Tab offers, and how the shells ask for it."""
+"""Tab completion: candidates for each word, and scripts for the shells."""

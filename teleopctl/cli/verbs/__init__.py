@@ -1,1 +1,1 @@
-"""The verbs: a file or folder each, imported when the verb is named."""
+"""Verbs of the command line: a module or package each, imported when the verb is used."""

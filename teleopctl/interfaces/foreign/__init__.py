@@ -1,1 +1,1 @@
-"""Types as others define them: a node by its description, a bag by its text."""
+"""Types defined elsewhere: by a node's type description, a bag's definition texts, or IDL."""

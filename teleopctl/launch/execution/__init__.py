@@ -1,1 +1,1 @@
-"""Execution of launch plans: processes are started, watched, shown and stopped."""
+"""Execution of launch plans: starts, watches, shows and stops the processes."""

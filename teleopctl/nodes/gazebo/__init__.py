@@ -1,1 +1,1 @@
-"""Gazebo's programs, with MuJoCo behind them: those of ``ros_gz_sim`` and ``gazebo_ros``."""
+"""Gazebo's programs of ``ros_gz_sim`` and ``gazebo_ros``, with MuJoCo as the simulator."""

@@ -1,1 +1,1 @@
-"""Programs about tf: of ROS 2's packages ``tf2_ros`` and ``tf2_tools``."""
+"""Programs of ROS 2's packages ``tf2_ros`` and ``tf2_tools``."""

@@ -1,4 +1,4 @@
-"""New packages: the files that ``pkg create`` makes."""
+"""Creation of new packages, as by ``ros2 pkg create``."""
 
 from teleopctl.packages.new.creating import check_package, create_package
 from teleopctl.packages.new.package import BUILD_TYPES, NewPackage, license_names

@@ -1,1 +1,1 @@
-"""Plug-ins of Gazebo that move a robot, as controllers of ros2_control that do the same."""
+"""Gazebo plug-ins that move a robot, converted to equivalent ros2_control controllers."""

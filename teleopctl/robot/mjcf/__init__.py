@@ -1,1 +1,1 @@
-"""MJCF files: read, checked, and described as URDF."""
+"""MJCF files: reading, checks, and description as URDF."""

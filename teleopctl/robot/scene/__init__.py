@@ -1,1 +1,1 @@
-"""Scenes: things as SDF and our own YAML describe them, read into one set of records."""
+"""Scenes: objects that SDF or YAML world files describe, read into one set of records."""

@@ -1,1 +1,1 @@
-"""SDF files: worlds and models read into a scene, and robots described as URDF."""
+"""SDF files: worlds and models read into a scene, and robots converted to URDF."""

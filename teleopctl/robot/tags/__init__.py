@@ -1,1 +1,1 @@
-"""Which tags and attributes descriptions may have, and what becomes of each."""
+"""Tables of the tags and attributes in robot descriptions, and their treatment."""

@@ -1,1 +1,1 @@
-"""xacro: expansion of descriptions, with the line that each part was written in."""
+"""xacro: expansion of descriptions, with the source line of each part."""

@@ -1,1 +1,1 @@
-"""Cameras of a simulated robot: drawn from its state, distorted, and put into messages."""
+"""Cameras of a simulated robot: rendered from its state, distorted, converted to messages."""

@@ -1,1 +1,1 @@
-"""The state of a simulation: services that set it, and states to go on from later."""
+"""State of a simulation: services that set it, and saved states to continue from."""

@@ -1,1 +1,1 @@
-"""Runs of a sweep on several machines, which Dask brings them to."""
+"""Runs of a sweep on several machines, distributed by Dask."""

@@ -1,1 +1,1 @@
-"""The tabs beside the picture: one file for each."""
+"""Tabs of the viewer's page beside the 3D view: one file for each."""

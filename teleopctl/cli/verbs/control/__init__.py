@@ -1,4 +1,4 @@
-"""``teleopctl control``: what ``ros2 control`` does, in its words."""
+"""``teleopctl control``: the verbs of ``ros2 control``, for controllers and hardware."""
 
 from teleopctl.cli.verb import Verb, VerbGroup
 

@@ -1,4 +1,4 @@
-"""``teleopctl doctor``: what is wrong with this machine, its network and the graph."""
+"""``teleopctl doctor``: checks of this machine, its network and the ROS graph."""
 
 from __future__ import annotations
 

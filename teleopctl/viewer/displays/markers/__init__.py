@@ -1,1 +1,1 @@
-"""Displays of visualization_msgs: markers, and those that can be moved by hand."""
+"""Displays of visualization_msgs: markers and interactive markers."""
