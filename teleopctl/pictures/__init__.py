@@ -16,7 +16,7 @@ if TYPE_CHECKING:
         picture_of as picture_of,
     )
     from teleopctl.pictures.picture import (
-        GreyRange as GreyRange,
+        GreyScaling as GreyScaling,
         Picture as Picture,
         PictureError as PictureError,
     )

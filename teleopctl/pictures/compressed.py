@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleopctl.base.budget import BudgetError, check_pixels
-from teleopctl.pictures.picture import GreyRange, Picture, PictureError, fitted, to_jpeg
+from teleopctl.pictures.picture import GreyScaling, Picture, PictureError, fitted, to_jpeg
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
@@ -22,19 +22,19 @@ _DEPTH_HEADER = struct.Struct("<iff")
 
 
 # Any, here and below: a CompressedImage message.
-def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Return a CompressedImage message as a picture for browsers.
+def compressed_picture(message: Any, width: int, scaling: GreyScaling) -> Picture:
+    """Return a CompressedImage as a `Picture`: JPEG and PNG unchanged, depths and others as JPEG.
 
     Args:
         message: A ``sensor_msgs/msg/CompressedImage``.
         width: Largest width in pixels of a picture that has to be encoded again.
-        shades: Range of grey for pixels that are numbers.
+        scaling: Scaling to grey of depths and other numbers without colours.
 
     Raises:
         PictureError: The bytes are no picture of a known format.
     """
     if "compressedDepth" in message.format:
-        return _depth_picture(message, width, shades)
+        return _depth_picture(message, width, scaling)
     data = bytes(message.data)
     image = _opened(data, message.format)
     size = image.width, image.height, message.format
@@ -42,42 +42,42 @@ def compressed_picture(message: Any, width: int, shades: GreyRange) -> Picture:
         return Picture(data, "jpeg", *size)
     if image.format == "PNG" and not image.mode.startswith(_DEEP):
         return Picture(data, "png", *size)
-    image = _shown(image, message.format, width, shades)
+    image = _shown(image, message.format, width, scaling)
     return Picture(to_jpeg(fitted(image, width)), "jpeg", *size)
 
 
-def compressed_image(message: Any, width: int, shades: GreyRange) -> PilImage:
-    """Return the pixels of a CompressedImage message as a PIL image.
+def compressed_image(message: Any, width: int, scaling: GreyScaling) -> PilImage:
+    """Return a CompressedImage's pixels as a PIL image: RGB, or grey and subsampled for depths.
 
     Args:
         message: A ``sensor_msgs/msg/CompressedImage``.
         width: Width in pixels; images of twice this width or more may be subsampled.
-        shades: Range of grey for pixels that are numbers.
+        scaling: Scaling to grey of depths and other numbers without colours.
 
     Raises:
         PictureError: The bytes are no picture of a known format.
     """
     if "compressedDepth" in message.format:
-        return _grey(depths_of_compressed(message), width, shades)
-    return _shown(_opened(bytes(message.data), message.format), message.format, width, shades)
+        return _grey(depths_of_compressed(message), width, scaling)
+    return _shown(_opened(bytes(message.data), message.format), message.format, width, scaling)
 
 
-def _shown(image: PilImage, name: str, width: int, shades: GreyRange) -> PilImage:
+def _shown(image: PilImage, name: str, width: int, scaling: GreyScaling) -> PilImage:
     image = _decoded(image, name)
     if image.mode.startswith(_DEEP):
-        return _grey(np.asarray(image), width, shades)
+        return _grey(np.asarray(image), width, scaling)
     return image.convert("RGB")
 
 
-def _depth_picture(message: Any, width: int, shades: GreyRange) -> Picture:
+def _depth_picture(message: Any, width: int, scaling: GreyScaling) -> Picture:
     values = depths_of_compressed(message)
     height, whole_width = values.shape
-    grey = fitted(_grey(values, width, shades), width)
+    grey = fitted(_grey(values, width, scaling), width)
     return Picture(to_jpeg(grey), "jpeg", whole_width, height, message.format)
 
 
 def depths_of_compressed(message: Any) -> np.ndarray[Any, Any]:
-    """Return the depths in a ``compressedDepth`` message, shape (height, width)."""
+    """Return ``compressedDepth`` depths, shape (height, width): in m if 32FC1, else as stored."""
     data = bytes(message.data)
     if not data.startswith(_PNG, _DEPTH_HEADER.size):
         raise PictureError(f"Only PNG data of '{message.format}' can be shown")
@@ -116,8 +116,8 @@ def _decoded(image: PilImage, name: str) -> PilImage:
     return image
 
 
-def _grey(values: np.ndarray[Any, Any], width: int, shades: GreyRange) -> PilImage:
+def _grey(values: np.ndarray[Any, Any], width: int, scaling: GreyScaling) -> PilImage:
     from PIL import Image
 
     every = max(values.shape[1] // width, 1)
-    return Image.fromarray(shades.shades(values[::every, ::every]))
+    return Image.fromarray(scaling.to_grey(values[::every, ::every]))

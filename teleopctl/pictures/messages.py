@@ -8,7 +8,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.pictures.compressed import compressed_image, compressed_picture, depths_of_compressed
-from teleopctl.pictures.picture import GreyRange, Picture, PictureError
+from teleopctl.pictures.picture import GreyScaling, Picture, PictureError
 from teleopctl.pictures.raw import numbers_of, raw_image, raw_picture
 
 if TYPE_CHECKING:
@@ -23,35 +23,35 @@ _ANY_WIDTH = 1 << 20
 
 
 # Any, here and in image_of: an Image or a CompressedImage message.
-def picture_of(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Return an image message, compressed or not, as a picture for browsers.
+def picture_of(message: Any, width: int, scaling: GreyScaling) -> Picture:
+    """Return an Image or CompressedImage message as a `Picture` (JPEG or PNG) for browsers.
 
     Args:
         message: An ``Image`` or a ``CompressedImage``.
         width: Largest width of the picture in pixels.
-        shades: Range of grey for pixels that are numbers.
+        scaling: Scaling to grey of depths and other numbers without colours.
 
     Raises:
         PictureError: The message cannot be shown.
     """
     if message.TYPE_NAME == COMPRESSED:
-        return compressed_picture(message, width, shades)
-    return raw_picture(message, width, shades)
+        return compressed_picture(message, width, scaling)
+    return raw_picture(message, width, scaling)
 
 
-def image_of(message: Any, shades: GreyRange) -> PilImage:
-    """Return the pixels of an image message, compressed or not, as a PIL image.
+def image_of(message: Any, scaling: GreyScaling) -> PilImage:
+    """Return an Image or CompressedImage in full size as a PIL image; raise if incomplete.
 
     Args:
         message: An ``Image`` or a ``CompressedImage``.
-        shades: Range of grey for pixels that are numbers.
+        scaling: Scaling to grey of depths and other numbers without colours.
 
     Raises:
         PictureError: The message cannot be shown, or is incomplete.
     """
     if message.TYPE_NAME == COMPRESSED:
-        return compressed_image(message, _ANY_WIDTH, shades)
-    image, rows = raw_image(message, _ANY_WIDTH, shades)
+        return compressed_image(message, _ANY_WIDTH, scaling)
+    image, rows = raw_image(message, _ANY_WIDTH, scaling)
     if rows < message.height:
         raise PictureError(f"Only {rows} of {message.height} rows have arrived")
     return image

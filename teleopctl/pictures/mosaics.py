@@ -16,7 +16,7 @@ Pixels = npt.NDArray[np.uint8]
 
 
 def from_bayer(plane: Plane, pattern: str, *, coarse: bool) -> Pixels:
-    """Return the RGB pixels of an image with a Bayer pattern.
+    """Return the 8-bit RGB pixels of a Bayer image, at half the size if ``coarse``.
 
     Each colour is the mean of its nearest neighbours (bilinear).
 
@@ -72,7 +72,7 @@ def _box(values: npt.NDArray[np.float32]) -> npt.NDArray[np.float32]:
 
 
 def from_yuv422(rows: Pixels, order: str, *, coarse: bool) -> Pixels:
-    """Return the RGB pixels of an image in YUV 4:2:2.
+    """Return the RGB pixels of a YUV 4:2:2 image, at half the size if ``coarse``.
 
     Args:
         rows: Bytes of the image, (height, 2 * width).
@@ -90,7 +90,7 @@ def from_yuv422(rows: Pixels, order: str, *, coarse: bool) -> Pixels:
 
 
 def from_semi_planar(luma: Pixels, chroma: Pixels, *, v_first: bool, coarse: bool) -> Pixels:
-    """Return the RGB pixels of a semi-planar YUV image, ``nv21`` or ``nv12``.
+    """Return the RGB pixels of an ``nv21`` or ``nv12`` image, at half the size if ``coarse``.
 
     Args:
         luma: Luma plane, (height, width).

@@ -1,4 +1,4 @@
-"""Encoded pictures for browsers, and numbers as shades of grey."""
+"""Encoded pictures for browsers, and conversion of numbers to grey."""
 
 from __future__ import annotations
 
@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
 
 
-class GreyRange:
-    """Range of values that is drawn from black to white, adapted to the images so far.
+class GreyScaling:
+    """Conversion of depths or other numbers to grey, by a given range or that of recent images.
 
     Args:
         automatic: Whether the range is that of the images, instead of ``low`` to ``high``.
@@ -38,8 +38,8 @@ class GreyRange:
         self._highs: deque[float] = deque(maxlen=max(window, 1))
 
     # Any: numbers of any type.
-    def shades(self, values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
-        """Return the values of an image as grey levels; invalid and zero values are black.
+    def to_grey(self, values: npt.NDArray[Any]) -> npt.NDArray[np.uint8]:
+        """Scale an image's values to 0 to 255, invalid and zero as 0; update an automatic range.
 
         Args:
             values: Array of numbers, of any shape.
@@ -79,7 +79,7 @@ class PictureError(TeleopctlError):
 
 @dataclass(frozen=True, slots=True)
 class Picture:
-    """Picture encoded for browsers, with the size and encoding of its message.
+    """JPEG or PNG bytes for browsers, with size and encoding of the original image message.
 
     Attributes:
         data: Encoded picture.
@@ -99,7 +99,7 @@ class Picture:
 
 
 def fitted(image: PilImage, width: int) -> PilImage:
-    """Return a PIL image scaled down to at most a width, or enlarged if it is tiny.
+    """Return a PIL image scaled down to at most ``width``, or enlarged if under 320 pixels wide.
 
     Args:
         image: Image to scale.

@@ -13,7 +13,7 @@ from teleopctl.pictures.mosaics import (
     from_semi_planar,
     from_yuv422,
 )
-from teleopctl.pictures.picture import GreyRange, Picture, PictureError, fitted, to_jpeg
+from teleopctl.pictures.picture import GreyScaling, Picture, PictureError, fitted, to_jpeg
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
@@ -41,18 +41,18 @@ Array = npt.NDArray[Any]
 
 
 # Any, here and below: an Image message.
-def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
-    """Return an Image message as a picture for browsers.
+def raw_picture(message: Any, width: int, scaling: GreyScaling) -> Picture:
+    """Return an Image message as a JPEG `Picture` of at most ``width``, without missing rows.
 
     Args:
         message: A ``sensor_msgs/msg/Image``.
         width: Largest width of the picture in pixels.
-        shades: Range of grey for pixels that are numbers.
+        scaling: Scaling to grey of depths and other numbers without colours.
 
     Raises:
         PictureError: The encoding is unknown, or size and number of bytes do not match.
     """
-    image, rows = raw_image(message, width, shades)
+    image, rows = raw_image(message, width, scaling)
     left_out = (
         "" if rows >= message.height else f"Only {rows} of {message.height} rows have arrived."
     )
@@ -60,13 +60,13 @@ def raw_picture(message: Any, width: int, shades: GreyRange) -> Picture:
     return Picture(jpeg, "jpeg", message.width, message.height, message.encoding, left_out)
 
 
-def raw_image(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, int]:
-    """Return the pixels of an Image message as a PIL image, and the number of its rows.
+def raw_image(message: Any, width: int, scaling: GreyScaling) -> tuple[PilImage, int]:
+    """Return an Image message as a PIL image, maybe subsampled, and the number of received rows.
 
     Args:
         message: A ``sensor_msgs/msg/Image``.
         width: Width in pixels; images of twice this width or more may be subsampled.
-        shades: Range of grey for pixels that are numbers.
+        scaling: Scaling to grey of depths and other numbers without colours.
 
     Raises:
         PictureError: The encoding is unknown, or size and number of bytes do not match.
@@ -84,7 +84,7 @@ def raw_image(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, in
         return image, rows
     if encoding in _SEMI_PLANAR:
         return _semi_planar(message, coarse=message.width >= 2 * width)
-    return _by_numbers(message, width, shades)
+    return _by_numbers(message, width, scaling)
 
 
 def _rows(message: Any, row: int) -> tuple[int, int]:
@@ -107,7 +107,7 @@ def _rows(message: Any, row: int) -> tuple[int, int]:
 
 
 def numbers_of(message: Any, dtype: str, channels: int) -> Array:
-    """Return the values of an Image message, (rows, width, channels), in native byte order."""
+    """Return an Image message's complete rows, (rows, width, channels), in native byte order."""
     numbers = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
     row = message.width * channels * numbers.itemsize
     rows, step = _rows(message, row)
@@ -116,7 +116,7 @@ def numbers_of(message: Any, dtype: str, channels: int) -> Array:
     return own.reshape(rows, message.width, channels).astype(numbers.newbyteorder("="), copy=False)
 
 
-def _by_numbers(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, int]:
+def _by_numbers(message: Any, width: int, scaling: GreyScaling) -> tuple[PilImage, int]:
     from PIL import Image
 
     encoding = message.encoding
@@ -150,7 +150,7 @@ def _by_numbers(message: Any, width: int, shades: GreyRange) -> tuple[PilImage, 
     numbers = numbers[::every, ::every]
     # Channel order of OpenCV: blue first; two channels have no colours.
     numbers = numbers[..., 2::-1] if channels >= 3 else numbers[..., 0]
-    return Image.fromarray(np.ascontiguousarray(shades.shades(numbers))), rows
+    return Image.fromarray(np.ascontiguousarray(scaling.to_grey(numbers))), rows
 
 
 def _semi_planar(message: Any, *, coarse: bool) -> tuple[PilImage, int]:

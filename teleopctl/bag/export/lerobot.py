@@ -35,7 +35,7 @@ from teleopctl.errors import (
     UsageError,
 )
 from teleopctl.interfaces import field_reader
-from teleopctl.pictures import GreyRange, PictureError, image_of
+from teleopctl.pictures import GreyScaling, PictureError, image_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
@@ -210,7 +210,7 @@ class _Camera:
         self.statistics = PictureStatistics()
         self._file = file
         self._rate = rate
-        self._shades = GreyRange()
+        self._scaling = GreyScaling()
 
     # Any: an image message.
     def update(self, message: Any) -> None:
@@ -219,7 +219,7 @@ class _Camera:
         Raises:
             PictureError: The message has no image, or one of another size than the first.
         """
-        image = image_of(message, self._shades).convert("RGB")
+        image = image_of(message, self._scaling).convert("RGB")
         if self.newest is not None and image.size != self.newest.size:
             raise PictureError(f"{image.size} is not {self.newest.size}")
         self.newest = image

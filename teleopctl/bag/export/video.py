@@ -12,7 +12,7 @@ from teleopctl.bag.export.decoding import PICTURES, Decoder
 from teleopctl.bag.export.output_folder import file_stems, make_output_folder, removed_on_error
 from teleopctl.base.extras import extra
 from teleopctl.errors import InvalidFileError, SystemFailureError, UsageError
-from teleopctl.pictures import GreyRange, PictureError, image_of
+from teleopctl.pictures import GreyScaling, PictureError, image_of
 
 if TYPE_CHECKING:
     from PIL.Image import Image as PilImage
@@ -234,11 +234,11 @@ class _Pictures:
 
     def frames(self) -> Iterator[tuple[float, PilImage]]:
         """Yield pairs of time in seconds since the first image, and image."""
-        shades = GreyRange()
+        scaling = GreyScaling()
         start_ns, size = 0, (0, 0)
         for decoded in self._decoder.messages([self._topic]):
             try:
-                image = image_of(decoded.message, shades)
+                image = image_of(decoded.message, scaling)
             except PictureError as error:
                 self._leave_out(error.message)
                 continue

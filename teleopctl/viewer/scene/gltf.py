@@ -38,15 +38,15 @@ class Texture:
     stamp: tuple[int, int] = (0, 0)
 
 
-def linear_rgb(shades: Floats) -> Floats:
-    """Return an array of sRGB colour values (0 to 1) as linear light (IEC 61966-2-1)."""
-    return np.where(shades <= 0.04045, shades / 12.92, ((shades + 0.055) / 1.055) ** 2.4)
+def linear_rgb(srgb: Floats) -> Floats:
+    """Return an array of sRGB colour values (0 to 1) converted to linear light (IEC 61966-2-1)."""
+    return np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
 
 
-def to_linear(shade: float) -> float:
+def to_linear(srgb: float) -> float:
     """Return one sRGB colour value, clamped to 0 to 1, as linear light."""
-    shade = min(max(shade, 0.0), 1.0)
-    return shade / 12.92 if shade <= 0.04045 else math.pow((shade + 0.055) / 1.055, 2.4)
+    srgb = min(max(srgb, 0.0), 1.0)
+    return srgb / 12.92 if srgb <= 0.04045 else math.pow((srgb + 0.055) / 1.055, 2.4)
 
 
 def to_srgb(light: float) -> float:

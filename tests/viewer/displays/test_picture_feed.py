@@ -9,7 +9,7 @@ from hypothesis import example, given, strategies
 from PIL import Image as Pil
 
 from teleopctl.interfaces import get_message
-from teleopctl.pictures import GreyRange, PictureError, picture_of
+from teleopctl.pictures import GreyScaling, PictureError, picture_of
 from teleopctl.viewer.displays.sensors.images import (
     base_topic,
     camera_info_topic,
@@ -47,8 +47,8 @@ def image(encoding, pixels, *, pad=0, big=False, **fields):
     return IMAGE(**{**given, **fields})
 
 
-def shown(message, shades=None, width=640):
-    picture = picture_of(message, width, shades or GreyRange())
+def shown(message, scaling=None, width=640):
+    picture = picture_of(message, width, scaling or GreyScaling())
     opened = Pil.open(io.BytesIO(picture.data))
     assert opened.format == picture.format.upper()
     return np.asarray(opened.convert("RGB")).astype(float)
@@ -143,17 +143,17 @@ def test_depths_are_from_black_to_white_and_what_is_unknown_is_black(encoding, d
 
 
 def test_a_range_that_is_given_stays():
-    found = shown(image("32FC1", DEPTHS), GreyRange(automatic=False, low=0.0, high=4000.0))
+    found = shown(image("32FC1", DEPTHS), GreyScaling(automatic=False, low=0.0, high=4000.0))
     assert abs(found[10, 2, 0] - 255 * 1000 / 4000) < 4
     assert abs(found[10, -3, 0] - 255 * 3000 / 4000) < 4
 
 
 def test_one_outlier_does_not_change_the_range_of_the_pictures_around_it():
-    shades = GreyRange(window=5)
+    scaling = GreyScaling(window=5)
     values = np.array([1.0, 2.0, 3.0])
     for _ in range(4):
-        assert list(shades.shades(values)) == [0, 127, 255]
-    assert list(shades.shades(np.array([1.0, 2.0, 3000.0]))) == [0, 127, 255]
+        assert list(scaling.to_grey(values)) == [0, 127, 255]
+    assert list(scaling.to_grey(np.array([1.0, 2.0, 3000.0]))) == [0, 127, 255]
 
 
 def test_a_picture_is_no_wider_than_asked_for_and_no_narrower_than_can_be_seen():
@@ -165,7 +165,7 @@ def test_a_picture_is_no_wider_than_asked_for_and_no_narrower_than_can_be_seen()
 def test_rows_that_are_missing_are_told_and_the_others_shown():
     message = image("rgb8", BYTES)
     message.data = message.data[: message.step * 100]
-    picture = picture_of(message, 640, GreyRange())
+    picture = picture_of(message, 640, GreyScaling())
     assert picture.left_out == "Only 100 of 240 rows have arrived."
     assert Pil.open(io.BytesIO(picture.data)).size == (WIDTH, 100)
 
@@ -179,7 +179,9 @@ def encoded(pixels, kind):
 @pytest.mark.parametrize("kind", ["jpeg", "png"])
 def test_what_browsers_know_is_passed_through(kind):
     data = encoded(BYTES, kind)
-    picture = picture_of(COMPRESSED(format=f"bgr8; {kind} compressed", data=data), 64, GreyRange())
+    picture = picture_of(
+        COMPRESSED(format=f"bgr8; {kind} compressed", data=data), 64, GreyScaling()
+    )
     assert (picture.data, picture.format) == (data, kind)
     assert (picture.width, picture.height) == (WIDTH, HEIGHT)
 
@@ -223,7 +225,7 @@ def test_an_absurd_image_is_refused_or_shown_and_nothing_else(
         width=width, height=height, step=step, encoding=encoding, data=data, is_bigendian=big
     )
     try:
-        picture = picture_of(message, 640, GreyRange())
+        picture = picture_of(message, 640, GreyScaling())
     except PictureError as error:
         assert error.message
     else:
@@ -240,7 +242,7 @@ def test_absurd_compressed_bytes_are_refused_or_shown_and_nothing_else(name, hea
     tail = b"" if kind == "none" else encoded(BYTES[:9, :9], kind)[: cut + 20]
     for data in (head + tail, tail, bytes(12) + tail):
         try:
-            assert picture_of(COMPRESSED(format=name, data=data), 640, GreyRange()).data
+            assert picture_of(COMPRESSED(format=name, data=data), 640, GreyScaling()).data
         except PictureError as error:
             assert error.message
 
@@ -250,8 +252,8 @@ def test_absurd_compressed_bytes_are_refused_or_shown_and_nothing_else(name, hea
         strategies.floats(width=32) | strategies.just(3e38) | strategies.just(-3e38), max_size=8
     )
 )
-def test_numbers_of_any_kind_have_a_shade(values):
-    assert GreyRange().shades(np.array(values, np.float32)).shape == (len(values),)
+def test_numbers_of_any_kind_have_a_grey_level(values):
+    assert GreyScaling().to_grey(np.array(values, np.float32)).shape == (len(values),)
 
 
 def test_a_cameras_other_topics_are_named_as_image_transport_does():

@@ -10,7 +10,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from teleopctl.node import qos_profile_sensor_data
-from teleopctl.pictures import COMPRESSED, RAW, GreyRange, PictureError, depths_of, image_of
+from teleopctl.pictures import COMPRESSED, RAW, GreyScaling, PictureError, depths_of, image_of
 from teleopctl.tf import stamp_of
 from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.properties import Property
@@ -111,7 +111,7 @@ class DepthCloud(PointsDisplay):
             self._newest, self._due = newest, 0.0
 
     def tick(self) -> None:
-        """Draw the newest depth image; without a CameraInfo set a warning."""
+        """Draw the newest depth image, or set a warning if no CameraInfo was received."""
         if self._info is not None:
             super().tick()
         elif self.messages:
@@ -119,7 +119,7 @@ class DepthCloud(PointsDisplay):
             self.set_status(WARN, f"No message received on {topic}: the points cannot be placed")
 
     def read(self, job: PointJob) -> Cloud:
-        """Return the coloured points of the job's depth image; called in another thread."""
+        """Return a depth image's points, coloured if an image matches; called in another thread."""
         self._wrong = ""
         try:
             return self._points(job)
@@ -127,7 +127,7 @@ class DepthCloud(PointsDisplay):
             raise CloudError(error.message) from error
 
     def point_size_m(self, colored_points: ColoredPoints) -> float:
-        """Return the points' size in metres: a pixel's at their median distance if Auto Size."""
+        """Return the point size (m): a pixel's at median depth if Auto Size, else ``Size (m)``."""
         size = self.values.number(_FACTOR) * colored_points.spacing
         if not self.values.flag(_AUTO) or not size > 0.0:
             return super().point_size_m(colored_points)
@@ -187,7 +187,7 @@ class DepthCloud(PointsDisplay):
                 f"the depths in [{depth.header.frame_id}]"
             )
         try:
-            pixels = np.asarray(image_of(image, GreyRange()).convert("RGB")).astype(np.uint32)
+            pixels = np.asarray(image_of(image, GreyScaling()).convert("RGB")).astype(np.uint32)
         except PictureError as error:
             self._wrong = f"The colours are not used: {error.message}"
             return None

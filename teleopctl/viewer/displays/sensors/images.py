@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, Any, ClassVar
 import numpy as np
 
 from teleopctl.node import QoSProfile, qos_profile_sensor_data
-from teleopctl.pictures import COMPRESSED, RAW, GreyRange, Picture, PictureError, picture_of
+from teleopctl.pictures import COMPRESSED, RAW, GreyScaling, Picture, PictureError, picture_of
 from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
 
@@ -40,7 +40,7 @@ class ImageFeed:
         show: Callable[[Any, Picture | PictureError], object],
         width: int = 640,
     ) -> None:
-        self.shades = GreyRange()
+        self.scaling = GreyScaling()
         self._stage = stage
         self._show = show
         self._width = width
@@ -64,17 +64,17 @@ class ImageFeed:
         return (len(arrivals) - 1) / span
 
     def add(self, message: Any) -> None:
-        """Store the newest message, to be decoded by the next due `tick`."""
+        """Store a message for the next due `tick` to decode, in place of an earlier one."""
         self._newest = message
         self._arrivals.append(time.monotonic())
 
     def repeat(self) -> None:
-        """Decode the last message again with the next `tick`, such as for a new grey range."""
+        """Let the next due `tick` decode the last message again, such as with another scaling."""
         if self._newest is None:
             self._newest = self._last
 
     def tick(self) -> None:
-        """Start decoding the newest message, unless a decoding runs or the next is not due."""
+        """Decode the newest message in another thread, unless a decoding runs or none is due."""
         now = time.monotonic()
         if self._newest is None or self._busy or now < self._due:
             return
@@ -84,7 +84,7 @@ class ImageFeed:
         message, self._newest = self._newest, None
         self._last, self._busy, turn = message, True, self._turn
         self._stage.run_in_background(
-            lambda: picture_of(message, self._width, self.shades),
+            lambda: picture_of(message, self._width, self.scaling),
             lambda result: self._done(turn, message, result),
         )
 
@@ -120,18 +120,18 @@ def set_picture(handle: Any, picture: Picture) -> None:
 
 
 def base_topic(topic: str) -> str:
-    """Return an image topic without its transport: ``/image`` for ``/image/compressed``."""
+    """Return an image topic without ``/compressed`` or ``/compressedDepth`` at its end."""
     head, _, tail = topic.rpartition("/")
     return head if tail in _TRANSPORTS and head else topic
 
 
 def image_type_by_name(topic: str) -> str:
-    """Return the message type that an image topic's name implies by image_transport's rules."""
+    """Return an image topic's type by name: CompressedImage for ``…/compressed``, else Image."""
     return RAW if base_topic(topic) == topic else COMPRESSED
 
 
 def camera_info_topic(topic: str) -> str:
-    """Return the name of the CameraInfo topic beside an image topic."""
+    """Return an image topic's CameraInfo topic: ``/cam/camera_info`` for ``/cam/image_raw``."""
     return f"{base_topic(topic).rpartition('/')[0]}/camera_info"
 
 
@@ -174,9 +174,9 @@ class ImageDisplay(Display):
         return qos
 
     def started(self) -> None:
-        """Set the range of grey from the properties; called when the display starts."""
+        """Set the scaling of depths to grey from the properties; called when the display starts."""
         values = self.values
-        self._feed.shades = GreyRange(
+        self._feed.scaling = GreyScaling(
             automatic=values.flag("Normalize Range"),
             low=values.number("Min Value"),
             high=values.number("Max Value"),
@@ -189,13 +189,13 @@ class ImageDisplay(Display):
         self._fares = (OK, "")
 
     def changed(self, name: str) -> None:
-        """Show the last image again if a property of the grey range was set."""
+        """Decode and show the last image again if a property of the scaling to grey was set."""
         if name in _GREY:
             ImageDisplay.started(self)
             self._feed.repeat()
 
     def received(self, message: Any) -> None:
-        """Store an image message, to be decoded by the next `tick`."""
+        """Store an image message, to be decoded by the next due `tick`."""
         self.set_status(*self._fares)
         self._feed.add(message)
 
@@ -301,7 +301,7 @@ class CameraDisplay(ImageDisplay):
         self._remove()
 
     def changed(self, name: str) -> None:
-        """Apply the property ``Frustum Size``, or show the image with the changed grey range."""
+        """Apply the property ``Frustum Size``, or show the last image with new scaling to grey."""
         super().changed(name)
         if name == "Frustum Size" and self._frustum is not None:
             self._frustum.scale = self.values.number(name)
