@@ -23,7 +23,7 @@ _SHAPES = {"node": "ellipse", "topic": "box", "label": "plaintext"}
 
 
 def format_dot(diagram: Diagram) -> str:
-    """Return a diagram as text in Graphviz's language."""
+    """Return a diagram as text in Graphviz's DOT language."""
     labels = {box.key for box in diagram.boxes if box.kind == "label"}
     lines = ["digraph graph_of_nodes {", "  rankdir=LR;"]
     for box in diagram.boxes:
@@ -52,7 +52,7 @@ _HEAD_LENGTH, _HEAD_WIDTH = 9.0, 4.0
 
 
 def to_svg(diagram: Diagram) -> str:
-    """Return a diagram as the text of an SVG file.
+    """Lay a diagram out, and return it as the text of an SVG file.
 
     The text is a complete file, and can also be inserted into an HTML page: it has no styles or
     identifiers that could conflict with those of the page. Labels have the page's text colour.
@@ -137,16 +137,13 @@ _DOT_PATIENCE_S = 30.0
 
 
 def write_diagram_files(base: Path, dot: str, svg: str, say: Callable[[str], object]) -> list[Path]:
-    """Write a diagram as ``.gv`` and ``.svg`` files, and as PDF if Graphviz is installed.
+    """Write a diagram as ``.gv`` and ``.svg``, and ``.pdf`` with Graphviz; return the files' paths.
 
     Args:
         base: Path of the files without suffix.
         dot: Text of the diagram in Graphviz's language.
         svg: Text of the diagram as SVG.
         say: Function called with the reason if no PDF is written.
-
-    Returns:
-        Paths of the files: ``.gv`` and ``.svg``, and ``.pdf`` if Graphviz's ``dot`` is installed.
 
     Raises:
         SystemFailureError: A file cannot be written, or ``dot`` fails.

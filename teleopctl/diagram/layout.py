@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 
 class DiagramBox(NamedTuple):
-    """Box of a diagram: key, text and kind of frame.
+    """Box of a diagram: unique key, text, and kind (``node``, ``topic`` or ``label``).
 
     Attributes:
         key: Unique key of the box.
@@ -38,7 +38,7 @@ class Diagram(NamedTuple):
 
 
 def connect(boxes: list[DiagramBox], pairs: list[tuple[str, str]]) -> Diagram:
-    """Return a diagram with an arrow for each pair of keys, one for opposite pairs.
+    """Return a diagram with an arrow for each pair of keys; opposite pairs get one double arrow.
 
     Duplicate pairs are ignored.
     """
@@ -59,7 +59,7 @@ Pair = tuple[int, int]
 
 
 def assign_columns(count: int, pairs: list[Pair]) -> tuple[list[list[int]], list[list[int]]]:
-    """Assign boxes to columns so that arrows lead to the right where possible.
+    """Return boxes in columns, arrows mostly to the right, and the places that each arrow passes.
 
     Args:
         count: Number of boxes, which are numbered from 0.
@@ -220,7 +220,7 @@ def straighten(
     gap: float,
     boxes: int,
 ) -> list[float]:
-    """Return the vertical positions of boxes that make the arrows as straight as possible.
+    """Return the vertical centres of boxes and arrow places that make arrows nearly straight.
 
     Each place repeatedly moves towards the mean of the places that it is connected with; within a
     column this is a least squares problem with the constraint that places do not overlap.
@@ -308,7 +308,7 @@ class BoxRectangle(NamedTuple):
 
 
 class DiagramLayout(NamedTuple):
-    """Layout of a diagram: rectangles of all boxes and points of all arrows, in pixels.
+    """Layout of a diagram in pixels: size, rectangles of the boxes and points of the arrows.
 
     Attributes:
         width: Width of the whole picture.
@@ -343,7 +343,7 @@ def lay_out(diagram: Diagram) -> DiagramLayout:
 
 
 def size_of(box: DiagramBox) -> tuple[float, float]:
-    """Return the width and height that a box needs for its text, in pixels."""
+    """Return the width and height of a box in pixels, estimated from the box's text."""
     lines = box.text.split("\n")
     width = 20 + _LETTER_WIDTH * max(map(len, lines))
     return width, _BOX_HEIGHT + LINE_HEIGHT * (len(lines) - 1)

@@ -30,7 +30,7 @@ Pairs = set[tuple[str, str]]
 
 
 def ros_graph(graph: Graph, shown: str = "active", *, include_hidden: bool = False) -> Diagram:
-    """Return the diagram of a ROS graph.
+    """Return a ROS graph's diagram: nodes and topics, or nodes alone, as ``shown`` selects.
 
     Args:
         graph: Nodes, publishers and subscriptions.

@@ -60,7 +60,7 @@ class ClientTracker:
         self._changed: list[Callable[[], object]] = []
 
     def attach(self, server: viser.ViserServer) -> None:
-        """Send each browser that connects the script that reports the page's visibility.
+        """Track a server's connecting browsers, and send each the script that reports visibility.
 
         Args:
             server: The page's server.
@@ -93,7 +93,7 @@ class ClientTracker:
         return self._visible.get(browser, True)
 
     def handle_request(self, path: str, headers: Mapping[str, str]) -> Answer | None:
-        """Store a browser's visibility report and return HTTP 200; None for other requests.
+        """Store a visibility report, call the callbacks, and return HTTP 200; else return None.
 
         Args:
             path: Path and query of the request.

@@ -121,7 +121,7 @@ class RvizFile:
         return list(_entries(self._displays(), shown=True))
 
     def add(self, rviz_class: str, name: str, mapping: dict[str, Any]) -> None:
-        """Add a display to the ``.rviz`` document, by the display's mapping of properties."""
+        """Append a display's mapping to the ``.rviz`` document, with class and name if missing."""
         mapping.setdefault("Class", f"{_PACKAGE}/{rviz_class}")
         mapping.setdefault("Name", name)
         mapping.setdefault("Enabled", True)

@@ -49,7 +49,7 @@ _AHEAD_OF_OPTICAL = Transform(rotation=(0.5, -0.5, 0.5, 0.5))
 
 
 def robot_view(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> tuple[View, float]:
-    """Return a camera `View` of the whole robot at its resting positions, and the robot's radius.
+    """Return a `View` of the robot at rest, and half the diagonal of the robot's bounding box (m).
 
     Args:
         description: Description of the robot.
@@ -246,7 +246,7 @@ class SceneView:
             display.reset()
 
     def tick(self, *, jumped_back: bool) -> None:
-        """Update all displays; called 30 times a second while a browser shows the page.
+        """Update all displays, and frame a newly loaded robot once; called 30 times a second.
 
         Args:
             jumped_back: Whether the node's time has jumped back since the last call.
@@ -283,7 +283,7 @@ class SceneView:
         return last_camera_pose(client.camera for client in self._server.get_clients().values())
 
     def text(self, camera: viser.CameraHandle | None = None) -> str:
-        """Return the text of an ``.rviz`` file with the displays, fixed frame and camera.
+        """Store fixed frame and camera in the ``.rviz`` document, and return the document's text.
 
         Args:
             camera: Camera to save; None to keep the document's view.

@@ -59,7 +59,7 @@ class ServiceCalls:
         timeout_s: float | None = None,
         **fields: Any,
     ) -> None:
-        """Call a service without waiting; later call ``then`` or ``failed`` with the outcome.
+        """Call a service without waiting; pass the response to ``then``, or a fault to ``failed``.
 
         Args:
             service: Name of the service.

@@ -20,7 +20,7 @@ _MOST = 100
 def topic_qos(
     node: Node, topic: str, mapping: Mapping[str, Any], *, latched: bool = False
 ) -> QoSProfile:
-    """Return the QoS to subscribe to a topic: that of ``mapping``, as far as publishers offer it.
+    """Return the QoS to subscribe to a topic: that of ``mapping``, adapted to the publishers.
 
     RViz subscribes with its file's QoS, and receives nothing from publishers that offer less.
 
@@ -80,7 +80,7 @@ class UnknownTypes:
     def call_when_known(
         self, type_name: str, begin: Callable[[], Callable[[], None]]
     ) -> Callable[[], None]:
-        """Call ``begin`` once a message type is known; return a function that cancels.
+        """Call ``begin`` once a type's definition is received; return a function that cancels.
 
         Args:
             type_name: Full name of the type.

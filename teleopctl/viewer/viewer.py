@@ -117,7 +117,7 @@ class Viewer(Node):
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
     ) -> Callable[[], None]:
-        """Subscribe to a topic; return a function that ends the subscription.
+        """Subscribe to a topic once its type is known; return a function that unsubscribes.
 
         The definition of an unknown type is requested first; see `Stage.knows_type`.
         """
@@ -151,7 +151,7 @@ class Viewer(Node):
         return self.scene_view.camera()
 
     def run_in_background(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
-        """Run a task in another thread, then call ``then`` with the result on the node's thread."""
+        """Run a task in another thread; call ``then(result or exception)`` on the node's thread."""
 
         def run() -> None:
             try:

@@ -33,7 +33,7 @@ ERROR = "error"
 
 
 class Stage(Protocol):
-    """Interface of the viewer's node for displays: scene, tf frames, subscriptions, threads."""
+    """Interface of the viewer's node that displays use: scene, GUI, tf frames, subscriptions."""
 
     @property
     def node(self) -> Node:
@@ -56,7 +56,7 @@ class Stage(Protocol):
         """Folder of the robot's description file; None if unknown."""
 
     def camera(self) -> Transform | None:
-        """Return the camera's pose in the fixed frame (x ahead, y left, z up), or None.
+        """Return the fixed-frame pose of the camera moved last (x ahead); None without browsers.
 
         With several browsers, the camera that was moved last; None before a browser has connected.
         """
@@ -67,7 +67,7 @@ class Stage(Protocol):
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
     ) -> Callable[[], None]:
-        """Subscribe to a topic; return a function that ends the subscription."""
+        """Subscribe to a topic once its type is known; return a function that unsubscribes."""
 
     def knows_type(self, type_name: str) -> bool:
         """Return whether the definition of a message type is installed or has been received.
@@ -77,7 +77,7 @@ class Stage(Protocol):
         """
 
     def run_in_background(self, task: Callable[[], Any], then: Callable[[Any], object]) -> None:
-        """Run a task in another thread; then call ``then`` with its result, on the node's thread.
+        """Run a task in another thread; call ``then(result or exception)`` on the node's thread.
 
         An exception that the task raises is passed as its result.
         """
@@ -161,7 +161,7 @@ class Display:
         self.stopped()
 
     def update(self, *, jumped_back: bool) -> None:
-        """Call `tick` if the display is drawn, and before it `time_jumped_back` if needed.
+        """Call `time_jumped_back` if ROS time jumped back, then `tick`, if the display is drawn.
 
         Called by the viewer for each picture.
 
@@ -175,7 +175,7 @@ class Display:
         self._guarded(self.tick)
 
     def set_topic(self, topic: str) -> None:
-        """Set the topic, also in the ``.rviz`` mapping, and subscribe if the display is drawn."""
+        """Set the topic, also in the ``.rviz`` mapping; if drawn, clear and subscribe again."""
         self.topic = topic
         place = self.values.given.get(self.topic_key)
         if isinstance(place, dict):
@@ -185,7 +185,7 @@ class Display:
         self.reset()
 
     def reset(self) -> None:
-        """Clear the display and subscribe again, which brings latched messages back."""
+        """Clear the display and, if drawn, subscribe again, which brings latched messages back."""
         self.messages = 0
         self.status = (OK, "")
         if self._drawn:
@@ -217,7 +217,7 @@ class Display:
         """
 
     def changed(self, name: str) -> None:  # noqa: ARG002 -- for overrides
-        """Redraw after the property ``name`` was set, by default by `stopped` and `started`."""
+        """Redraw after the property ``name`` was set: by default call `stopped`, then `started`."""
         self.stopped()
         self.started()
 
@@ -236,7 +236,7 @@ class Display:
             self.started()
 
     def parts(self) -> dict[str, bool]:
-        """Return by name whether each part that can be hidden, such as a namespace, is shown."""
+        """Return whether each part that users can hide, such as a namespace, is shown, by name."""
         return {}
 
     def parts_text(self) -> str:
@@ -259,7 +259,7 @@ class Display:
         return known[0]
 
     def qos(self) -> QoSProfile:
-        """Return the subscription's QoS: the ``.rviz`` file's, as far as publishers offer it."""
+        """Return the subscription's QoS: the ``.rviz`` file's, adapted to the publishers' QoS."""
         from teleopctl.viewer.subscriptions import topic_qos
 
         return topic_qos(self.stage.node, self.topic, self.values.given, latched=self.latched)

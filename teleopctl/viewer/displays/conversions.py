@@ -20,7 +20,7 @@ def vector_of(message: Any) -> tuple[float, float, float]:
 
 
 def pose_of(pose: Any) -> Transform | None:
-    """Return the `Transform` of a ``geometry_msgs/msg/Pose``; None if it cannot be drawn."""
+    """Return a Pose message as a normalised `Transform`; None if not finite or 1e9 m away."""
     p, q = pose.position, pose.orientation
     place, turn = (p.x, p.y, p.z), (q.x, q.y, q.z, q.w)
     if not is_drawable((*place, *turn)):
@@ -29,14 +29,14 @@ def pose_of(pose: Any) -> Transform | None:
 
 
 def points_of(points: Iterable[Any]) -> tuple[Floats, int]:
-    """Return drawable points of point messages, shape (n, 3), and how many were left out."""
+    """Return the finite points of point messages, shape (n, 3), and how many were left out."""
     rows = np.array([(p.x, p.y, p.z) for p in points], np.float64).reshape(-1, 3)
     good = drawable_rows(rows)
     return rows[good], int(len(rows) - good.sum())
 
 
 def poses_of(poses: Iterable[Any]) -> tuple[Floats, Floats, int]:
-    """Return positions and rotations of the drawable poses, and how many poses were left out.
+    """Return positions, unit rotations (w x y z) and the number left out of Pose messages.
 
     Returns:
         Positions, shape (n, 3); unit rotations w x y z, shape (n, 4); number of poses left out.
@@ -64,7 +64,7 @@ def rgba_of(color: tuple[int, int, int], alpha: float = 1.0) -> Rgba:
 
 
 def not_drawn_text(count: int, plural: str) -> str:
-    """Return a status sentence: ``count`` items, named by ``plural``, have non-finite numbers."""
+    """Return a status sentence: ``count`` items are not drawn, as ``plural`` must be finite."""
     one = "1 is" if count == 1 else f"{count} are"
     return f"{one} not drawn: {plural} must be finite numbers"
 

@@ -45,16 +45,13 @@ _WEDGE_PARTS = 12
 def draw_covariance(
     drawing: Drawing, pose: Transform, covariance: list[float], properties: Properties
 ) -> str:
-    """Add a pose covariance's ellipsoid and discs to a drawing; return why not, or an empty text.
+    """Add a covariance's ellipsoid and discs to a drawing; return a fault text, empty for none.
 
     Args:
         drawing: Drawing in the frame of the message's header.
         pose: Pose in that frame.
         covariance: Covariance matrix, row by row, of x, y, z and the rotations about these axes.
         properties: The display's properties, among them `COVARIANCE_PROPERTIES`.
-
-    Returns:
-        The reason why nothing is drawn, or an empty text.
     """
     if not properties.flag("Covariance"):
         return ""

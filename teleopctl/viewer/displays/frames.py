@@ -28,7 +28,7 @@ _MOST_LISTED = 100
 
 
 class TfDisplay(Display):
-    """RViz's ``TF`` display: axes and names of all tf frames."""
+    """RViz's ``TF`` display: axes and names of tf frames, filtered by name."""
 
     rviz_class = "TF"
     properties: ClassVar[tuple[Property, ...]] = (
@@ -54,7 +54,7 @@ class TfDisplay(Display):
         self._switches = self._frame_switches()
 
     def started(self) -> None:
-        """Show axes and names of the tf frames; called when the display starts."""
+        """Show axes and names of tf frames by the properties; called when the display starts."""
         self._wrong = ""
         self._only, self._without = self._expression(_ONLY), self._expression(_WITHOUT)
         self.stage.frames.set_appearance(
@@ -70,7 +70,7 @@ class TfDisplay(Display):
         self.stage.frames.set_appearance(axes=False, names=False)
 
     def tick(self) -> None:
-        """Set the status to OK, or a warning about too many frames or rejected transforms."""
+        """Set the status: OK, or a warning on too many frames, rejected transforms or a filter."""
         faults = [self._wrong] if self._wrong else []
         if self.stage.frames.buffer.is_full:
             faults.append(
@@ -93,13 +93,13 @@ class TfDisplay(Display):
         )
 
     def parts(self) -> dict[str, bool]:
-        """Return by name whether each tf frame is shown; see `Display.parts`."""
+        """Return whether each of the first 100 tf frames is shown, by name; see `Display.parts`."""
         return {
             name: self._is_on(name) for name in sorted(self.stage.frames.by_name)[:_MOST_LISTED]
         }
 
     def parts_text(self) -> str:
-        """Return a Markdown table of the tf frames: parent, and age of the newest transform."""
+        """Return Markdown: rejected transforms, and a table of tf frames with parent and age."""
         ages = sorted(self.stage.frames.buffer.ages().items())[:_MOST_LISTED]
         rows = [
             f"| {escaped_markdown(name)} | {escaped_markdown(parent)} "
@@ -286,7 +286,7 @@ class Trace(Display):
         self._canvas: Canvas | None = None
 
     def started(self) -> None:
-        """Begin with an empty drawing; a line appears once there are two points."""
+        """Create the trace's canvas; a line appears once there are two points."""
         self._canvas = Canvas(self.stage.scene, self.root)
         self._is_new = True
 
@@ -303,7 +303,7 @@ class Trace(Display):
         self.started()
 
     def tick(self) -> None:
-        """Add the frame's position in the fixed frame; redraw the line ten times a second."""
+        """Add the frame's fixed-frame position if it moved; redraw at most ten times a second."""
         name, fixed = self.values.text("Frame").removeprefix("/"), self.stage.frames.fixed
         if fixed != self._fixed:
             # Positions in the former fixed frame are not valid in the new one.

@@ -44,7 +44,7 @@ class PointStamped(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of points drawn at a time: the property ``History Length``."""
+        """Largest number of points drawn at a time: the property ``History Length``."""
         return int(self.values.number("History Length"))
 
     def drawing(self, message: Any) -> Drawing:
@@ -89,7 +89,7 @@ class Polygon(DrawnDisplay):
 
 
 class GridCells(DrawnDisplay):
-    """RViz's ``GridCells`` display: flat squares of one size."""
+    """RViz's ``GridCells`` display: flat rectangles of one size."""
 
     rviz_class = "GridCells"
     message_type = "nav_msgs/msg/GridCells"
@@ -131,7 +131,7 @@ class Range(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of cones drawn at a time: the property ``Buffer Length``."""
+        """Largest number of cones drawn at a time: the property ``Buffer Length``."""
         return int(self.values.number("Buffer Length"))
 
     def drawing(self, message: Any) -> Drawing:
@@ -202,11 +202,11 @@ class VectorPairDisplay(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of messages drawn at a time: the property ``History Length``."""
+        """Largest number of messages drawn at a time: the property ``History Length``."""
         return int(self.values.number("History Length"))
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a message: an arrow for each of its two vectors."""
+        """Return the drawing of a message: arrows for its two vectors, very short ones hidden."""
         drawing = Drawing()
         names = (self.along_name, self.about_name)
         part = getattr(message, self.part)
@@ -252,7 +252,7 @@ def _draw_arc(drawing: Drawing, pose: Transform, length: float, color: Rgba) -> 
 
 
 class Wrench(VectorPairDisplay):
-    """RViz's ``Wrench`` display: force (N) and torque (N m), as arrows."""
+    """RViz's ``Wrench`` display: force (N) and torque (N m) of a WrenchStamped, as arrows."""
 
     rviz_class = "Wrench"
     message_type = "geometry_msgs/msg/WrenchStamped"
@@ -270,7 +270,7 @@ class TwistStamped(VectorPairDisplay):
 
 
 class AccelStamped(VectorPairDisplay):
-    """RViz's ``AccelStamped`` display: linear (m/s²) and angular acceleration (rad/s²)."""
+    """RViz's ``AccelStamped`` display: linear (m/s²) and angular (rad/s²) acceleration arrows."""
 
     rviz_class = "AccelStamped"
     message_type = "geometry_msgs/msg/AccelStamped"

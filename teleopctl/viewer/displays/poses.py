@@ -94,7 +94,7 @@ class PoseWithCovariance(DrawnDisplay):
     properties: ClassVar[tuple[Property, ...]] = (*shape_properties(), *COVARIANCE_PROPERTIES)
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a pose's arrow or axes, and of its covariance."""
+        """Return the drawing of a pose's arrow or axes and covariance; empty if not finite."""
         drawing = Drawing()
         pose = pose_of(message.pose.pose)
         if pose is None:
@@ -131,7 +131,7 @@ class OdometryDisplay(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of poses drawn at a time: the property ``Keep``."""
+        """Largest number of poses drawn: the property ``Keep``, or 10,000 if that is 0."""
         return int(self.values.number("Keep")) or _MOST_KEPT
 
     def received(self, message: Any) -> None:
@@ -230,7 +230,7 @@ class PoseArray(DrawnDisplay):
 
 
 def add_flat_arrow(drawing: Drawing, length: float, color: Rgba) -> None:
-    """Add an arrow of three lines along the x axis, as RViz draws pose arrays."""
+    """Add an arrow of three lines along the x axis to a drawing, as RViz draws pose arrays."""
     tip, left, right = (1.0, 0.0, 0.0), (0.75, 0.2, 0.0), (0.75, -0.2, 0.0)
     ends = length * np.array([(0.0, 0.0, 0.0), tip, tip, left, tip, right])
     drawing.line(ends, np.array(color), HAIR, strip=False)
@@ -258,7 +258,7 @@ class ParticleCloud(DrawnDisplay):
         self.values.given.setdefault("Class", f"nav2_rviz_plugins/{self.rviz_class}")
 
     def drawing(self, message: Any) -> Drawing:
-        """Return the drawing of a ParticleCloud: an arrow or axes per particle, by weight."""
+        """Return the drawing of a ParticleCloud: arrows or axes, longer for larger weights."""
         low = self.values.number("Min Arrow Length")
         more = max(self.values.number("Max Arrow Length") - low, 0.0)
         by_share: dict[float, list[Any]] = {}
@@ -317,7 +317,7 @@ class PathDisplay(DrawnDisplay):
 
     @property
     def history_length(self) -> int:
-        """Number of paths drawn at a time: the property ``Buffer Length``."""
+        """Largest number of paths drawn at a time: the property ``Buffer Length``."""
         return int(self.values.number("Buffer Length"))
 
     def drawing(self, message: Any) -> Drawing:

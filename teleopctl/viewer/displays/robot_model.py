@@ -56,7 +56,7 @@ class RobotAssets:
 def load_assets(
     description: RobotDescription, loaded: RobotAssets, folder: Path | None = None
 ) -> RobotAssets:
-    """Return a robot's meshes and textures; reuse those in ``loaded`` whose files are unchanged.
+    """Load a robot's meshes and textures; reuse those in ``loaded`` whose files are unchanged.
 
     Args:
         description: Description of the robot.
@@ -188,7 +188,7 @@ class RobotModelDisplay(Display):
         return self._parts.meshes
 
     def received(self, message: Any) -> None:
-        """Load a received robot description in another thread, then draw the robot."""
+        """Load a received description in another thread and draw it, if the source is the topic."""
         if self.values.text("Description Source") == "Topic":
             text = message.data
             self._load(lambda: text)
@@ -205,7 +205,7 @@ class RobotModelDisplay(Display):
             self._subscribe()
 
     def reload(self) -> None:
-        """Load changed mesh files of the robot in another thread, and redraw the robot."""
+        """Load changed meshes and textures again in another thread; redraw if any changed."""
         if self._description is not None:
             text = self._description.urdf
             self._load(lambda: text)
@@ -254,7 +254,7 @@ class RobotModelDisplay(Display):
         self._draw_links()
 
     def started(self) -> None:
-        """Draw the links of a known description, or start loading the description's file."""
+        """Draw the links of a known description; start loading the file if it is the source."""
         self._draw_links()
         self._read_file()
 

@@ -40,7 +40,7 @@ class StampedDisplay(Display):
 
     @property
     def history_length(self) -> int:
-        """Number of messages drawn at a time; 1 unless a display overrides it."""
+        """Largest number of messages drawn at a time; 1 unless a display overrides it."""
         return 1
 
     # --- overridden by displays ---------------------------------------------------------------
@@ -128,7 +128,7 @@ class StampedDisplay(Display):
 
 # Any: a std_msgs/msg/Header.
 def pose_at_stamp(frames: SceneFrames, header: Any) -> Transform:
-    """Return the pose of a header's frame at the header's stamp, in the fixed frame.
+    """Return a header frame's pose in the fixed frame at the stamp; the newest if that is too old.
 
     An empty frame means the fixed frame. For a stamp older than the tf buffer the newest pose is
     returned.

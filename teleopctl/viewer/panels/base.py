@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class Page(Protocol):
-    """Interface of the viewer's node for panels: GUI, 3D view, tf frames, notifications."""
+    """Interface of the viewer's node that panels use: GUI, 3D view, tf frames, notifications."""
 
     @property
     def node(self) -> Node:
@@ -83,19 +83,19 @@ class Panel:
         """Update the controls; called ten times a second while the page is visible. Override."""
 
     def began(self) -> None:
-        """Called when a first browser shows the page, for the panel to subscribe to topics.
+        """Subscribe to topics; called when a first browser shows the page.
 
         Override.
         """
 
     def ended(self) -> None:
-        """Called when no browser has shown the page for 5 s, for the panel to unsubscribe.
+        """Unsubscribe from topics; called when no browser has shown the page for 5 s.
 
         Override.
         """
 
     def graph_changed(self) -> None:
-        """Called when a node, topic or service has come or gone: update the controls.
+        """Update the controls; called when a node, topic or service has come or gone.
 
         Override.
         """

@@ -68,7 +68,7 @@ class ControllerManagerWatch:
         self.refresh()
 
     def refresh(self) -> None:
-        """Request the lists of controllers and hardware, after any pending request."""
+        """Request the controllers, and hardware if configured, now or after a pending request."""
         if self._is_requesting:
             self._is_stale = True
             return

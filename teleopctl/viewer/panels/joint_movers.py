@@ -202,7 +202,7 @@ class ControllerMover:
     def command(
         self, joints: JointSet, moved_joints: Mapping[str, float], measured: Mapping[str, float]
     ) -> float:
-        """Send positions to controllers of moved joints; return the longest duration in seconds."""
+        """Start motions of the moved joints' controllers; return the longest duration (s)."""
         wanted = dict(zip(joints.names, joints.positions(), strict=True))
         longest = 0.0
         for route in self._routes:
@@ -306,7 +306,7 @@ class MoverSelector:
 
     @property
     def mover(self) -> JointMover | None:
-        """The present joint mover; None before `set_joints`."""
+        """The present joint mover; None before `set_joints` and `start`, and after `close`."""
         return self._mover
 
     @property
@@ -315,7 +315,7 @@ class MoverSelector:
         return isinstance(self._mover, NoJointMover) and bool(self._gone) and not self._others()
 
     def set_joints(self, joints: JointSet, limits: Joints) -> None:
-        """Set the robot's joints and limits, and select the joint mover."""
+        """Set the robot's joints and limits, and select the joint mover unless stopped."""
         self._joints, self._limits = joints, limits
         self._found = ()
         self.update()

@@ -104,12 +104,12 @@ class ParameterRow:
             self._handle.value = parameter_text(message)
 
     def on_accepted(self, message: Any) -> None:
-        """Called after the node accepted a value: show the value, or send the next one."""
+        """Show an accepted value, or send the next one; called after the node's response."""
         self._message = message
         self._send_next()
 
     def on_rejected(self) -> None:
-        """Called after the node rejected a value: show the present value again."""
+        """Drop a waiting value, and show the present one; called after the node's rejection."""
         self._next = None
         self._send_next()
 
@@ -181,7 +181,7 @@ def _scalar(value: Any) -> str:
 
 
 def value_from_text(type_: ParameterType, text: str) -> tuple[ParameterType, Any]:
-    """Return type and value of a text field's text, parsed for a parameter's type (YAML or string).
+    """Parse a text field's text for a parameter type, as YAML unless string; return type and value.
 
     Returns:
         The type, which differs from ``type_`` only if that is NOT_SET, and the value.

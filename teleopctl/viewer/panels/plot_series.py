@@ -50,7 +50,7 @@ class Series:
         self._count = 0
 
     def add(self, time_s: float, value: float) -> None:
-        """Add a sample to the series; a NaN value marks a gap."""
+        """Add a sample to the series; NaN is stored, but left out of the drawn line."""
         if self._count == len(self._times):
             self._make_room()
         self._times[self._count] = time_s

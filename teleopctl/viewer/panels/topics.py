@@ -80,13 +80,13 @@ class TopicsPanel(Panel):
     # --- subscriptions ------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Subscribe to the echoed and the measured topics; called when a first browser looks."""
+        """Subscribe to the echoed and the measured topics; called when a browser shows the page."""
         self._watched = True
         self._listen()
         self._update_meter()
 
     def ended(self) -> None:
-        """Unsubscribe from the echoed and the measured topics; called when no browser looks."""
+        """Unsubscribe from the echoed and measured topics; called when no page is visible."""
         self._watched = False
         self._unsubscribe()
         self._update_meter()

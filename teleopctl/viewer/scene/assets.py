@@ -146,9 +146,9 @@ def _scene_glb(scene: Any, *, is_gltf: bool) -> tuple[bytes, list[str]]:
 
 
 def as_glb(mesh: MeshFile) -> MeshFile:
-    """Return a mesh of bare triangles converted to glTF, whose colour `colored_glb` sets.
+    """Return a `MeshFile` with its bare triangles converted to glTF; others are returned unchanged.
 
-    Other meshes are returned as they are.
+    `colored_glb` sets the colour of the converted mesh.
     """
     if mesh.glb or mesh.vertices is None or mesh.faces is None:
         return mesh
@@ -161,7 +161,7 @@ def as_glb(mesh: MeshFile) -> MeshFile:
 
 
 def path_of_uri(uri: str, folder: Path | None = None) -> Path:
-    """Return the path of a mesh or texture URI; relative paths may be in ``folder``.
+    """Return the path of a mesh or texture URI; missing relative paths are taken below ``folder``.
 
     Args:
         uri: ``package://`` or ``file://`` URI, or a path.

@@ -259,7 +259,7 @@ def merged(drawings: Iterable[Drawing]) -> Drawing:
 
 
 def is_drawable(numbers: Iterable[float]) -> bool:
-    """Return whether all numbers are finite, and their absolute sum is below 1e9 (metres)."""
+    """Return whether all numbers are finite, and their absolute values add up to less than 1e9."""
     # A comparison with NaN is false. The sum takes a third of the time of checking each number.
     return sum(map(abs, numbers)) < _FAR_M
 

@@ -192,7 +192,7 @@ class SceneFrames:
         return self._fixed
 
     def set_fixed_frame(self, name: str) -> None:
-        """Set the fixed frame; an empty name selects the root of the largest tf tree."""
+        """Set the fixed frame for the next `update`; empty for the root of the largest tf tree."""
         self._wanted_fixed = name.removeprefix("/")
 
     def set_appearance(

@@ -52,7 +52,7 @@ class ShapeDrawing:
         material: Material | None,
         alpha: float = 1.0,
     ) -> viser.SceneNodeHandle | None:
-        """Add a viser node for one visual or collision geometry; return it, None if undrawable.
+        """Add a viser node for a geometry and return it; None if invalid or its mesh is not loaded.
 
         Args:
             path: Scene path of the node.
@@ -189,7 +189,7 @@ def _lengths(shape: Geometry) -> tuple[float, ...]:
 
 
 def is_undrawable(shape: Geometry, origin: Pose | None = None) -> bool:
-    """Return whether a geometry's sizes are not positive and finite, or its pose not finite."""
+    """Return whether a geometry's sizes or pose are invalid; a mesh may have a negative scale."""
     lengths = _lengths(shape)
     if not is_drawable(lengths) or (origin and not is_drawable((*origin.xyz, *origin.rpy))):
         return True
@@ -203,7 +203,7 @@ def mesh_uris(shapes: list[Geometry]) -> list[str]:
 
 
 def bounding_box(shape: Geometry, meshes: Mapping[str, MeshFile]) -> tuple[Vector3, Vector3] | None:
-    """Return lowest and highest corner of a geometry in its own frame; None if it is not drawn."""
+    """Return a geometry's lowest and highest corner; None if invalid or its mesh is not loaded."""
     if is_undrawable(shape):
         return None
     match shape:

@@ -47,7 +47,7 @@ class UpdateSequence:
 
     # Any: as above.
     def add(self, update: Any) -> bool:
-        """Check an update's sequence number; return whether the update is to be applied now.
+        """Check an update's number, or keep the update for `start`; return whether to apply now.
 
         Updates before the full state are kept for `start`. A missing update sets `needs_state`.
         """
@@ -171,7 +171,7 @@ class InteractiveMarkers(Display):
         self._update_status()
 
     def tick(self) -> None:
-        """Request the full state if needed, update poses, and send feedback of dragged markers."""
+        """Request the full state if needed, update poses, and publish keep-alives during drags."""
         if self._client is None:
             return
         now = time.monotonic()

@@ -250,7 +250,7 @@ class InteractiveMarker:
 
 
 def selectable_entries(entries: list[Any]) -> list[tuple[int, str]]:
-    """Return (ID, title) for the menu entries without sub-menu, titles as "Menu > Entry".
+    """Return (ID, title) of at most 40 entries without sub-menu, titles as "Menu > Entry".
 
     Commands of entries, which RViz runs, are ignored: no message from the network starts programs.
     """

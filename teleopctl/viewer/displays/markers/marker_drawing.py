@@ -45,7 +45,7 @@ class MarkerError(Exception):
 
 
 def marker_pose(marker: Any) -> Transform:
-    """Return a marker's pose in its header's frame; raise MarkerError if numbers are not finite.
+    """Return a marker's pose; raise MarkerError if pose, scale or colour is not finite.
 
     Raises:
         MarkerError: The marker has numbers that are not finite.

@@ -84,7 +84,7 @@ class MarkerFiles:
         return key
 
     def drop_unused(self, used: Iterable[str]) -> None:
-        """Drop files whose keys are not in ``used``: waiting ones, and loaded ones beyond 20.
+        """Drop files not in ``used``: waiting ones, and all loaded ones if these are more than 20.
 
         Args:
             used: Keys that markers use.

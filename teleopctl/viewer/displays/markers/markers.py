@@ -191,7 +191,7 @@ class MarkerSet:
         self._canvases.clear()
 
     def fault(self) -> str:
-        """Return the first fault and how many more there are; empty if all markers are drawn."""
+        """Return the first marker's fault as text, and how many more there are; empty for none."""
         faults = [self._message_fault] if self._message_fault else []
         number = len(faults)
         for key, entry in self._entries.items():

@@ -263,7 +263,7 @@ class MoveItDisplay(Display):
     def add_overlay(
         self, name: str, alpha: float, color: Color | None = None
     ) -> RobotOverlay | None:
-        """Return one more drawing of the robot; None before a description was received.
+        """Add a drawing of the robot to the scene and return it; None without a description.
 
         Args:
             name: Last part of the drawing's scene path.

@@ -27,7 +27,7 @@ class CloudError(TeleopctlError):
 
 @dataclass(frozen=True, slots=True)
 class Cloud:
-    """Points of a cloud or scan message, with their channels, such as intensity.
+    """Points of a cloud or scan message, with further values per point, such as intensity.
 
     Attributes:
         points: Coordinates in the message's frame, (n, 3), in metres.
@@ -44,7 +44,7 @@ class Cloud:
 
 # Any: a PointCloud2 message.
 def read_cloud(message: Any, max_points: int) -> Cloud:
-    """Return the points of a PointCloud2; every n-th point if there are more than ``max_points``.
+    """Return a PointCloud2's finite points as a `Cloud`, every n-th if more than ``max_points``.
 
     Args:
         message: A ``sensor_msgs/msg/PointCloud2``.
@@ -87,7 +87,7 @@ def read_cloud(message: Any, max_points: int) -> Cloud:
 
 # Any: a PointCloud message.
 def read_legacy_cloud(message: Any, max_points: int) -> Cloud:
-    """Return the points of a deprecated ``PointCloud`` message, at most about ``max_points``.
+    """Return a PointCloud's finite points as a `Cloud`, every n-th if more than ``max_points``.
 
     Args:
         message: A ``sensor_msgs/msg/PointCloud``.
@@ -107,7 +107,7 @@ def read_legacy_cloud(message: Any, max_points: int) -> Cloud:
 
 # Any: a LaserScan message.
 def read_scan(message: Any, motion: Transform | None = None) -> Cloud:
-    """Return the points of a LaserScan, corrected by the scanner's ``motion`` during the scan.
+    """Return the points of a LaserScan's valid ranges, corrected by the scanner's ``motion``.
 
     Args:
         message: A ``sensor_msgs/msg/LaserScan``.
@@ -129,7 +129,7 @@ def read_scan(message: Any, motion: Transform | None = None) -> Cloud:
 
 
 def drawable_mask(points: Array) -> npt.NDArray[np.bool_]:
-    """Return a mask, (n,), of the points, (n, 3), that are finite and within 1000 km."""
+    """Return a mask, (n,), of the points, (n, 3), with finite coordinates within 1000 km."""
     return np.asarray((np.abs(points) < _FARTHEST_M).all(axis=-1))
 
 

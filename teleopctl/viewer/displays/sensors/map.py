@@ -38,13 +38,10 @@ class MapError(TeleopctlError):
 
 
 def cells_of(message: Any) -> tuple[Cells, str]:
-    """Return an OccupancyGrid's cells, shape (height, width), and a fault as text, or "".
+    """Return an OccupancyGrid's cells, (height, width), and a text if their number is wrong, or "".
 
     Args:
         message: A ``nav_msgs/msg/OccupancyGrid``.
-
-    Returns:
-        The cells, (height, width), and a sentence about a wrong number of cells, or an empty text.
 
     Raises:
         MapError: The grid is empty or too large.
@@ -65,14 +62,11 @@ def cells_of(message: Any) -> tuple[Cells, str]:
 
 
 def apply_update(cells: Cells, update: Any) -> bool:
-    """Write an OccupancyGridUpdate into ``cells``; return whether it was valid and inside.
+    """Write an OccupancyGridUpdate, cut at edges, into ``cells``; return whether valid and uncut.
 
     Args:
         cells: Cells of the map, changed in place.
         update: A ``map_msgs/msg/OccupancyGridUpdate``.
-
-    Returns:
-        Whether the update was valid and completely within the cells.
     """
     x, y, width, height = update.x, update.y, update.width, update.height
     data = np.frombuffer(update.data, np.int8)
@@ -88,7 +82,7 @@ def apply_update(cells: Cells, update: Any) -> bool:
 
 
 def map_png(cells: Cells, scheme: str, alpha: float) -> bytes:
-    """Return an occupancy grid's cells as PNG bytes, in a colour scheme, the first row at the top.
+    """Return an occupancy grid as PNG in a colour scheme, scaled, with the first row at the top.
 
     Args:
         cells: Cells of the grid, (height, width).
@@ -111,7 +105,7 @@ def map_png(cells: Cells, scheme: str, alpha: float) -> bytes:
 
 
 def palette(scheme: str) -> npt.NDArray[np.uint8]:
-    """Return the RGBA colours, (256, 4), of all cell values (unsigned bytes) in a colour scheme."""
+    """Return a colour scheme's RGBA colours, (256, 4), by cell value as an unsigned byte."""
     number = np.arange(256)
     table = np.zeros((256, 4), np.uint8)
     table[:, 3] = 255

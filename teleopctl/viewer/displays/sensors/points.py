@@ -146,7 +146,7 @@ class PointsDisplay(Display):
         return self.values.number("Size (m)")
 
     def duration_ns(self, message: Any) -> int:  # noqa: ARG002 -- for overrides
-        """Return how long a message's measurement took, in nanoseconds; 0 for an instant."""
+        """Return the duration of a message's measurement in nanoseconds; 0 unless overridden."""
         return 0
 
     def qos(self) -> QoSProfile:
@@ -298,7 +298,7 @@ class PointsDisplay(Display):
         self.set_status(*self._fares)
 
     def status_of(self, colored_points: ColoredPoints) -> tuple[str, str]:
-        """Return the status (level, text): number of points, and a replaced transformer."""
+        """Return level and text of the status: number of points, any replaced transformer."""
         shown, total = len(colored_points.points), colored_points.total
         count = f"{shown:,} points" if shown == total else f"{shown:,} of {total:,} points"
         chosen, used = self.values.given.get("Color Transformer"), colored_points.transformer
@@ -365,7 +365,7 @@ class LaserScan(PointsDisplay):
     message_type = "sensor_msgs/msg/LaserScan"
 
     def duration_ns(self, message: Any) -> int:
-        """Return the time from a scan's first to its last ray in nanoseconds; 0 if invalid."""
+        """Return the time from a scan's first to last ray in nanoseconds; 0 if not up to 1 s."""
         duration = float(message.time_increment) * (len(message.ranges) - 1)
         return round(duration * 1e9) if 0.0 < duration <= _LONGEST_S else 0
 

@@ -115,7 +115,7 @@ class PointsNode:
     def set_pose(
         self, position: tuple[float, float, float], wxyz: tuple[float, float, float, float]
     ) -> None:
-        """Set position and rotation of the scene node."""
+        """Set the node's position and rotation (w x y z); no effect while no points are drawn."""
         if self._handle is not None:
             self._handle.position, self._handle.wxyz = position, wxyz
 
