@@ -18,7 +18,7 @@ from teleopctl.wire import Graph
 
 @contextlib.contextmanager
 def open_node(name: str, *, namespace: str = "") -> Iterator[Node]:
-    """Start a node until the end of the ``with`` block; a separate thread runs its callbacks.
+    """Yield a node that runs until the end of the ``with`` block; a thread runs its callbacks.
 
     The node has rclpy's methods: ``create_publisher``, ``create_subscription``, ``create_client``,
     ``declare_parameter`` and so on. An exception in a callback stops the callbacks and is raised at

@@ -21,7 +21,7 @@ def read_bag(
     start_ns: int = 0,
     end_ns: int = _LAST_NS,
 ) -> Iterator[DecodedMessage]:
-    """Yield a bag's decoded messages by log time, of some topics or all that can be decoded.
+    """Yield a bag's decoded messages in log-time order, of some topics or all decodable ones.
 
     The bag is a folder or file of rosbag2 (MCAP, SQLite), or a bag of ROS 1. Types come from the
     definitions in the bag. A message that cannot be decoded is left out.
@@ -53,7 +53,7 @@ def read_raw_bag(
     start_ns: int = 0,
     end_ns: int = _LAST_NS,
 ) -> Iterator[BagMessage]:
-    """Yield a bag's messages as CDR bytes by log time, of some topics or all.
+    """Yield a bag's messages as CDR bytes in log-time order, of some topics or all.
 
     Args:
         path: Folder or file of the bag.

@@ -207,7 +207,7 @@ class Robot:
         )
 
     def to_mujoco(self) -> mujoco.MjModel:
-        """Return the compiled MuJoCo model that `RobotSimulation` steps.
+        """Return the robot as a compiled MuJoCo model, without a world and without sensors.
 
         Raises:
             InvalidDescriptionError: MuJoCo cannot simulate the description.

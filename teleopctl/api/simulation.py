@@ -89,12 +89,12 @@ class RobotSimulation:
 
     @property
     def efforts(self) -> dict[str, float]:
-        """Efforts of the drives (N m or N) by joint."""
+        """Efforts of the joint drives (N m or N) by joint name."""
         return self._by_name(self._simulation.efforts)
 
     @property
     def mujoco(self) -> tuple[mujoco.MjModel, mujoco.MjData]:
-        """Pair of the MuJoCo model and a copy of its data at the present time, with sensors."""
+        """Pair of the MuJoCo model and a copy of its data with the current sensor values."""
         return self._simulation.observe()
 
     def command(
@@ -138,7 +138,7 @@ class RobotSimulation:
         self._simulation.read()
 
     def T_world_link(self, link: str) -> npt.NDArray[np.float64]:  # noqa: N802 -- frames' names
-        """Return the pose of a link in the world, (4, 4).
+        """Return the current pose of a link in the world as a (4, 4) matrix.
 
         Raises:
             NotFoundError: The simulation has no such link.

@@ -216,7 +216,7 @@ class RosGraph:
         return process
 
     def launch(self, *words: str, timeout_s: float = LONGEST_LAUNCH_S) -> LaunchedSystem:
-        """Launch a launch file in the background; return the system once everything is up.
+        """Start a launch file in the background; return the `LaunchedSystem` once all nodes are up.
 
         The launch ends with the graph, or by `LaunchedSystem.stop`.
 
@@ -271,7 +271,7 @@ class RosGraph:
         qos: QoSProfile | int = 10,
         timeout_s: float = LONGEST_WAIT_S,
     ) -> MessageT:
-        """Return the next message of a topic, or the next one for which ``matching`` is true.
+        """Wait for and return a topic's next message, or the next that satisfies ``matching``.
 
         Args:
             message_type: Message class of the topic.
@@ -313,7 +313,7 @@ class RosGraph:
                 yield log_file.name, "".join(text.splitlines(keepends=True)[-_REPORTED_LINES:])
 
     def close(self) -> None:
-        """End all processes that the graph has started, and destroy the node of the test's process.
+        """End all processes that the graph has started, and shut down the test process's node.
 
         The processes are found by the graph's folder, not by environment variables, which a test
         may have changed.
@@ -333,7 +333,7 @@ class RosGraph:
 
 
 def free_port() -> int:
-    """Return a free TCP port of the loopback interface."""
+    """Return the number of a TCP port of the loopback interface that is free at present."""
     with socket.create_server(("127.0.0.1", 0)) as server:
         port: int = server.getsockname()[1]
         return port

@@ -25,7 +25,7 @@ _MARKS = (
 
 
 def are_imported_from(folder: str) -> bool:
-    """Return whether launch_testing and launch_pytest are those in a folder, not a ROS 2's."""
+    """Return whether ``launch_testing`` and ``launch_pytest`` would be imported from a folder."""
     specs = [find_spec(name) for name in _PLUGINS]
     return all(spec is not None and (spec.origin or "").startswith(folder) for spec in specs)
 
@@ -49,7 +49,7 @@ def pytest_configure(config: pytest.Config) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_collect_file(file_path: Path, parent: pytest.Collector) -> None:
-    """Called for each collected file: load the launch test plug-in that the file mentions."""
+    """Load the launch test plug-in that a collected file mentions; called for each file."""
     if file_path.suffix != ".py":
         return
     manager = parent.config.pluginmanager

@@ -31,12 +31,12 @@ class LaunchedSystem:
 
     @property
     def output(self) -> str:
-        """Output of the launched processes so far, read from the log file."""
+        """Output of the launched processes so far, read from the log file at each access."""
         return self.log_file.read_text(encoding="utf-8", errors="replace")
 
     @property
     def is_running(self) -> bool:
-        """Whether the launch is running."""
+        """Whether the launch's background process is running."""
         return background.is_alive(self._record)
 
     def wait_for_line(self, pattern: str, timeout_s: float = LONGEST_WAIT_S) -> re.Match[str]:

@@ -66,18 +66,18 @@ class Observer:
         qos: QoSProfile | int = 10,
         timeout_s: float = LONGEST_WAIT_S,
     ) -> MessageT:
-        """Return the next message of a topic that satisfies ``matching``, or any if None."""
+        """Wait for and return a topic's next message, or the next that satisfies ``matching``."""
         found: list[MessageT] = []
         last: list[MessageT] = []
 
-        def hear(message: MessageT) -> None:
+        def receive(message: MessageT) -> None:
             last[:] = [message]
             if not found and (matching is None or matching(message)):
                 with self._changed:
                     found.append(message)
                     self._changed.notify_all()
 
-        subscription = self.node.create_subscription(message_type, topic, hear, qos)
+        subscription = self.node.create_subscription(message_type, topic, receive, qos)
         try:
             with self._changed:
                 self._changed.wait_for(lambda: found or self._failure, timeout_s)
@@ -85,12 +85,12 @@ class Observer:
             self.node.destroy_subscription(subscription)
         self._raise_failure()
         if not found:
-            heard = f"the last one was {last[0]}" if last else "none came"
-            raise AssertionError(f"no message on {topic} within {timeout_s:g} s: {heard}")
+            received = f"the last one was {last[0]}" if last else "none came"
+            raise AssertionError(f"no message on {topic} within {timeout_s:g} s: {received}")
         return found[0]
 
     def close(self) -> None:
-        """Destroy the node and stop its thread; raise the exception that a callback has raised.
+        """Shut down the node and its thread; raise a callback's exception that no wait has raised.
 
         Raises:
             Exception: A callback raised the exception, and no wait has raised it again.

@@ -173,7 +173,7 @@ class Process:
         return status
 
     def kill(self) -> None:
-        """Kill the program and its descendants, and wait for the end of the program."""
+        """Kill the program and its descendants (SIGKILL), and wait for the end of the program."""
         with contextlib.suppress(psutil.NoSuchProcess):
             process = psutil.Process(self._popen.pid)
             for descendant in process.children(recursive=True):

@@ -33,7 +33,7 @@ def pytest_addoption(parser: pytest.Parser) -> None:
 
 @pytest.hookimpl(tryfirst=True)
 def pytest_load_initial_conftests(early_config: pytest.Config) -> None:
-    """Make ``rclpy`` and message packages importable before the first ``conftest.py`` is read."""
+    """Make ``rclpy`` and message packages importable, unless disabled, when pytest starts."""
     if early_config.getini("teleopctl_imports"):
         from teleopctl.compat import activation
         from teleopctl.testing import launch_tests

@@ -47,9 +47,7 @@ def pytest_terminal_summary(
     if not figures:
         return
     now = datetime.datetime.now().astimezone()
-    libraries = ", ".join(
-        f"{name} {version(name)}" for name in ("eclipse-zenoh", "mujoco", "numpy")
-    )
+    libraries = ", ".join(f"{name} {version(name)}" for name in LIBRARIES)
     terminalreporter.write_line("")
     terminalreporter.write_line(
         f"{now:%Y-%m-%d %H:%M}, {platform.system()} {platform.machine()}, {_processor()}, "

@@ -89,7 +89,7 @@ class IdlStruct(NamedTuple):
     annotations: tuple[IdlAnnotation, ...]
 
 
-class _NotedMember(Member):
+class _AnnotatedMember(Member):
     """Member of a struct with its annotations."""
 
     annotations: tuple[IdlAnnotation, ...] = ()
@@ -101,16 +101,16 @@ class _Parser(IDLParser):
     def __init__(self, text: str) -> None:
         super().__init__(text)
         self.furthest = 0
-        self.structs: dict[str, tuple[tuple[IdlAnnotation, ...], list[_NotedMember]]] = {}
+        self.structs: dict[str, tuple[tuple[IdlAnnotation, ...], list[_AnnotatedMember]]] = {}
         self._constants: dict[str, Expression] = {}
 
     def literal(self, pos: int, text: str) -> Result[str]:
-        return self._noting(super().literal(pos, text))
+        return self._record_failure(super().literal(pos, text))
 
     def regex(self, pos: int, pattern: str, flags: int = 0) -> Result[str]:
-        return self._noting(super().regex(pos, pattern, flags))
+        return self._record_failure(super().regex(pos, pattern, flags))
 
-    def _noting(self, found: Result[str]) -> Result[str]:
+    def _record_failure(self, found: Result[str]) -> Result[str]:
         if isinstance(found, Failure):
             self.furthest = max(self.furthest, found.pos)
         return found
@@ -140,17 +140,17 @@ class _Parser(IDLParser):
         found = super().member(pos)
         if isinstance(found, Failure):
             return found
-        noted: list[Member] = []
+        annotated: list[Member] = []
         for member in found.value:
-            one = _NotedMember(*member)
+            one = _AnnotatedMember(*member)
             one.annotations = self._annotations(pos)
-            noted.append(one)
-        return Success(found.pos, noted)
+            annotated.append(one)
+        return Success(found.pos, annotated)
 
     def struct_def(self, pos: int) -> Result[Struct]:
         found = super().struct_def(pos)
         if isinstance(found, Success):
-            members = cast("list[_NotedMember]", found.value.fields)
+            members = cast("list[_AnnotatedMember]", found.value.fields)
             self.structs[found.value.name] = (self._annotations(pos), members)
         return found
 
@@ -198,16 +198,16 @@ def read_idl(text: str, where: str) -> list[IdlStruct]:
     try:
         messages = parser.specification()
     except (TypesysError, SyntaxError, RecursionError) as error:
-        said = str(error)
-        if said.startswith("Could not parse"):
+        reason = str(error)
+        if reason.startswith("Could not parse"):
             line = text.count("\n", 0, parser.furthest) + 1
             rest = text[parser.furthest :].partition("\n")[0].strip()
             raise InvalidDefinitionError(f"{where}:{line}: this is no IDL: {rest!r}") from error
-        raise InvalidDefinitionError(f"{where}: {said}") from error
+        raise InvalidDefinitionError(f"{where}: {reason}") from error
     structs = []
     for name, constants, fields in messages:
-        annotations, noted = parser.structs.get(name.rpartition("/")[2], ((), []))
-        by_name = {member.name: member.annotations for member in noted}
+        annotations, members = parser.structs.get(name.rpartition("/")[2], ((), []))
+        by_name = {member.name: member.annotations for member in members}
         structs.append(
             IdlStruct(
                 name,
@@ -267,7 +267,7 @@ def _definition(struct: IdlStruct, where: str, text: str) -> Definition:
     lines = _comments(struct.annotations)
     for constant in struct.constants:
         lines.append(f"{constant.base} {constant.name}={_written(constant.value)}")
-        with _told_at(constant.name, struct, where, text):
+        with _located_errors(constant.name, struct, where, text):
             constants += parse(
                 lines[-1], struct.name, split(struct.name)[0], first_line=0
             ).constants
@@ -275,7 +275,7 @@ def _definition(struct: IdlStruct, where: str, text: str) -> Definition:
         if member.name == PLACEHOLDER:
             continue
         lines += _comments(member.annotations)
-        with _told_at(member.name, struct, where, text):
+        with _located_errors(member.name, struct, where, text):
             if member.name in {field.name for field in fields}:
                 raise ValueError("the name is given twice")
             kind, default = _line(member)
@@ -288,7 +288,7 @@ def _definition(struct: IdlStruct, where: str, text: str) -> Definition:
 
 
 @contextmanager
-def _told_at(name: str, struct: IdlStruct, where: str, text: str) -> Iterator[None]:
+def _located_errors(name: str, struct: IdlStruct, where: str, text: str) -> Iterator[None]:
     """Raise errors of a member or constant with the file, line number and name of the member."""
     try:
         yield
@@ -296,8 +296,8 @@ def _told_at(name: str, struct: IdlStruct, where: str, text: str) -> Iterator[No
         begin = max(0, text.find(split(struct.name)[2]))
         place = re.search(rf"\b{name}\b", text[begin:])
         line = text.count("\n", 0, begin + (place.start() if place else 0)) + 1
-        said = str(error).partition(":0: ")[2] or str(error)
-        raise InvalidDefinitionError(f"{where}:{line}: {name}: {said}") from error
+        reason = str(error).partition(":0: ")[2] or str(error)
+        raise InvalidDefinitionError(f"{where}:{line}: {name}: {reason}") from error
 
 
 def _line(member: IdlMember) -> tuple[str, str]:

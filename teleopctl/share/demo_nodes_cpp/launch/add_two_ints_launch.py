@@ -8,7 +8,7 @@ from launch_ros.actions import Node
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return server and client, and a shutdown when the client exits."""
+    """Return a launch of server and client that shuts down when the client exits."""
     client = Node(package="demo_nodes_cpp", executable="add_two_ints_client", output="screen")
     return LaunchDescription(
         [

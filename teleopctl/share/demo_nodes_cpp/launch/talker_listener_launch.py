@@ -5,7 +5,7 @@ from launch_ros.actions import Node
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the nodes talker and listener."""
+    """Return a launch of the nodes ``talker`` and ``listener``."""
     return LaunchDescription(
         [
             Node(package="demo_nodes_cpp", executable=executable, output="screen")

@@ -7,7 +7,7 @@ from launch.substitutions import LaunchConfiguration, PathJoinSubstitution, This
 
 
 def part(name: str, condition: str) -> IncludeLaunchDescription:
-    """Return the conditional inclusion of a launch file in the same folder."""
+    """Return an action that includes a launch file of this folder if an argument is true."""
     return IncludeLaunchDescription(
         PathJoinSubstitution([ThisLaunchFileDir(), name]),
         condition=IfCondition(LaunchConfiguration(condition)),
@@ -15,14 +15,18 @@ def part(name: str, condition: str) -> IncludeLaunchDescription:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the included ``gzserver`` and ``gzclient``."""
+    """Return a launch that includes ``gzserver`` and ``gzclient``, each if its argument is true."""
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                "gui", default_value="true", description="Whether to print the address of the page."
+                "gui",
+                default_value="true",
+                description="Whether to start gzclient, which prints the address of the web page.",
             ),
             DeclareLaunchArgument(
-                "server", default_value="true", description="Whether to simulate."
+                "server",
+                default_value="true",
+                description="Whether to start gzserver, the simulator.",
             ),
             part("gzserver.launch.py", "server"),
             part("gzclient.launch.py", "gui"),

@@ -17,7 +17,7 @@ DEBUGGERS = {"gdb": "gdb -ex run --args", "valgrind": "valgrind"}
 
 
 def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return the program, with the arguments that Gazebo's window would be given."""
+    """Return the ``gzclient`` node with a command line built from the launch arguments."""
 
     def value(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
@@ -41,7 +41,7 @@ def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the process ``gzclient`` with their values."""
+    """Return the declared launch arguments, and the ``gzclient`` node that uses them."""
     return LaunchDescription(
         [
             *(

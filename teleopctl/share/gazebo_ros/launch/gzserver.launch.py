@@ -22,17 +22,17 @@ VALUES = (
 PLUGINS = ("init", "factory", "force_system")
 DEBUGGERS = {"gdb": "gdb -ex run --args", "valgrind": "valgrind"}
 OTHERS = {
-    "world": ("", "A world: its file, or its name."),
-    "params_file": ("", "A file of parameters."),
-    "extra_gazebo_args": ("", "More words for gzserver."),
-    "server_required": ("false", "Whether the launch ends with the simulator."),
-    "gdb": ("false", "Whether to run it in gdb."),
-    "valgrind": ("false", "Whether to run it in valgrind."),
+    "world": ("", "World to simulate: path or name of a world file."),
+    "params_file": ("", "YAML file with ROS parameters for the simulator."),
+    "extra_gazebo_args": ("", "Additional command-line arguments of gzserver."),
+    "server_required": ("false", "Whether to shut down the launch when gzserver exits."),
+    "gdb": ("false", "Whether to run gzserver in gdb."),
+    "valgrind": ("false", "Whether to run gzserver in valgrind."),
 }
 
 
 def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return the simulator, with the arguments that Gazebo would be given."""
+    """Return the ``gzserver`` node with a command line built from the launch arguments."""
 
     def value(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
@@ -61,7 +61,7 @@ def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the simulator started with their values."""
+    """Return the declared launch arguments, and the ``gzserver`` node that uses them."""
     defaults = {
         **dict.fromkeys(FLAGS, "false"),
         **dict.fromkeys(VALUES, ""),

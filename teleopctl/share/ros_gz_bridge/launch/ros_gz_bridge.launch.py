@@ -7,21 +7,32 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 ARGUMENTS = {
-    "container_name": ("ros_gz_container", "Where it would be loaded."),
-    "create_own_container": ("False", "Whether a container of its own would be created."),
-    "namespace": ("", "Its namespace."),
-    "use_composition": ("False", "Whether it would be loaded into a container."),
-    "use_respawn": ("False", "Whether it is started again when it ends."),
-    "log_level": ("info", "The lowest level of its messages."),
+    "container_name": (
+        "ros_gz_container",
+        "Component container for composition; without effect here.",
+    ),
+    "create_own_container": (
+        "False",
+        "Whether to start the component container; without effect here.",
+    ),
+    "namespace": ("", "Namespace of the bridge node."),
+    "use_composition": (
+        "False",
+        "Whether to use composition; the bridge is always a separate process.",
+    ),
+    "use_respawn": ("False", "Whether to restart the bridge node when it exits."),
+    "log_level": ("info", "Log level of the bridge node."),
 }
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the node ``bridge_node``."""
+    """Return the declared launch arguments, and the node ``bridge_node`` that uses them."""
     return LaunchDescription(
         [
-            DeclareLaunchArgument("bridge_name", description="The bridge's name."),
-            DeclareLaunchArgument("config_file", description="The file of its topics."),
+            DeclareLaunchArgument("bridge_name", description="Name of the bridge node."),
+            DeclareLaunchArgument(
+                "config_file", description="YAML file that lists the topics to bridge."
+            ),
             *(
                 DeclareLaunchArgument(name, default_value=default, description=description)
                 for name, (default, description) in ARGUMENTS.items()

@@ -6,11 +6,14 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 from launch_ros.parameter_descriptions import ParameterValue
 
-ARGUMENTS = {"world": "The world's name; there is one world.", "entity_name": "Its name."}
+ARGUMENTS = {
+    "world": "Name of the world; without effect, since there is one world.",
+    "entity_name": "Name of the entity to delete.",
+}
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the node ``remove``, which deletes the entity."""
+    """Return the launch arguments, and the node ``remove``, which deletes the entity."""
     values = {name: ParameterValue(LaunchConfiguration(name), value_type=str) for name in ARGUMENTS}
     return LaunchDescription(
         [

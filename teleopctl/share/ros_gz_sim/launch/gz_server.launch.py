@@ -7,16 +7,25 @@ from launch.substitutions import LaunchConfiguration
 from launch_ros.actions import Node
 
 ARGUMENTS = {
-    "world_sdf_file": ("", "A world: its file, or its name."),
-    "world_sdf_string": ("", "A world as text."),
-    "container_name": ("ros_gz_container", "Where it would be loaded."),
-    "create_own_container": ("False", "Whether a container of its own would be created."),
-    "use_composition": ("False", "Whether it would be loaded into a container."),
+    "world_sdf_file": ("", "World to simulate: path or name of a world file."),
+    "world_sdf_string": ("", "World to simulate, as SDF text."),
+    "container_name": (
+        "ros_gz_container",
+        "Component container for composition; without effect here.",
+    ),
+    "create_own_container": (
+        "False",
+        "Whether to start the component container; without effect here.",
+    ),
+    "use_composition": (
+        "False",
+        "Whether to use composition; the simulator is always a separate process.",
+    ),
 }
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the process ``gzserver``."""
+    """Return the launch arguments, and the node ``gzserver``, the simulator without window."""
     worlds = ("world_sdf_file", "world_sdf_string")
     return LaunchDescription(
         [

@@ -11,7 +11,7 @@ VERSION = "8"
 
 
 def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
-    """Return the simulator, with the arguments that Gazebo would be given."""
+    """Return the ``gz sim`` node for the launch arguments, and a warning if ``ign_args`` is set."""
 
     def value(name: str) -> str:
         return LaunchConfiguration(name).perform(context)
@@ -35,30 +35,34 @@ def start(context: LaunchContext) -> list[LaunchDescriptionEntity]:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the simulator started with their values."""
+    """Return the declared launch arguments, and the ``gz sim`` node that uses them."""
     return LaunchDescription(
         [
             DeclareLaunchArgument(
                 "gz_args",
                 default_value="",
-                description="Arguments of `gz sim`; -r: start unpaused.",
+                description="Arguments of `gz sim`: world file and options, -r to start unpaused.",
             ),
             DeclareLaunchArgument(
-                "gz_version", default_value=VERSION, description="Without effect: MuJoCo simulates."
+                "gz_version",
+                default_value=VERSION,
+                description="Major version of Gazebo Sim; without effect, since MuJoCo simulates.",
             ),
             DeclareLaunchArgument(
-                "ign_args", default_value="", description="The older name of gz_args."
+                "ign_args", default_value="", description="Deprecated name of gz_args."
             ),
             DeclareLaunchArgument(
-                "ign_version", default_value="", description="The older name of gz_version."
+                "ign_version", default_value="", description="Deprecated name of gz_version."
             ),
             DeclareLaunchArgument(
-                "debugger", default_value="false", description="Whether to run it in gdb."
+                "debugger",
+                default_value="false",
+                description="Whether to run the simulator in gdb.",
             ),
             DeclareLaunchArgument(
                 "on_exit_shutdown",
                 default_value="false",
-                description="Whether the launch ends with the simulator.",
+                description="Whether to shut down the launch when the simulator exits.",
             ),
             OpaqueFunction(function=start),
         ]

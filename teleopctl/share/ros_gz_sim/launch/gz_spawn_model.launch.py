@@ -8,18 +8,22 @@ from launch_ros.parameter_descriptions import ParameterValue
 
 # Argument of this file: parameter of `create`, default and description.
 TEXTS = {
-    "world": ("world", "", "The world's name; there is one world."),
-    "file": ("file", "", "The file of its description."),
-    "model_string": ("string", "", "Its description as text."),
-    "topic": ("topic", "", "The topic of its description."),
-    "entity_name": ("name", "", "Its name."),
-    "allow_renaming": ("allow_renaming", "False", "Whether it may get another name."),
+    "world": ("world", "", "Name of the world; without effect, since there is one world."),
+    "file": ("file", "", "SDF or URDF file that describes the entity."),
+    "model_string": ("string", "", "SDF or URDF text that describes the entity."),
+    "topic": ("topic", "", "Topic on which the SDF or URDF text is published."),
+    "entity_name": ("name", "", "Name of the entity."),
+    "allow_renaming": (
+        "allow_renaming",
+        "False",
+        "Whether to rename the entity if its name is taken.",
+    ),
 }
 POSE = ("x", "y", "z", "R", "P", "Y")
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the node ``create``, which spawns the entity."""
+    """Return the launch arguments, and the node ``create``, which spawns the entity."""
     texts = {
         parameter: ParameterValue(
             LaunchConfiguration(name), value_type=bool if default == "False" else str

@@ -33,7 +33,7 @@ DEFAULTS = {
 
 
 def part(package: str, file: str, arguments: dict[str, str]) -> IncludeLaunchDescription:
-    """Return the inclusion of a launch file; its arguments are set to arguments of this file."""
+    """Return an action that includes a launch file; the dictionary maps its arguments to ours."""
     return IncludeLaunchDescription(
         PathJoinSubstitution([FindPackageShare(package), "launch", file]),
         launch_arguments=[
@@ -43,12 +43,14 @@ def part(package: str, file: str, arguments: dict[str, str]) -> IncludeLaunchDes
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the included launch files of simulator and bridge."""
+    """Return a launch that includes the launch files of the simulator and the bridge."""
     bridge = {name: name for name in BRIDGE} | {"log_level": "bridge_log_level"}
     return LaunchDescription(
         [
-            DeclareLaunchArgument("bridge_name", description="The bridge's name."),
-            DeclareLaunchArgument("config_file", description="The file of its topics."),
+            DeclareLaunchArgument("bridge_name", description="Name of the bridge node."),
+            DeclareLaunchArgument(
+                "config_file", description="YAML file that lists the topics to bridge."
+            ),
             *(
                 DeclareLaunchArgument(name, default_value=default)
                 for name, default in DEFAULTS.items()

@@ -26,7 +26,7 @@ POSE = ("x", "y", "z", "R", "P", "Y")
 
 
 def part(package: str, file: str, names: list[str]) -> IncludeLaunchDescription:
-    """Return the inclusion of a file, with arguments of this one."""
+    """Return an action that includes a launch file and passes on arguments by name."""
     arguments = [
         (name, LaunchConfiguration(name, default="0.0" if name in POSE else None)) for name in names
     ]
@@ -37,7 +37,7 @@ def part(package: str, file: str, names: list[str]) -> IncludeLaunchDescription:
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the included launch files of spawning and bridge."""
+    """Return a launch that includes the launch files of spawning and of the bridge."""
     return LaunchDescription(
         [
             *(

@@ -9,7 +9,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments and the node robot_state_publisher."""
+    """Return a launch of robot_state_publisher with the URDF or xacro file of a package."""
     path = PathJoinSubstitution(
         [
             FindPackageShare(LaunchConfiguration("urdf_package")),
@@ -20,10 +20,11 @@ def generate_launch_description() -> LaunchDescription:
     return LaunchDescription(
         [
             DeclareLaunchArgument(
-                "urdf_package", description="Package that has the robot description."
+                "urdf_package", description="Package that contains the robot description."
             ),
             DeclareLaunchArgument(
-                "urdf_package_path", description="Its URDF or xacro file, from its share folder."
+                "urdf_package_path",
+                description="URDF or xacro file, relative to the package's share folder.",
             ),
             Node(
                 package="robot_state_publisher",

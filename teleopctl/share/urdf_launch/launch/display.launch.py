@@ -9,7 +9,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, the included description, and the nodes of page and joint sliders."""
+    """Return a launch of robot_state_publisher, a joint state publisher and RViz (the web page)."""
     share = FindPackageShare("urdf_launch")
     wants_sliders = LaunchConfiguration("jsp_gui")
     return LaunchDescription(
@@ -18,12 +18,12 @@ def generate_launch_description() -> LaunchDescription:
                 "jsp_gui",
                 default_value="true",
                 choices=["true", "false"],
-                description="Whether joint_state_publisher_gui's sliders move the joints.",
+                description="Whether to show sliders for the joints (joint_state_publisher_gui).",
             ),
             DeclareLaunchArgument(
                 "rviz_config",
                 default_value=PathJoinSubstitution([share, "config", "urdf.rviz"]),
-                description="An .rviz file to start with.",
+                description="RViz configuration file (.rviz) to load.",
             ),
             IncludeLaunchDescription(
                 PathJoinSubstitution([share, "launch", "description.launch.py"]),

@@ -7,7 +7,7 @@ from launch_ros.substitutions import FindPackageShare
 
 
 def generate_launch_description() -> LaunchDescription:
-    """Return the arguments, and the inclusion of urdf_launch's display."""
+    """Return a launch that includes urdf_launch's ``display`` for a model of urdf_tutorial."""
     display = FindPackageShare("urdf_launch")
     return LaunchDescription(
         [
@@ -15,17 +15,17 @@ def generate_launch_description() -> LaunchDescription:
                 "gui",
                 default_value="true",
                 choices=["true", "false"],
-                description="Whether joint_state_publisher_gui's sliders move the joints.",
+                description="Whether to show sliders for the joints (joint_state_publisher_gui).",
             ),
             DeclareLaunchArgument(
                 "rvizconfig",
                 default_value=PathJoinSubstitution([display, "config", "urdf.rviz"]),
-                description="An .rviz file to start with.",
+                description="RViz configuration file (.rviz) to load.",
             ),
             DeclareLaunchArgument(
                 "model",
                 default_value=PathJoinSubstitution(["urdf", "01-myfirst.urdf"]),
-                description="A URDF or xacro file, from urdf_tutorial's share folder.",
+                description="URDF or xacro file, relative to urdf_tutorial's share folder.",
             ),
             IncludeLaunchDescription(
                 PathJoinSubstitution([display, "launch", "display.launch.py"]),
