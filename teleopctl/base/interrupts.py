@@ -2,7 +2,9 @@
 
 Python prints and swallows an exception that is raised in a finalizer or in the callback of a weak
 reference. Imports run such callbacks, so that Ctrl-C while a program starts may hit one. Zenoh also
-swallows exceptions raised in the callbacks that it calls, which may run on the main thread.
+swallows exceptions raised in the callbacks that it calls, which may run on the main thread, and so
+do extension modules while they are imported: Cython's clear the error of an optional step of theirs
+(lxml: two of 300 interrupts of a node that starts on a busy machine).
 
 Python also misses a signal that arrives after the main thread has checked for signals and before it
 waits for a lock: the signal is handled only when something else ends the wait. So the main thread
@@ -20,6 +22,7 @@ import _thread
 import os
 import sys
 import time
+from _frozen_importlib_external import ExtensionFileLoader
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import CodeType, FrameType
@@ -36,13 +39,17 @@ else:
 _Function = TypeVar("_Function", bound=Callable[..., object])
 
 # Delay before an interrupt is raised again. Callbacks of imports and of Zenoh, which must not be
-# interrupted, take microseconds.
+# interrupted, take microseconds, imports of extension modules milliseconds.
 _AGAIN_S = 0.001
 
 # Delays before the main thread is woken after a signal, for it to have begun its wait.
 _WAKE_AFTER_S = (0.002, 0.02, 0.2)
 
-_transport_callbacks: set[CodeType] = set()
+# Functions below which C code may swallow an exception.
+_swallowing: set[CodeType] = {
+    ExtensionFileLoader.create_module.__code__,
+    ExtensionFileLoader.exec_module.__code__,
+}
 
 # Whether KeyboardInterrupt has been raised in the main thread.
 _was_raised = False
@@ -59,21 +66,21 @@ def transport_callback(function: _Function) -> _Function:
 
     The mark adds no cost to a call.
     """
-    _transport_callbacks.add(function.__code__)
+    _swallowing.add(function.__code__)
     return function
 
 
-def in_transport_callback(frame: FrameType | None) -> bool:
-    """Return whether a frame or one of its callers belongs to a marked callback of Zenoh."""
+def is_swallowed(frame: FrameType | None) -> bool:
+    """Return whether an exception in a frame is lost: in a Zenoh callback or extension import."""
     while frame is not None:
-        if frame.f_code in _transport_callbacks:
+        if frame.f_code in _swallowing:
             return True
         frame = frame.f_back
     return False
 
 
 def install_sigint_handler() -> None:
-    """Install a handler that raises KeyboardInterrupt outside Zenoh callbacks; unblock SIGINT.
+    """Install a handler that raises KeyboardInterrupt where it is not swallowed; unblock SIGINT.
 
     An interrupt that `blocked_for_children` blocked while this process started is raised now.
     """
@@ -201,7 +208,7 @@ def clear_exec_interrupt() -> None:
 
 def _interrupt(signum: int, frame: FrameType | None) -> None:
     global _is_pending, _was_raised
-    if in_transport_callback(frame):
+    if is_swallowed(frame):
         resend_signal()
     else:
         _was_raised, _is_pending = True, False

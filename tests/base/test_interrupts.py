@@ -46,6 +46,38 @@ def test_an_interrupt_ends_a_wait_that_began_as_it_came():
     assert (stdout, stderr, process.returncode) == ("interrupted\n", "", 0)
 
 
+# lxml is of Cython, which clears an error of this step.
+IMPORTS_AN_EXTENSION = """
+import abc, signal, sys, time
+from teleopctl.base import interrupts
+
+register = abc.ABCMeta.register
+def interrupted(*args):
+    abc.ABCMeta.register = register
+    signal.raise_signal(signal.SIGINT)
+    return register(*args)
+abc.ABCMeta.register = interrupted
+interrupts.install_sigint_handler()
+try:
+    from lxml import etree
+    assert abc.ABCMeta.register is register
+    time.sleep(30)
+except KeyboardInterrupt:
+    print("interrupted")
+"""
+
+
+def test_an_interrupt_within_the_import_of_an_extension_module_is_not_lost():
+    done = subprocess.run(
+        [sys.executable, "-c", IMPORTS_AN_EXTENSION],
+        capture_output=True,
+        text=True,
+        timeout=LONGEST_WAIT_S,
+        check=False,
+    )
+    assert (done.stdout, done.stderr, done.returncode) == ("interrupted\n", "", 0)
+
+
 ENDS_MEANWHILE = """
 import signal, time
 from teleopctl.base import interrupts

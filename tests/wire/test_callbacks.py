@@ -6,7 +6,7 @@ import threading
 
 import pytest
 
-from teleopctl.base.interrupts import in_transport_callback
+from teleopctl.base.interrupts import is_swallowed
 from teleopctl.testing import eventually
 from teleopctl.wire import direct_callback, open_session
 
@@ -58,7 +58,7 @@ def test_no_interrupt_is_raised_in_what_zenoh_calls(session):
     seen = []
 
     def receive(_):
-        seen.append(in_transport_callback(sys._getframe()))
+        seen.append(is_swallowed(sys._getframe()))
 
     subscriber = session.declare_subscriber(KEY, direct_callback(receive))
     session.put(KEY, b"")

@@ -10,7 +10,7 @@ import enum
 import threading
 from types import FrameType
 
-from teleopctl.base.interrupts import in_transport_callback, resend_signal, wake_on_signals
+from teleopctl.base.interrupts import is_swallowed, resend_signal, wake_on_signals
 from teleopctl.base.typed import TYPE_CHECKING, Protocol
 
 if TYPE_CHECKING:
@@ -84,8 +84,8 @@ def get_current_signal_handlers_options() -> SignalHandlerOptions:
 
 
 def _end_contexts(signum: int, frame: FrameType | None) -> None:
-    if in_transport_callback(frame):
-        # Zenoh would swallow an exception raised here: send the signal again after the call.
+    if is_swallowed(frame):
+        # An exception raised here would be lost: send the signal again after the call.
         resend_signal(signum)
         return
     previous = _previous[signum]
