@@ -76,6 +76,7 @@ class RosGraph:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._processes: list[Process] = []
+        self._last_run: subprocess.CompletedProcess[str] | None = None
         self._observer: Observer | None = None
         self._leave: Callable[[], None] | None = None
         self._shared_domains = itertools.cycle(_DOMAINS)
@@ -190,7 +191,7 @@ class RosGraph:
         cwd: Path | None = None,
     ) -> subprocess.CompletedProcess[str]:
         """Run ``python -m MODULE ARGS`` to its end; return exit status and output."""
-        return subprocess.run(
+        self._last_run = subprocess.run(
             [sys.executable, "-m", module, *_words(args)],
             env=self.env,
             cwd=cwd or self.folder,
@@ -202,6 +203,7 @@ class RosGraph:
             timeout=timeout,
             check=False,
         )
+        return self._last_run
 
     def spawn_module(
         self, module: str, args: Sequence[str] | str = (), *, cwd: Path | None = None
@@ -302,9 +304,12 @@ class RosGraph:
         return self._observer
 
     def reports(self) -> Iterator[tuple[str, str]]:
-        """Yield (title, text) pairs for a failure report: processes' output, ends of logs."""
+        """Yield (title, text) pairs for a failure report: last command, processes, ends of logs."""
         if self._router_owner is not None:
             yield from self._router_owner.reports()
+        if (last := self._last_run) is not None:
+            output = f"{last.stdout}\n{last.stderr}\nstatus: {last.returncode}"
+            yield "last command", f"{shlex.join(last.args)}\n{output}"
         for process in self._processes:
             yield f"process {process.pid}", process.report()
         for log_file in sorted((self.folder / _LOG).glob("*.log")):

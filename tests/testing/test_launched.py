@@ -100,6 +100,7 @@ def test_the_report_of_a_failure_has_the_output_of_all_that_ran(ros_graph):
         "def test_that_fails(ros_graph, ros_launch):\n"
         f"    ros_launch({str(ros_graph.folder / 'talker.yaml')!r}).wait_for_line('Publishing')\n"
         "    ros_graph.spawn('run no_such_package no_such_node').wait()\n"
+        "    ros_graph.run('topic type /no_such_topic')\n"
         "    assert False\n"
     )
     ros_graph.env["PYTEST_DISABLE_PLUGIN_AUTOLOAD"] = "1"
@@ -110,6 +111,7 @@ def test_the_report_of_a_failure_has_the_output_of_all_that_ran(ros_graph):
     for part in (
         r"--- ROS graph: process \d+ ---",
         "no_such_package",
+        r"--- ROS graph: last command -+\n.* topic type /no_such_topic\n",
         r"--- ROS graph: router-.*\.log ---|--- ROS graph: talker-.*\.log ---",
         r"\[simple_publisher-1\].*Publishing at 1.0 Hz",
     ):
