@@ -1,4 +1,4 @@
-"""Topics and messages for bags, as no node has to send them."""
+"""Topics, messages and bags for tests, written without running nodes."""
 
 from __future__ import annotations
 
@@ -17,14 +17,14 @@ STRING = "std_msgs/msg/String"
 
 
 def topic(name: str, type_name: str = STRING, qos: EndpointQos | None = None) -> BagTopic:
-    """A topic with everything that a recorder knows of it."""
+    """Return a topic with type hash, definition and QoS, as a recorder stores them."""
     definition = TypeText("ros2msg", complete_definition_text(type_name))
     return BagTopic(name, type_name, type_hash(type_name), definition, (qos or EndpointQos(),))
 
 
-# Any: a value of the type's own.
+# Any: field values depend on the message type.
 def message(name: str, number: int, type_name: str = STRING, /, **fields: Any) -> BagMessage:
-    """The message of a number; one comes each millisecond."""
+    """Return the message of a topic with a number; consecutive messages are 1 ms apart."""
     time_ns = START_NS + number * 1_000_000
     values = fields or {"data": f"{name} {number}"}
     data = serialize(get_message(type_name)(**values))
@@ -34,7 +34,7 @@ def message(name: str, number: int, type_name: str = STRING, /, **fields: Any) -
 def write_bag(
     folder: Path, *, count: int = 100, topics: int = 2, options: WriterOptions | None = None
 ) -> list[BagMessage]:
-    """Write a bag whose messages come from several topics in turn; return them."""
+    """Write a bag whose messages alternate between several topics; return the messages."""
     names = [f"/topic_{number}" for number in range(topics)]
     messages = [message(names[number % topics], number) for number in range(count)]
     with BagWriter(folder, options) as writer:

@@ -1,6 +1,7 @@
-"""Stops a node with SIGSTOP, sends it more than it takes, and ends the sender.
+"""Experiment: a subscriber stopped by SIGSTOP gets more messages than it can queue.
 
-``python -m tests.faults.frozen``: prints how long the sender took to end, and what it said.
+``python -m tests.faults.frozen`` prints how long the publisher took to end, its exit status and its
+output.
 """
 
 from __future__ import annotations
@@ -30,7 +31,7 @@ with Context() as context, Node("sender", context=context) as node:
 
 
 def main() -> None:
-    """Run it once."""
+    """Run the experiment once."""
     with own_graph():
         node = subprocess.Popen(
             [sys.executable, "-m", "teleopctl", "run", "teleop_py_pkg", "simple_subscriber"],

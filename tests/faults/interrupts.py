@@ -23,7 +23,7 @@ PROGRAMS = {
     "echo": ["topic", "echo", "/chatter", "std_msgs/msg/String"],
     "launch": ["launch", "display.yaml"],
 }
-# Python itself prints a traceback when it is interrupted before it runs anything.
+# Start time of Python, in seconds: interrupted earlier, Python itself prints a traceback.
 _PYTHON_STARTS_S = 0.1
 _LATEST_S = {"subscriber": 2.5, "echo": 1.5, "launch": 5.0}
 _MUST_END_WITHIN_S = 10.0
@@ -31,7 +31,7 @@ _MUST_END_WITHIN_S = 10.0
 
 @contextlib.contextmanager
 def busy(processes: int) -> Iterator[None]:
-    """Keep processors at work meanwhile."""
+    """Keep processor cores busy with other processes during the ``with`` block."""
     workers = [subprocess.Popen([sys.executable, "-c", "while 1: pass"]) for _ in range(processes)]
     try:
         yield
@@ -42,7 +42,7 @@ def busy(processes: int) -> Iterator[None]:
 
 
 def interrupt_once(words: Sequence[str], after_s: float) -> tuple[str, str]:
-    """Start a program, send it one SIGINT and return how it ended and what it said."""
+    """Start a program, send SIGINT after a delay; return the outcome and the output on stderr."""
     with subprocess.Popen(
         [sys.executable, "-X", "faulthandler", "-m", "teleopctl", *words],
         stdin=subprocess.DEVNULL,
@@ -57,16 +57,16 @@ def interrupt_once(words: Sequence[str], after_s: float) -> tuple[str, str]:
             _, said = process.communicate(timeout=_MUST_END_WITHIN_S)
             outcome = "traceback" if "Traceback" in said else f"status {process.returncode}"
         except subprocess.TimeoutExpired:
-            process.send_signal(signal.SIGABRT)  # says where each thread stands
+            process.send_signal(signal.SIGABRT)  # faulthandler prints the stack of each thread
             _, said = process.communicate()
-            with contextlib.suppress(ProcessLookupError):  # its children may be gone too
+            with contextlib.suppress(ProcessLookupError):  # the process group may have ended
                 os.killpg(process.pid, signal.SIGKILL)
             outcome = "needed a second one"
     return outcome, said
 
 
 def campaign(name: str, count: int, chance: random.Random) -> collections.Counter[str]:
-    """Interrupt a program many times; print the outputs of those that did not end well."""
+    """Interrupt a program many times; return outcome counts, print the output of bad outcomes."""
     outcomes: collections.Counter[str] = collections.Counter()
     for _ in range(count):
         after_s = chance.uniform(_PYTHON_STARTS_S, _LATEST_S[name])
@@ -78,14 +78,14 @@ def campaign(name: str, count: int, chance: random.Random) -> collections.Counte
 
 
 def main() -> None:
-    """Run the campaign that the command line asks for."""
+    """Interrupt the programs of the command line; exit status 1 after a bad outcome."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("programs", nargs="*", default=list(PROGRAMS), choices=list(PROGRAMS))
     parser.add_argument("--count", type=int, default=100)
     parser.add_argument("--busy", type=int, default=2, help="processes that keep processors busy")
     parser.add_argument("--seed", type=int, default=1)
     options = parser.parse_args()
-    # Whoever is started in the background of a script ignores it, and hands that on.
+    # A process that a script starts in the background ignores SIGINT, and so do its children.
     signal.signal(signal.SIGINT, signal.default_int_handler)
     is_well = True
     with own_graph(), busy(options.busy):

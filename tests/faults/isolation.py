@@ -1,4 +1,4 @@
-"""A graph of its own for a campaign: nothing of the user's is met or touched."""
+"""Isolated ROS graph for a campaign, separate from the user's nodes and files."""
 
 from __future__ import annotations
 
@@ -17,9 +17,9 @@ _DOMAIN = "230"
 
 @contextlib.contextmanager
 def own_graph() -> Iterator[str]:
-    """Set the environment to folders, a port and a domain of their own; yields the router's.
+    """Set environment variables to a separate graph and folders; yield the router's endpoint.
 
-    A router runs there meanwhile, and all that was started in the background ends with it.
+    The router runs during the ``with`` block. At its end all background processes are stopped.
     """
     with tempfile.TemporaryDirectory(prefix="teleopctl-faults-") as folder:
         for name in ("HOME", "TELEOPCTL_RUNTIME_DIR", "ROS_LOG_DIR"):
@@ -37,5 +37,5 @@ def own_graph() -> Iterator[str]:
 
 
 def teleopctl(*words: str) -> None:
-    """Run a command and wait for it; what it says goes to this program's output."""
+    """Run a teleopctl command to its end; its output goes to this program's output."""
     subprocess.run([sys.executable, "-m", "teleopctl", *words], check=False, timeout=60)

@@ -43,14 +43,14 @@ _MB = 2**20
 
 
 class SlowBrowser:
-    """Looks at the page until the program ends.
+    """Client of the page that reads slowly on a thread, and reconnects, until the program ends.
 
     Args:
-        port: Where the page is served.
-        rate: Bytes a second; None reads all there is for a minute, then sleeps.
+        port: TCP port of the page on this machine.
+        rate: Bytes read per second; None reads without limit for 60 s, then not for 240 s.
 
     Attributes:
-        let_go: How often the page has ended the connection.
+        let_go: Number of connections that have failed or that the page has closed.
     """
 
     def __init__(self, port: int, rate: float | None) -> None:
@@ -95,7 +95,7 @@ class SlowBrowser:
 
 @contextlib.contextmanager
 def running(*words: str) -> Iterator[psutil.Process]:
-    """Run a module of Python's meanwhile."""
+    """Run a Python module during the ``with`` block; yield its process."""
     with subprocess.Popen([sys.executable, "-m", *words], cwd=_ROOT) as process:
         try:
             yield psutil.Process(process.pid)
@@ -105,7 +105,7 @@ def running(*words: str) -> Iterator[psutil.Process]:
 
 @contextlib.contextmanager
 def page_of_the_arm(port: int, folder: Path) -> Iterator[psutil.Process]:
-    """A page, and all that it has to show."""
+    """Run the page and the publishers of the data it shows; yield the page's process."""
     urdf = expand_xacro(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro", {})
     parameters = folder / "parameters.yaml"
     values = {"robot_description": urdf, "publish_frequency": 100.0}
@@ -124,7 +124,7 @@ def page_of_the_arm(port: int, folder: Path) -> Iterator[psutil.Process]:
 
 
 def wait_for_page(port: int) -> None:
-    """Wait until the page is served."""
+    """Wait until the page accepts connections; raise OSError after a timeout."""
     deadline_s = time.monotonic() + LONGEST_WAIT_S
     while True:
         try:
@@ -138,14 +138,14 @@ def wait_for_page(port: int) -> None:
 
 
 def growth(samples: list[tuple[float, float]]) -> tuple[float, float]:
-    """How fast memory grew in the second half of the samples: MB an hour, and the error of that."""
+    """Return the memory growth in the samples' second half and its standard error, in MB/h."""
     hours, sizes = np.array(samples[len(samples) // 2 :]).T
     (slope, _), covariance = np.polyfit(hours, sizes, 1, cov=True)
     return float(slope), float(np.sqrt(covariance[0, 0]))
 
 
 def main() -> None:
-    """Run for as long as the command line says."""
+    """Run the page for the time given on the command line, and print its memory use."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--minutes", type=float, default=60.0)
     seconds = 60.0 * parser.parse_args().minutes

@@ -21,7 +21,7 @@ _LONGEST_S = 20.0
 
 
 def seconds_until_seen(names: set[str]) -> float:
-    """Return how long it takes from now until a new session finds all nodes."""
+    """Return the seconds until a new session finds all nodes, or until the time limit."""
     began_s = time.monotonic()
     while time.monotonic() - began_s < _LONGEST_S:
         with open_session("client") as session:
@@ -31,7 +31,7 @@ def seconds_until_seen(names: set[str]) -> float:
 
 
 def main() -> None:
-    """Run the campaign that the command line asks for."""
+    """Kill and restart the router as often as the command line says, and print the times."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--nodes", type=int, default=3)

@@ -28,7 +28,7 @@ _SHARED_MEMORY = Path("/dev/shm")
 
 
 class Holdings(NamedTuple):
-    """What this process holds, and what lies in shared memory."""
+    """Resources of this process: memory, file descriptors, threads, Zenoh's shared memory."""
 
     rss_mb: float
     descriptors: int
@@ -37,7 +37,7 @@ class Holdings(NamedTuple):
 
 
 def holdings() -> Holdings:
-    """Count after a collection."""
+    """Return the resources of this process after a garbage collection."""
     gc.collect()
     process = psutil.Process()
     shared = sum(file.stat().st_size for file in _SHARED_MEMORY.glob("*.zenoh"))
@@ -47,10 +47,11 @@ def holdings() -> Holdings:
 
 
 class Work:
-    """Two nodes in two sessions that keep each other busy.
+    """Two nodes in two sessions that exchange messages and service calls.
 
     Args:
-        endpoints: After how many rounds two endpoints come and go; 0 is never.
+        endpoints: Number of rounds after which two endpoints are created and destroyed; 0 for
+            never.
     """
 
     def __init__(self, endpoints: int) -> None:
@@ -81,7 +82,7 @@ class Work:
         self.heard += 1
 
     def round(self) -> None:
-        """Call, publish, and let an endpoint come and go."""
+        """Call the service and publish; in some rounds create and destroy two endpoints."""
         future = self.client.call_async(_ADD.Request(a=1, b=2))
         assert future.wait(10), "a call was not answered"
         self.talk.publish(_STRING(data="x" * 1000))
@@ -92,7 +93,7 @@ class Work:
         self.rounds += 1
 
     def close(self) -> None:
-        """End both sessions."""
+        """Destroy the nodes and shut down both contexts."""
         for node in (self.server, self.user):
             node.destroy_node()
         for context in self.contexts:
@@ -100,7 +101,7 @@ class Work:
 
 
 def main() -> None:
-    """Run for as long as the command line says."""
+    """Run the nodes for the time given on the command line, and print their resources."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--seconds", type=float, default=240.0)
     parser.add_argument("--rate", type=float, default=0.0, help="rounds a second; 0: no limit")

@@ -1,7 +1,7 @@
-"""A peer that shares no line of code with us: zenoh-ros2-sdk in a process of its own.
+"""Peer process with zenoh-ros2-sdk, which shares no code with teleopctl.
 
-``python foreign_peer.py talk|listen|serve|call PORT``. Definitions are given, so that nothing is
-fetched from anywhere.
+``python foreign_peer.py talk|listen|serve|call PORT`` connects to the router at a TCP port. Type
+definitions are passed to the SDK, so that it downloads none.
 """
 
 import sys
@@ -49,7 +49,7 @@ def call(**where):
     client = ROS2ServiceClient(
         "/add_two_ints", ADD, node_name="sdk_client", timeout=2.0, **ADD_TEXTS, **where
     )
-    # It calls without waiting for the service: a request may come before the router knows the way.
+    # The SDK does not wait for the service: a request without a route in the router returns None.
     while (answer := client.call(a=20, b=22)) is None:
         pass
     print(f"sum {answer.sum}", flush=True)

@@ -1,4 +1,7 @@
-"""A node's token in a session of an older Zenoh, configured as rmw_zenoh's: ``PORT DOMAIN``."""
+"""Process with a node's token in a session of an older Zenoh: ``old_peer PORT DOMAIN``.
+
+The session is configured like those of rmw_zenoh.
+"""
 
 import sys
 

@@ -1,7 +1,7 @@
-"""zenoh-ros2-sdk, an independent implementation of rmw_zenoh's wire, as a process of its own.
+"""Process with zenoh-ros2-sdk, an independent implementation of rmw_zenoh's wire protocol.
 
 ``sdk_program talker|listener PORT DOMAIN``: the talker publishes each line of its standard input on
-``/chatter``, the listener prints what it hears there.
+``/chatter``; the listener prints the messages received on ``/chatter``.
 """
 
 import sys

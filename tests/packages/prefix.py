@@ -1,4 +1,4 @@
-"""Install folders of workspaces, as colcon leaves them and as a ROS in /opt has them."""
+"""Install prefixes of ROS packages, as colcon and ROS 2 in /opt/ros create them."""
 
 from collections.abc import Mapping
 from pathlib import Path
@@ -30,9 +30,9 @@ def write(file: Path, text: str, mode: int = 0o644) -> Path:
 
 
 def install(prefix: Path, name: str, files: Mapping[str, str] | None = None) -> Path:
-    """Install a package of files: marker, manifest, and files by their path below the prefix.
+    """Install a package: ament index markers, package.xml, and files by path below the prefix.
 
-    Those below ``lib/NAME`` may be executed.
+    Files below ``lib/NAME`` are executable.
     """
     write(prefix / INDEX / "packages" / name, "")
     write(prefix / INDEX / "package_run_dependencies" / name, "rclpy;std_msgs")
@@ -50,7 +50,7 @@ def install(prefix: Path, name: str, files: Mapping[str, str] | None = None) -> 
 
 
 def install_python(prefix: Path, name: str, modules: Mapping[str, str]) -> Path:
-    """Install an ament_python package with one program for each of its modules."""
+    """Install an ament_python package with one executable for each of its modules."""
     site = prefix / "lib/python3.12/site-packages"
     distribution = name.replace("_", "-")
     scripts = "".join(f"{module} = {name}.{module}:main\n" for module in modules)
@@ -72,7 +72,7 @@ def install_python(prefix: Path, name: str, modules: Mapping[str, str]) -> Path:
 
 
 def install_messages(prefix: Path, name: str, messages: Mapping[str, str]) -> Path:
-    """Install an interface package; its modules want libraries of the ROS that built it."""
+    """Install an interface package whose Python modules import a library that is not installed."""
     install(prefix, name, {f"share/{name}/msg/{each}.msg": text for each, text in messages.items()})
     module = prefix / "lib/python3.12/site-packages" / name
     write(module / "__init__.py", "")

@@ -1,4 +1,4 @@
-"""Forward kinematics by yourdfpy, which shares nothing with ours."""
+"""Forward kinematics by yourdfpy, which shares no code with teleopctl's."""
 
 import io
 from collections.abc import Mapping
@@ -17,13 +17,13 @@ def read(urdf: str) -> yourdfpy.URDF:
 
 
 def link_frames(urdf: str, positions: Mapping[str, float]) -> dict[str, np.ndarray]:
-    """Each link's frame in the root link's, as 4x4 matrices."""
+    """Return the pose of each link in the root link's frame, as (4, 4) matrices by link."""
     robot = read(urdf)
     robot.update_cfg({name: positions.get(name, 0.0) for name in robot.actuated_joint_names})
     return {link: robot.get_transform(link) for link in robot.link_map}
 
 
 def pose_matrix(pose: Pose) -> np.ndarray:
-    """A pose as a 4x4 matrix that maps from its frame into its parent."""
+    """Return a pose as a (4, 4) matrix that maps coordinates of the child to the parent frame."""
     matrix: np.ndarray = compose_matrix(translate=pose.xyz, angles=pose.rpy)
     return matrix

@@ -1,4 +1,4 @@
-"""A user's node that is right; `test_mypy` adds lines that are wrong."""
+"""A user's node without type errors; `test_mypy` adds lines with type errors."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from tf2_ros import Buffer, TransformListener
 
 
 class Talker(Node):
-    """Uses each kind of endpoint."""
+    """Node with every kind of endpoint."""
 
     def __init__(self) -> None:
         super().__init__("talker")
@@ -69,7 +69,7 @@ class Talker(Node):
 
 
 def values() -> None:
-    """Assigns what fields take, and reads what they give."""
+    """Assign values to message fields and read fields, with the types of the stubs."""
     state = JointState(header=Header(frame_id="base"), name=["a", "b"], position=[1, 2.5])
     state.velocity = (velocity * 2 for velocity in state.position)
     state.position.append(3.0)

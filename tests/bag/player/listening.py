@@ -1,4 +1,4 @@
-"""Everything that comes on topics, byte for byte and in its order."""
+"""Subscriptions that store the serialized messages of topics in the order of arrival."""
 
 from __future__ import annotations
 
@@ -14,10 +14,10 @@ LONGEST_WAIT_S = 20
 
 
 class Listener:
-    """Subscriptions of a node of the test's own.
+    """Subscriptions of a test's node that store the received messages.
 
     Attributes:
-        received: Topic and bytes of each message.
+        received: Topic and serialized data of each received message, in the order of arrival.
     """
 
     def __init__(self, node: Node) -> None:
@@ -33,7 +33,7 @@ class Listener:
         *,
         is_latched: bool = False,
     ) -> None:
-        """Listen to a topic; ``version`` is the hash of a type that is unknown here."""
+        """Subscribe to a topic; ``version`` is the type hash of a type unknown in this process."""
         durability = DurabilityPolicy.TRANSIENT_LOCAL if is_latched else DurabilityPolicy.VOLATILE
 
         def hear(data: bytes) -> None:
@@ -45,7 +45,7 @@ class Listener:
         qos = QoSProfile(depth=100, durability=durability)
         self._node.create_subscription(kind, topic, hear, qos, raw=True, immediate=True)
         if is_latched:
-            # Until it has got what was published before, it keeps back what is published.
+            # New messages are held back until the subscription has received the latched ones.
             publisher = self._node.create_publisher(kind, topic, qos)
             publisher.publish(b"\0\1\0\0")
             self.wait_for(lambda: (topic, b"\0\1\0\0") in self.received)
@@ -53,15 +53,15 @@ class Listener:
             self.received.remove((topic, b"\0\1\0\0"))
 
     def wait_for(self, has_come: Callable[[], bool]) -> None:
-        """Wait until what was received satisfies a condition."""
+        """Wait until a condition on the received messages is true; fail after a timeout."""
         with self._changed:
             assert self._changed.wait_for(has_come, LONGEST_WAIT_S), self.received[-5:]
 
     def wait_for_count(self, count: int) -> None:
-        """Wait for so many messages."""
+        """Wait until at least ``count`` messages have been received."""
         self.wait_for(lambda: len(self.received) >= count)
 
 
 def as_received(messages: list[BagMessage]) -> list[tuple[str, bytes]]:
-    """What a listener gets of messages."""
+    """Return topic and data of messages, as `Listener.received` stores them."""
     return [(message.topic, message.data) for message in messages]

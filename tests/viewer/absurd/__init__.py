@@ -1,1 +1,1 @@
-"""Absurd files and messages: shown as far as possible, and one warning says what is not."""
+"""Tests with invalid files and messages: valid parts are shown, one warning names the rest."""

@@ -1,4 +1,4 @@
-"""A small mesh in every kind of file that robots use, and what can be wrong with one."""
+"""Small meshes in every file format that robot descriptions use, valid and damaged."""
 
 from __future__ import annotations
 
@@ -13,13 +13,13 @@ import trimesh
 from PIL import Image
 
 Files = dict[str, bytes]
-"""What files hold by their names; the first one is the mesh."""
+"""Contents of files by name; the first file is the mesh."""
 
 TRIANGLES = np.asarray(trimesh.creation.box((1.0, 2.0, 3.0)).triangles, np.float32)
 
 
 def exported(kind: str, **options: object) -> bytes:
-    """The box as trimesh writes it."""
+    """Return the content of a mesh file of a box, written by trimesh."""
     written = trimesh.creation.box((1.0, 2.0, 3.0)).export(file_type=kind, **options)
     return written if isinstance(written, bytes) else str(written).encode()
 
@@ -52,7 +52,7 @@ def painted_obj() -> Files:
 
 
 def painted_dae() -> Files:
-    """With a texture, in inches and standing on y."""
+    """Return a COLLADA file of the box and its texture, in inches and with the y axis up."""
     corners = " ".join(map(str, TRIANGLES.ravel().tolist()))
     count = len(TRIANGLES) * 3
     rows = " ".join(f"{n} {n % 3}" for n in range(count))
@@ -86,7 +86,7 @@ def painted_dae() -> Files:
 
 
 def gltf() -> Files:
-    """With its numbers in a file beside it."""
+    """Return a glTF file of the box and a separate file with its vertices."""
     numbers = np.ascontiguousarray(TRIANGLES, np.float32).tobytes()
     count = 3 * len(TRIANGLES)
     described = {
@@ -104,12 +104,12 @@ def gltf() -> Files:
 
 @dataclass(frozen=True)
 class Kind:
-    """A kind of mesh file.
+    """Mesh file format with sample files.
 
     Attributes:
-        good: Files that are as they should be.
-        spoil: Makes the mesh one with a corner that is no number.
-        size: The size of the good one, in metres.
+        good: Function that returns valid files.
+        spoil: Function that returns a damaged mesh file: a vertex has a NaN, or a count is invalid.
+        size: Size of the valid mesh along x, y and z, in metres.
     """
 
     good: Callable[[], Files]
@@ -148,4 +148,4 @@ KINDS = {
     "text PLY": Kind(_one("part.ply", "ply", encoding="ascii"), _replaced(b"\n-0.5", b"\nnan")),
     "binary PLY": Kind(_one("part.ply", "ply"), _spoil_binary),
 }
-"""Every kind of mesh file."""
+"""Samples of all mesh file formats, by name."""

@@ -1,4 +1,4 @@
-"""Messages that no sensible program sends."""
+"""Messages with invalid and extreme values, for tests of displays."""
 
 from __future__ import annotations
 
@@ -43,7 +43,7 @@ ROBOT_STATE = {
     "attached_collision_objects": [{"link_name": "string", "object": OBJECT}],
     "is_diff": "boolean",
 }
-# Types of packages that are not always there.
+# Types of packages that may not be installed.
 OTHERS: dict[str, dict[str, Any]] = {
     "nav2_msgs/msg/ParticleCloud": {
         "header": "std_msgs/msg/Header",
@@ -74,19 +74,19 @@ OTHERS: dict[str, dict[str, Any]] = {
 
 
 class Absurd:
-    """Makes messages, always the same ones from the same seed.
+    """Generator of messages with invalid and extreme values, the same for the same seed.
 
     Args:
-        seed: A number.
+        seed: Seed of the random generator.
     """
 
     def __init__(self, seed: int) -> None:
         self._random = random.Random(seed)
-        # How many of a message's values make no sense: some faults show only among good values.
+        # Share of extreme values in a message: some faults show only among ordinary values.
         self._share = self._random.choice((0.0, 0.03, 0.3, 1.0))
 
     def message(self, type_name: str) -> Any:
-        """A message of a type."""
+        """Return a message of a type with random values."""
         if type_name in OTHERS:
             return self._value(OTHERS[type_name])
         made = get_message(type_name)()
@@ -94,7 +94,7 @@ class Absurd:
             setattr(made, name, self._value(kind, getattr(made, name)))
         return made
 
-    # Any: what is in a message, and what it is to be made like.
+    # Any: the type of a field, and the field's value.
     def _value(self, kind: Any, default: Any = None) -> Any:
         if isinstance(kind, Mapping):
             return SimpleNamespace(**{name: self._value(one) for name, one in kind.items()})
@@ -143,7 +143,7 @@ class Absurd:
 
 
 class WithoutNumbers(Absurd):
-    """Makes messages with two of everything, of which all that is measured is no number."""
+    """Generator of messages with two elements per sequence and NaN in every float field."""
 
     def __init__(self) -> None:
         super().__init__(0)

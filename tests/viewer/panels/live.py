@@ -1,4 +1,4 @@
-"""A page on a graph: its node is real, and so is everything that it talks to."""
+"""Page with a real node in a ROS graph, and real nodes as its peers."""
 
 from __future__ import annotations
 
@@ -31,7 +31,7 @@ String = get_message("std_msgs/msg/String")
 
 
 class LivePage(FakePage):
-    """A page whose node spins in the test's own thread, in `until`."""
+    """Page with a real node, which spins on the test's thread during `until`."""
 
     def __init__(self, server: ViserServer) -> None:
         self.context = Context()
@@ -47,7 +47,7 @@ class LivePage(FakePage):
         self._is_changed = True
 
     def show(self, panel: Panel) -> None:
-        """Build a panel and look at it."""
+        """Build a panel and call its `began`, as when a browser opens the page."""
         self.panels.append(panel)
         panel.build()
         panel.began()
@@ -64,7 +64,7 @@ class LivePage(FakePage):
         return end
 
     def until(self, holds: Callable[[], object], timeout_s: float = LONGEST_WAIT_S) -> None:
-        """Spin until something holds, as the viewer does: messages, the graph, ticks."""
+        """Spin until a condition is true, with the panels' graph callbacks and ticks; or fail."""
         deadline = time.monotonic() + timeout_s
         while not holds():
             assert time.monotonic() < deadline, f"waited in vain; told: {self.told}"
@@ -88,12 +88,12 @@ class LivePage(FakePage):
 
 @contextmanager
 def spinning(*make: Callable[[Context, Executor], Any]) -> Iterator[list[Any]]:
-    """Other nodes of the graph, spun by a thread of their own.
+    """Yield other nodes of the graph, which a thread spins during the ``with`` block.
 
     Args:
-        make: Make the nodes; what they return is what the caller gets.
+        make: Functions of context and executor, each of which returns a node or `ManagerProcess`.
     """
-    # The nodes of controllers are made in the default context.
+    # Controllers create their nodes in the default context.
     context = get_default_context()
     init(args=[])
     executor = SingleThreadedExecutor(context=context)
@@ -121,7 +121,7 @@ def spinning(*make: Callable[[Context, Executor], Any]) -> Iterator[list[Any]]:
 
 
 class ManagerProcess:
-    """A controller manager with the description that it was given, in this process."""
+    """Controller manager in this process, and a publisher of its robot description."""
 
     def __init__(
         self,
