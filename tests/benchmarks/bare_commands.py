@@ -1,9 +1,9 @@
-"""What a script does with Zenoh alone: the floor of what ours do on the command line.
+"""Commands that use Zenoh alone: the floor of teleopctl's commands.
 
 ``python bare_commands.py tokens`` | ``parameter NODE NAME`` | ``trigger SERVICE`` | ``first TOPIC``
-| ``put TOPIC TEXT``. As ours, each looks whom it has to do with in the graph, from whose token it
-has type and hash, and waits for the answer; what is sent and received is packed by hand, for one
-type. Who writes such a script declares nothing of itself to the graph.
+| ``put TOPIC TEXT``. Like teleopctl's commands, each discovers the other endpoint in the graph,
+reads type and hash from that endpoint's token, and waits for the response. Data is packed and
+unpacked by hand, for one type. The commands declare no tokens of their own.
 """
 
 import os
@@ -13,12 +13,12 @@ import time
 
 import zenoh
 
-NOTHING = bytes(1)  # what a request without fields has
-HEADER = bytes((0, 1, 0, 0))  # of CDR: little endian
+NOTHING = bytes(1)  # CDR of a request without fields
+HEADER = bytes((0, 1, 0, 0))  # of CDR, little-endian
 
 
 def key_of(session: zenoh.Session, kind: str, name: str) -> str:
-    """The key of the first server, publisher or subscription of a name."""
+    """Return the key of the first server, publisher or subscription of a name, or exit."""
     domain, mangled = os.environ["ROS_DOMAIN_ID"], name.replace("/", "%")
     tokens = f"@ros2_lv/{domain}/*/*/*/{kind}/*/*/*/{mangled}/**"
     for reply in session.liveliness().get(tokens):

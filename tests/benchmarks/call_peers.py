@@ -1,7 +1,7 @@
-"""The server of the benchmark of calls: ``python call_peers.py`` serves until its input closes.
+"""Servers of the call benchmark: ``python call_peers.py`` serves until its stdin closes.
 
-``/raw`` is answered by plain zenoh, the service ``/add`` and the action ``/fibonacci`` by our node,
-whose goals succeed at once.
+Plain Zenoh answers queries of `RAW_KEY`. A teleopctl node has the service ``/add`` and the action
+``/fibonacci``, whose goals succeed at once.
 """
 
 from __future__ import annotations

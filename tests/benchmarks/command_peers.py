@@ -1,7 +1,7 @@
-"""The node that the commands of the start-up benchmark look at, ask and hear.
+"""Node that the commands of the start-up benchmark inspect, call and subscribe to.
 
-Serves ``/trigger`` and the action ``/fibonacci``, publishes ``/chatter`` a thousand times a second,
-so that nobody waits for it, and subscribes to ``/heard``.
+Serves ``/trigger`` and the action ``/fibonacci``, publishes ``/chatter`` at 1 kHz, so that a
+subscriber hardly waits for a message, and subscribes to ``/heard``.
 """
 
 from teleopctl.interfaces import get_action, get_message, get_service

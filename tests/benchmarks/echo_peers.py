@@ -1,11 +1,11 @@
-"""The other side of the transport benchmark: tells when messages have come.
+"""Receiver of the transport benchmark: answers messages with the time of their arrival.
 
-``python echo_peers.py raw|hand|node TYPE COUNT EVERY`` subscribes so many times and runs until its
-standard input closes. ``raw`` is plain zenoh, ``node`` our node receiving messages of TYPE; of each
-EVERY messages a subscription answers the last one, with the time at which it was decoded.
+``python echo_peers.py raw|hand|node TYPE COUNT EVERY`` creates COUNT subscriptions and runs until
+its standard input closes. ``raw`` is plain Zenoh, ``node`` a teleopctl node that receives messages
+of TYPE. Each subscription answers every EVERY-th message with the time at which it was decoded.
 
-``hand`` is plain zenoh that does by hand, for two types alone, what nobody who speaks ROS 2 can
-leave out: CDR, the attachment, and callbacks one after the other on the thread that spins.
+``hand`` is plain Zenoh with handwritten code, for two types only, for what ROS 2 requires: CDR, the
+attachment, and callbacks that run one after the other on the spinning thread.
 """
 
 import itertools
@@ -30,7 +30,7 @@ def attachment(number: int) -> bytes:
 
 
 def packed(content: str | bytes) -> bytes:
-    """A String of a text, or an Image of bytes."""
+    """Return the CDR of a String with a text, or of an Image with bytes."""
     if isinstance(content, str):
         text = content.encode()
         return struct.pack(f"<4sI{len(text) + 1}s", _CDR, len(text) + 1, text)
@@ -48,7 +48,7 @@ def packed_number(number: int) -> bytes:
 
 
 def open_raw():
-    """A peer session with nothing of ours but the address of the router."""
+    """Open a Zenoh peer session without teleopctl's code, by the address of the router."""
     import os
 
     import zenoh

@@ -8,10 +8,10 @@ class Figure(NamedTuple):
 
     Attributes:
         subject: Command, message or model that was measured.
-        result: Its figures with their units.
-        floor: The figures of the floor: the same work without teleopctl.
-        ratio: Result divided by floor; None where they do not compare.
-        aim: Highest ratio that is aimed at; None where none is set.
+        result: Measured values with their units.
+        floor: Measured values of the floor, the same work without teleopctl.
+        ratio: Result divided by floor; None if the two are not comparable.
+        aim: Highest acceptable ratio; None without an aim.
     """
 
     subject: str

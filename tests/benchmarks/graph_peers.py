@@ -1,7 +1,7 @@
 """Many nodes in one process, for a large graph: ``python graph_peers.py PREFIX COUNT``.
 
-Each has what every node has, nine endpoints, and a publisher of its own; ``ready`` is printed when
-all are announced. It ends with its standard input.
+Each node has the nine endpoints of every node and one more publisher. The program prints ``ready``
+when all nodes are announced, and ends when its standard input closes.
 """
 
 from __future__ import annotations

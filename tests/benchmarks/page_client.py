@@ -1,7 +1,7 @@
-"""A browser as far as the page's process can tell: reads all that is sent, sends what is pressed.
+"""Client of the page in place of a browser: reads all messages, and sends user input.
 
-A browser without a graphics card draws so slowly that it would be sent less than there is; this one
-keeps up, so it is what the page costs at most.
+The page sends fewer messages to a browser that draws slowly, such as one without a graphics card.
+This client reads all messages at once, so that the page does its maximum of work.
 """
 
 from __future__ import annotations
@@ -22,7 +22,7 @@ from websockets.typing import Subprotocol
 
 from teleopctl.testing import LONGEST_WAIT_S
 
-# What stands before the messages: how long they are, unpacked and packed.
+# Header of the messages: their unpacked and packed size in bytes.
 _LENGTHS = struct.Struct("<QQ")
 
 CAMERA = {
@@ -37,20 +37,20 @@ CAMERA = {
     "image_height": 640,
     "image_width": 900,
 }
-"""viser counts a client as there once it has said from where it looks."""
+"""Camera pose; viser regards a client as connected when it has sent one."""
 
 PLOTS = 10
 
 
 class PageClient:
-    """A connection to a page of viser's.
+    """Connection to a page of viser.
 
     Args:
-        port: Where it is served on this machine.
+        port: TCP port of the page on this machine.
 
     Attributes:
-        parts: The buttons and so on: what is known of each by its identity.
-        counts: How many messages of each type came, and ``data`` for images and plots.
+        parts: Properties of the GUI elements, such as buttons, by UUID.
+        counts: Numbers of received messages by type; ``data`` counts updates of images and plots.
     """
 
     def __init__(self, port: int) -> None:
@@ -68,12 +68,12 @@ class PageClient:
         self._send(CAMERA)
 
     def close(self) -> None:
-        """Close the browser."""
+        """Close the connection, and wait for the end of the reading thread."""
         self._socket.close()
         self._reader.join()
 
     def find(self, label: str, kind: str, *, option: str = "") -> dict[str, Any]:
-        """Wait for a part, such as the ``Dropdown`` with a label and an option."""
+        """Wait for a GUI element, such as a ``Dropdown`` with a label; return its properties."""
 
         def found() -> dict[str, Any] | None:
             for part in self.parts.values():
@@ -89,17 +89,17 @@ class PageClient:
         return part
 
     def put(self, part: dict[str, Any], value: object) -> None:
-        """Do as a person would: choose, switch on, or press with True."""
+        """Set the value of a GUI element, as a user does; True presses a button."""
         part["value"] = value
         self._send({"type": "GuiUpdateMessage", "uuid": part["uuid"], "updates": {"value": value}})
 
     def wait_for(self, check: Callable[[], object]) -> None:
-        """Wait until what has come makes something true."""
+        """Wait until a condition on the received messages is true; fail after a timeout."""
         with self._changed:
             assert self._changed.wait_for(check, LONGEST_WAIT_S)
 
     def wait_for_parts(self, kind: str, count: int) -> None:
-        """Wait until there are so many parts of a kind."""
+        """Wait until there are ``count`` GUI elements of a kind; fail after a timeout."""
         name = f"Gui{kind}Message"
         self.wait_for(lambda: sum(part["type"] == name for part in self.parts.values()) == count)
 
@@ -139,7 +139,7 @@ class PageClient:
 
 
 def show_everything(client: PageClient) -> None:
-    """Switch the camera on, and plot ten numbers."""
+    """Show the camera, and plot ten numbers of ``/joint_states``, by the page's controls."""
     client.put(client.find("Show", "Checkbox"), value=True)
     topic = client.find("Topic", "Dropdown", option="/joint_states")
     client.put(topic, "/joint_states")

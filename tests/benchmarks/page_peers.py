@@ -1,8 +1,8 @@
-"""The other processes of the benchmarks of the page.
+"""Peer processes of the page benchmarks.
 
-``python -m tests.benchmarks.page_peers minimal URDF`` is viser's shortest script with yourdfpy;
-``… moving URDF`` is the same, which moves the joints at 50 Hz and shows a picture at 30 Hz.
-``… feed JOINT…`` is a node that publishes these joints and these pictures.
+``python -m tests.benchmarks.page_peers minimal URDF`` is a minimal script of viser with yourdfpy;
+``… moving URDF`` also moves the joints at 50 Hz and shows an image at 30 Hz. ``… feed JOINT…`` is a
+node that publishes the same joint positions and images.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ def positions(count: int) -> list[float]:
 
 
 def picture() -> Any:
-    """A picture that is another one each time: bars that wander."""
+    """Return an image of moving bars, which differs at each call."""
     import numpy as np
 
     bars = np.arange(PICTURE_WIDTH) + int(100 * time.monotonic())
@@ -32,7 +32,7 @@ def picture() -> Any:
 
 
 def at(rate: int, do: Callable[[], object]) -> None:
-    """Do something so many times a second."""
+    """Call a function at a rate in Hz, without end."""
     due = time.monotonic()
     while True:
         do()

@@ -1,7 +1,7 @@
-"""How long whole processes take, those that are compared in turn in the same minute.
+"""Durations of whole processes; compared processes run in turn, in the same minute.
 
-Wall time tells what a person waits for, processor time (of the process, user and system) what is
-comparable on a machine that does other work as well. The minimum of many is the steadiest.
+Wall time is what a user waits for. Processor time (of the process, user and system) is comparable
+even if the machine does other work. The minimum of many runs varies least.
 """
 
 from __future__ import annotations
@@ -15,14 +15,14 @@ from typing import NamedTuple
 
 
 class Times(NamedTuple):
-    """Seconds that one process took."""
+    """Wall and processor time of one process, in seconds."""
 
     wall: float
     processor: float
 
 
 class Summary(NamedTuple):
-    """Seconds that several runs of one command took."""
+    """Wall and processor times of several runs of one command, in seconds."""
 
     least_wall: float
     median_wall: float
@@ -30,7 +30,7 @@ class Summary(NamedTuple):
 
 
 def time_of(argv: Sequence[str], env: Mapping[str, str], output: int = subprocess.DEVNULL) -> Times:
-    """Run a command, which has to succeed, and return how long it took."""
+    """Run a command and return its wall and processor time; AssertionError if it fails."""
     start = time.perf_counter()
     process = subprocess.Popen(argv, env=env, stdout=output)
     _, status, usage = os.wait4(process.pid, 0)
@@ -43,9 +43,9 @@ def time_of(argv: Sequence[str], env: Mapping[str, str], output: int = subproces
 def times_in_turn(
     commands: Mapping[str, Sequence[str]], env: Mapping[str, str], rounds: int
 ) -> dict[str, Summary]:
-    """Run each command so many times, one after the other in each round.
+    """Run each command once per round, in turn, and return a summary for each.
 
-    A first round, which writes the bytecode, does not count.
+    An additional first round, which writes the bytecode files, does not count.
     """
     taken: dict[str, list[Times]] = {name: [] for name in commands}
     for _ in range(rounds + 1):

@@ -1,12 +1,12 @@
-"""The other processes of the benchmark of robot_state_publisher.
+"""Peer processes of the robot_state_publisher benchmark.
 
-``python state_peers.py joints node|raw COUNT`` sends the states of seven joints, one each
-millisecond, after a line on its standard input, and says so when it has. ``node`` is a node of
-ours, ``raw`` plain zenoh with as many bytes. ``python state_peers.py relay`` is a
-robot_state_publisher that does nothing: it answers each of the latter with as many bytes as the
-transforms would have.
+``python state_peers.py joints node|raw COUNT`` waits for a line on its standard input, publishes
+the states of seven joints COUNT times at 1 kHz, and prints ``done``. ``node`` is a teleopctl node,
+``raw`` plain Zenoh with as many bytes. ``python state_peers.py relay`` replaces
+robot_state_publisher without computing anything: it answers each raw state with as many bytes as
+the transforms have.
 
-The first eight bytes of what is raw are when it was sent, in nanoseconds.
+The first eight bytes of raw data are the time of publishing in nanoseconds since the epoch.
 """
 
 import math
@@ -20,7 +20,7 @@ from tests.benchmarks.echo_peers import open_raw
 JOINTS = [f"joint_{number}" for number in range(1, 8)]
 PERIOD_S = 0.001
 STATE_KEY, TF_KEY = "benchmark/joint_states", "benchmark/tf"
-# What seven joints are in CDR.
+# Sizes in CDR for seven joints.
 STATE_BYTES, TF_BYTES = 300, 628
 
 

@@ -1,6 +1,7 @@
-"""Who listens in the benchmark of physics: ``python tick_peer.py TOPIC``.
+"""Subscriber of the physics benchmark: ``python tick_peer.py TOPIC``.
 
-Takes joint states on that topic and on ``/raw_states``, undecoded, until its standard input closes.
+Receives joint states on TOPIC and on ``/raw_states``, without decoding them, until its standard
+input closes.
 """
 
 import sys

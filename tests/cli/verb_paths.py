@@ -1,4 +1,4 @@
-"""Every verb of the command line, for tests that hold of all of them."""
+"""Verbs and verb groups of the command line, for tests of all verbs."""
 
 from __future__ import annotations
 
@@ -7,13 +7,13 @@ from teleopctl.cli.verb import Verb, VerbGroup
 
 
 def groups() -> dict[str, VerbGroup]:
-    """The nouns that have verbs."""
+    """Return the groups of verbs, such as ``topic``, by name."""
     found = {name: plugins.load(plugins.VERBS, name) for name in plugins.VERBS.ours}
     return {name: verb for name, verb in found.items() if isinstance(verb, VerbGroup)}
 
 
 def verbs() -> dict[tuple[str, ...], Verb]:
-    """Every verb by the words that name it."""
+    """Return every verb by its words, such as ``topic`` and ``list``."""
     found: dict[tuple[str, ...], Verb] = {}
     for name in plugins.VERBS.ours:
         verb: Verb | VerbGroup = plugins.load(plugins.VERBS, name)

@@ -1,4 +1,4 @@
-"""Runs code in a process of its own in which ROS 2's packages can be imported."""
+"""Functions that run code in a separate process, which can import ROS 2's packages."""
 
 import os
 import subprocess

@@ -1,4 +1,4 @@
-"""Controllers that do what a test tells them, and remember what was asked of them."""
+"""Controllers that record calls and fail in a callback that a parameter names, and hardware."""
 
 from teleopctl.control.controllers.base import (
     ControllerInterface,
@@ -15,7 +15,7 @@ CHAINABLE = "tests.control.fakes:Chainable"
 
 
 class Recorder(ControllerInterface):
-    """Counts its updates; its parameter ``failing`` says what a callback does, see below."""
+    """Controller that records its calls; the parameter ``failing`` sets a callback's result."""
 
     def __init__(self, params):
         super().__init__(params)
@@ -71,9 +71,10 @@ class Recorder(ControllerInterface):
 
 
 class Chainable(ChainableControllerInterface, Recorder):
-    """Passes its references ``exports`` on to its commands, and exports their sum as a state.
+    """Chainable controller that copies its references to its commands.
 
-    ``topic`` stands for what its own subscription has received.
+    The parameter ``exports`` lists the references. With the parameter ``sum`` the controller
+    exports their sum as a state. The attribute ``topic`` replaces the value of a subscription.
     """
 
     def __init__(self, params):
@@ -115,7 +116,7 @@ class Chainable(ChainableControllerInterface, Recorder):
 
 
 class Broken(HardwareComponentInterface):
-    """Hardware that does not even come into being."""
+    """Hardware component whose constructor raises OSError."""
 
     def __init__(self, params):
         super().__init__(params)
@@ -127,5 +128,5 @@ RETURN_ERROR = ReturnType.ERROR
 
 
 def failing(callback, outcome):
-    """The parameter by which a recorder returns something from a callback, or raises there."""
+    """Return the parameter ``failing`` for a `Recorder`: callback, and its result or ``raise``."""
     return [callback, outcome if outcome == "raise" else outcome.name]

@@ -1,4 +1,4 @@
-"""Experiment: a subscriber stopped by SIGSTOP gets more messages than it can queue.
+"""Experiment: a subscriber stopped by SIGSTOP is sent more messages than it can queue.
 
 ``python -m tests.faults.frozen`` prints how long the publisher took to end, its exit status and its
 output.

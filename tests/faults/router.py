@@ -31,7 +31,7 @@ def seconds_until_seen(names: set[str]) -> float:
 
 
 def main() -> None:
-    """Kill and restart the router as often as the command line says, and print the times."""
+    """Kill and restart the router ``--count`` times, and print how long discovery takes."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20)
     parser.add_argument("--nodes", type=int, default=3)

@@ -36,7 +36,7 @@ _TYPES = (
     "sensor_msgs/msg/Imu",
     "tf2_msgs/msg/TFMessage",
 )
-# What integers, lengths and times are replaced by: the edges of 8, 32 and 64 bits, and NaN.
+# Replacements of integers, lengths and times: limits of 8, 32 and 64 bits, and NaN.
 _EDGES = (
     *(b"\0", b"\xff", b"\x80", b"\x7f", b"\xff" * 4, b"\xff\xff\xff\x7f", b"\0" * 8, b"\xff" * 8),
     *(
@@ -48,7 +48,7 @@ _EDGES = (
         b"\xed\xa0",
     ),
 )
-# What a column, or a value in metadata.yaml, is replaced by.
+# Replacements of values in database columns and in metadata.yaml.
 _VALUES: tuple[object, ...] = (
     *(None, 0, -1, 1, 2**31, 2**63 - 1, -(2**63), 0.5, float("inf"), 1e300),
     *("", "x", "/", "\0", "é" * 300, "999999999999999999999999", "2024-01-01", "[1", "a/b/c/d"),
@@ -67,13 +67,13 @@ _DEFECT = re.compile("defect of teleopctl|Traceback", re.IGNORECASE)
 
 
 class Trial(NamedTuple):
-    """A damaged bag and what was done with it.
+    """Result of one command on a damaged bag.
 
     Attributes:
-        kind: What was damaged: ``db3``, ``mcap``, ``metadata`` or ``packed``.
-        words: The command line.
-        seconds: How long it took.
-        written: What it wrote.
+        kind: Damaged part: ``db3``, ``mcap``, ``metadata`` or ``packed``.
+        words: Command line.
+        seconds: Duration of the command.
+        written: Output of the command.
     """
 
     kind: str
@@ -83,12 +83,12 @@ class Trial(NamedTuple):
 
     @property
     def is_defect(self) -> bool:
-        """Whether it ended in what nobody had foreseen."""
+        """Whether the output has a traceback or reports a defect of teleopctl."""
         return _DEFECT.search(self.written) is not None
 
 
 def make_bags(folder: Path) -> dict[str, list[Path]]:
-    """Write bags of all forms; return their folders by what is in them."""
+    """Write bags in all formats; return their folders by kind of damage, as in `Trial`."""
     bags: dict[str, list[Path]] = {"db3": [], "mcap": [], "metadata": [], "packed": []}
     for compression in Compression:
         options = WriterOptions(compression=compression, chunk_bytes=600)
@@ -121,7 +121,7 @@ def _name(type_name: str) -> str:
 
 
 def _old(folder: Path) -> Path:
-    """A database as rosbag2 of Humble writes it, with neither definitions nor metadata.yaml."""
+    """Write a bag as Humble's rosbag2 does, without definitions and metadata.yaml."""
     from tests.bag.test_sqlite_reader import write_database
 
     folder.mkdir()
@@ -156,7 +156,7 @@ def _packed(folder: Path) -> Path:
 
 
 def damage(chance: random.Random, kind: str, bag: Path) -> None:
-    """Damage one file of a bag in a few ways."""
+    """Damage one file of a bag in place, in one or more ways."""
     files = sorted(file for file in bag.iterdir() if file.name != "metadata.yaml")
     if kind == "metadata":
         _damage_yaml(chance, bag / "metadata.yaml")
@@ -178,13 +178,13 @@ def _damaged(chance: random.Random, data: bytes, page: int) -> bytes:
         return bytes(changed[: chance.randrange(size)])
     if way == 1:
         return bytes_of(chance, data)
-    if way == 2:  # pages that change places
+    if way == 2:  # swap two pages
         pages = [bytes(changed[n : n + page]) for n in range(0, len(changed), page)]
         one, other = chance.randrange(len(pages) or 1), chance.randrange(len(pages) or 1)
         if pages:
             pages[one], pages[other] = pages[other], pages[one]
         return b"".join(pages)
-    if way == 3:  # a piece that is missing, or is there twice
+    if way == 3:  # remove or duplicate a piece
         place, length = chance.randrange(size), chance.randrange(1, 2 * page)
         again = bytes(changed[place : place + length]) * chance.choice((0, 2))
         changed[place : place + length] = again
@@ -193,7 +193,7 @@ def _damaged(chance: random.Random, data: bytes, page: int) -> bytes:
         place = chance.randrange(size) // page * page
         changed[place : place + page] = bytes(len(changed[place : place + page]))
         return bytes(changed)
-    if way == 5:  # the heads of files and pages
+    if way == 5:  # change a byte of the file's header
         place = chance.randrange(min(size, 120))
         changed[place : place + 1] = chance.choice(_EDGES)[:1]
         return bytes(changed)
@@ -205,16 +205,16 @@ def _damaged(chance: random.Random, data: bytes, page: int) -> bytes:
 
 
 def _damage_table(chance: random.Random, file: Path) -> None:
-    """Replace values of a database by those of other types, as no writer would."""
+    """Change types, columns or values of a table in ways that no writer does."""
     table = chance.choice(list(_TABLES))
     column = chance.choice(_TABLES[table])
     value = chance.choice(_VALUES)
     with contextlib.closing(sqlite3.connect(file)) as database, database:
         way = chance.randrange(4)
-        if way == 0:  # constraints and types keep most of this away, unless they are gone
+        if way == 0:  # remove constraints and column types, which reject most of these values
             _loosen(database, table)
         if way == 1:
-            # A text that is none: SQLite believes what is stored.
+            # Random bytes as TEXT: SQLite does not check that they are valid UTF-8.
             bad = struct.pack("<Q", chance.getrandbits(64)).hex()
             database.execute(f"UPDATE {table} SET {column} = CAST(x'{bad}' AS TEXT)")
             return
@@ -277,7 +277,7 @@ _VERBS: dict[str, Callable[[Path, Path], list[str]]] = {
 
 
 def trials(chance: random.Random, kind: str, bags: list[Path], folder: Path) -> Iterator[Trial]:
-    """Damage a bag, and give it to some verbs."""
+    """Damage a copy of a bag, run some verbs on the copy, and yield the result of each."""
     place = folder / "bag"
     shutil.rmtree(place, ignore_errors=True)
     source = chance.choice(bags)
@@ -296,13 +296,13 @@ def trials(chance: random.Random, kind: str, bags: list[Path], folder: Path) -> 
                 run(words)
             except (SystemExit, KeyboardInterrupt):
                 pass
-            except Exception as error:  # noqa: BLE001 -- a defect, whatever it is
+            except Exception as error:  # noqa: BLE001 -- any exception is a defect
                 shown.write(f"Traceback: {type(error).__name__}: {error}")
         yield Trial(kind, words, time.monotonic() - began_s, shown.getvalue())
 
 
 def main() -> None:
-    """Run as many trials as the command line says, and keep the bags that show a defect."""
+    """Run the trials of the command line; keep bags that show a defect, then exit with status 1."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=1000)
     parser.add_argument("--seconds", type=float, help="begin no further trial after that")

@@ -66,7 +66,7 @@ def _trials() -> dict[str, Trial]:
 
 
 def main() -> None:
-    """Run as many trials as the command line says; any other exception ends the program."""
+    """Run the trials of the command line; an exception that is not documented ends the program."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=200_000)
     parser.add_argument("--seed", type=int, default=1)

@@ -35,7 +35,7 @@ _TOKEN = (
 
 
 class Attacker:
-    """A session that sends what no ROS process would."""
+    """Sender of random and damaged data through the Zenoh session of a context."""
 
     def __init__(self, context: Context, chance: random.Random) -> None:
         self._session = context.session
@@ -52,7 +52,7 @@ class Attacker:
         self._request = bytes(serialize(get_service(_SERVICE).Request()))
 
     def attack(self) -> None:
-        """Send one hostile input."""
+        """Send one random or damaged request, token or message."""
         chance = self._chance
         attachment = bytes_of(chance, self._attachment)
         kind = chance.randrange(10)
@@ -66,7 +66,7 @@ class Attacker:
             try:
                 token = self._session.liveliness().declare_token(text)
             except zenoh.ZError:
-                return  # no key of Zenoh's
+                return  # not a valid key expression
             token.undeclare()
         else:
             key, good = chance.choice(self._targets)
@@ -74,7 +74,7 @@ class Attacker:
 
 
 def main() -> None:
-    """Attack as often as the command line says; status 1 when a node does not answer after it."""
+    """Attack the nodes; exit status 1 if one then does not answer or has logged a traceback."""
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20_000)
     parser.add_argument("--seed", type=int, default=1)

@@ -1,4 +1,4 @@
-"""Hostile inputs: chance bytes, and good ones with a few bytes changed."""
+"""Hostile inputs: random bytes, and valid data with a few bytes changed."""
 
 from __future__ import annotations
 
@@ -9,7 +9,7 @@ _EDGES = (0, 1, 0x7F, 0x80, 0xFF)
 
 
 def bytes_of(chance: random.Random, good: bytes) -> bytes:
-    """Return chance bytes, or good ones cut, lengthened or changed in a few places."""
+    """Return random bytes, or valid ones that are truncated, extended or changed in places."""
     kind = chance.randrange(4)
     if kind == 0:
         return chance.randbytes(chance.randrange(LONGEST))
@@ -26,7 +26,7 @@ def bytes_of(chance: random.Random, good: bytes) -> bytes:
 
 
 def text_of(chance: random.Random, good: str) -> str:
-    """Return a good text with a few characters changed, dropped or repeated."""
+    """Return a valid text with characters replaced, inserted or removed in a few places."""
     characters = list(good)
     for _ in range(chance.randrange(1, 6)):
         place = chance.randrange(len(characters) or 1)

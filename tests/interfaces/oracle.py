@@ -1,4 +1,4 @@
-"""rosbags' own CDR, as an independent opinion on the bytes of every type that we know."""
+"""CDR by rosbags, an independent reference for the bytes of every known type."""
 
 from functools import cache
 from typing import Any

@@ -32,7 +32,7 @@ def joint(
 
 
 def control(**interfaces: str) -> str:
-    """A ``<ros2_control>``: joint name to the names of its command interfaces."""
+    """Return a ``<ros2_control>`` tag; keywords map joints to names of command interfaces."""
     joints = "".join(
         f'<joint name="{name}">'
         + "".join(f'<command_interface name="{word}"/>' for word in words.split())
@@ -48,12 +48,12 @@ def robot(*parts: str) -> RobotDescription:
 
 
 def model(*parts: str) -> RobotModel:
-    """The model of a robot whose root link stands still."""
+    """Return the model of a robot with a fixed root link."""
     return build_model(robot(*parts), fixed_base=True)
 
 
 def pendulum(commands: str = "position", content: str = "", **options: str) -> RobotModel:
-    """One link of 0.5 kg on a hinge across gravity, standing upright."""
+    """Return the model of a 0.5 kg link that stands upright on a horizontal hinge."""
     return model(
         link("base", ""),
         link("rod"),

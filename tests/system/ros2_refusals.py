@@ -43,7 +43,7 @@ _NO_LIFE = ": '/nope'\n  There is /lc_talker."
 
 TOPIC = [
     Refusal("topic info /nope", "Unknown topic '/nope'"),
-    # ros2 says nothing, with the same status.
+    # ros2 prints nothing, with the same status.
     Refusal("topic type /nope", "Unknown topic '/nope'"),
     Refusal("topic echo /rosout --field .", "Invalid field value '.'"),
     Refusal(
@@ -95,7 +95,7 @@ NODE = [
 
 SERVICE = [
     Refusal("service info /nope", "Unknown service '/nope'"),
-    # ros2 says nothing, with the same status.
+    # ros2 prints nothing, with the same status.
     Refusal("service type /nope", "Unknown service '/nope'"),
     Refusal("service echo /nope", "Cannot find type for '/nope'"),
     Refusal(
@@ -144,7 +144,7 @@ PARAM = [
 ]
 
 ACTION = [
-    # ros2 says nothing, with the same status.
+    # ros2 prints nothing, with the same status.
     Refusal("action type /nope", "Unknown action '/nope'"),
     Refusal(
         "action send_goal /fibonacci nope/action/X {}",

@@ -1,4 +1,4 @@
-"""A process that is in the graph until it is ended: ``token_holder DOMAIN NODE``."""
+"""Process with the token of a node until its stdin closes: ``token_holder DOMAIN NODE``."""
 
 import sys
 

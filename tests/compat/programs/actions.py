@@ -30,7 +30,7 @@ class FibonacciServer(Node):
         return GoalResponse.ACCEPT if goal_request.order > 0 else GoalResponse.REJECT
 
     def begin(self, goal_handle: rclpy.action.server.ServerGoalHandle):
-        # A new goal takes the place of the one that is held.
+        # A new goal replaces the held goal.
         if self.held is not None and self.held.is_active:
             self.held.abort(Fibonacci.Result())
         self.held = goal_handle
@@ -60,7 +60,7 @@ async def ask(client):
     answer = await goal.get_result_async()
     assert answer.status == GoalStatus.STATUS_SUCCEEDED
     assert list(answer.result.sequence) == [0, 1, 1, 2, 3, 5]
-    # Callbacks have threads of their own here, which may get on later than the answer.
+    # Feedback callbacks run on other threads, possibly after the result has been received.
     assert await asyncio.to_thread(told.wait, 10)
     assert (await held.get_result_async()).status == GoalStatus.STATUS_ABORTED
     assert not (await client.send_goal_async(Fibonacci.Goal())).accepted

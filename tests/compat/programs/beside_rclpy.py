@@ -1,4 +1,4 @@
-"""The packages beside rclpy that programs import, as their documentation uses them."""
+"""Packages other than rclpy that programs import, used as in their documentation."""
 
 import message_filters
 import numpy as np
@@ -80,7 +80,7 @@ def subscribing(node):
 
 
 def borrowed():
-    """Names that modules have because they import them, which programs take from there."""
+    """Check names that programs import from modules that merely import them."""
     from rclpy.action.client import Future
     from rclpy.clock import Duration as SameDuration
     from rclpy.node import MsgType, MutuallyExclusiveCallbackGroup, SetParametersResult

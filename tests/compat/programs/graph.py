@@ -1,4 +1,4 @@
-"""Questions about the graph, and the imports of less common modules; ends by itself."""
+"""Graph queries, and imports of less common modules; ends by itself."""
 
 import sys
 
@@ -80,7 +80,7 @@ def main():
     assert QoSPresetProfiles.SENSOR_DATA.value.depth == 5
     assert isinstance(node.get_logger(), RcutilsLogger)
     print("done")
-    # No destroy_node, no shutdown: the process must end quietly all the same.
+    # No destroy_node, no shutdown: the process must still end without errors.
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""A managed node as ROS 2's tutorials write one; a stubborn one cannot be configured."""
+"""Lifecycle node as in ROS 2's tutorials; fails to configure if ``stubborn`` is true."""
 
 import contextlib
 

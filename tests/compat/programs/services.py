@@ -60,7 +60,7 @@ def main():
         # Waiting in one thread while another spins.
         assert client.cli.call(AddTwoInts.Request(a=1, b=2), timeout_sec=10.0).sum == 3
 
-        # A callback, given before and after the answer is there; the thread that spins runs it.
+        # A callback added before or after the response arrives runs on the spinning thread.
         threads = []
 
         def on_answer(future):
@@ -76,7 +76,7 @@ def main():
             rclpy.spin_once(client, timeout_sec=10.0)
         assert threads == [(threading.main_thread(), 4), (threading.main_thread(), 6)]
 
-        # A coroutine serves, and a coroutine asks.
+        # Coroutines as service callback and as client.
         asking = client.create_client(AddTwoInts, "add_async")
         assert asking.wait_for_service(10.0)
 

@@ -1,4 +1,4 @@
-"""Waits for ever in the state that its argument names."""
+"""Program that blocks forever in the state that its argument names."""
 
 import contextlib
 import sys
@@ -42,7 +42,7 @@ def main():
         threading.Thread(target=spin_quietly, args=(node,), daemon=True).start()
         node.create_rate(0.01).sleep()
     elif state == "thread":
-        # Not a daemon: the program ends with it, or not at all.
+        # Not a daemon thread: the program does not end before the thread.
         threading.Thread(target=spin_quietly, args=(node,)).start()
         work_while_ok()
     elif state == "pool":

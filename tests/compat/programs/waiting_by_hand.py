@@ -1,4 +1,4 @@
-"""Waits without an executor for a message and a timer, and with one for an event of its own."""
+"""Wait sets without an executor, and an executor that waits for an event of a publisher."""
 
 import rclpy
 import rclpy.clock

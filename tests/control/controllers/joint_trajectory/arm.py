@@ -1,4 +1,4 @@
-"""An arm with a trajectory controller: three joints at (1.1, 2.1, 3.1), 100 Hz."""
+"""Arm with a joint trajectory controller: three joints at (1.1, 2.1, 3.1) rad, 100 Hz."""
 
 from typing import Any
 
@@ -45,7 +45,7 @@ def trajectory(*points, joints=JOINTS, stamp_ns=0):
 
 
 class Arm:
-    """An active trajectory controller on mock hardware."""
+    """Joint trajectory controller on mock hardware; `up` configures and activates it."""
 
     def __init__(self, *, robot=None, enforce_limits=None, **parameters):
         self.stack = ControlStack(robot or serial_robot(), enforce_limits=enforce_limits)
@@ -85,7 +85,7 @@ class Arm:
         self.stack.step(round(seconds * 100))
 
     def freeze(self, **values):
-        """Measure other values than the commanded ones, for good."""
+        """Set state interfaces to values that no longer follow the commands."""
         hardware: Any = self.stack.resources.components["Hardware"].hardware
         hardware._pairs = []
         for name, value in values.items():
