@@ -213,7 +213,7 @@ def wait_for_node(
         signs = (progress_marker(record.log_file), nodes)
         if reason := wait.look(signs, [record.pid], [_with_work(record.name, work)]):
             raise LaunchError(
-                f"{reason}\n{log_tail(record.log_file)}", hint=f"It goes on. {hint} {_LONGER}"
+                f"{reason}\n{log_tail(record.log_file)}", hint=f"It keeps running. {hint} {_LONGER}"
             )
         graph = new_nodes.wait_for_change(graph)
 
