@@ -63,7 +63,7 @@ def as_block(base: str, data: bytes | bytearray | memoryview) -> memoryview:
 
 
 def byteswapped(base: str, data: memoryview) -> Any:
-    """Return bytes of the other byte order as native values: an array, or a view if one-byte."""
+    """Return bytes of the other byte order as native values: array, or view of one-byte types."""
     code = BLOCK_CODES[base]
     if ITEM_SIZES[code] == 1:
         return as_block(base, data)

@@ -99,7 +99,7 @@ class Catalog:
                     self._definitions[name] = definition
 
     def add_folder(self, folder: str | Path, package: str) -> list[str]:
-        """Add the definitions in a package's ``msg``, ``srv``, ``action`` folders; return names.
+        """Add the types in a package's ``msg``, ``srv``, ``action`` folders; return their names.
 
         Args:
             folder: Folder that contains ``msg``, ``srv`` or ``action``.

@@ -153,7 +153,7 @@ class UnboundedSequence(AbstractSequence):
 
 
 def slot_types(definition: Definition) -> tuple[AbstractType, ...]:
-    """Return the slot types of a message's fields, in order, as ``rosidl_parser`` classes them."""
+    """Return the slot types of a message's fields, in the order of the fields."""
     return tuple(slot_type(field.type) for field in definition.fields)
 
 

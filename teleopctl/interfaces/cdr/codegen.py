@@ -74,7 +74,7 @@ class Generator(ABC):
 
     @abstractmethod
     def emit_value(self, kind: FieldType, place: str) -> None:
-        """Emit the code for a single number, bool or string."""
+        """Emit the code for a single number, bool, byte or string."""
 
     @abstractmethod
     def emit_fixed_array(self, kind: FieldType, place: str) -> None:

@@ -75,7 +75,7 @@ def message_to_csv(
     no_arr: bool = False,
     no_str: bool = False,
 ) -> str:
-    """Return a message's values on one line, joined by commas; long arrays are truncated.
+    """Return a message's values on one line, joined by commas; cuts long arrays and strings.
 
     Args:
         message: Message to write.
