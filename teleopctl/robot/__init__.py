@@ -1,6 +1,6 @@
 """Robot description: xacro, URDF, SDF, MJCF, ``<ros2_control>`` and forward kinematics.
 
-May import `tf`, besides `base`, `errors`, `packages` and `plugins`.
+May import `base`, `errors`, `packages`, `plugins` and `tf`.
 """
 
 from __future__ import annotations

@@ -26,7 +26,7 @@ class ChosenControllers(NamedTuple):
         file: Parameter file of the controller manager and the controllers.
         namespace: Namespace of the controller manager; empty for the root.
         names: Names of the controllers in the order of their activation.
-        own: Whether any is from the user's file or the description, instead of a default.
+        own: Whether any controller is from the user's file or the description, not a default.
     """
 
     file: Path
@@ -39,7 +39,7 @@ def xacro_arguments(files: Iterable[Path]) -> dict[str, str | None]:
     """Return the xacro arguments of a description with their defaults; None for required ones.
 
     Args:
-        files: The description's file and those that it includes; unreadable ones are skipped.
+        files: Description file and the files that it includes; unreadable files are skipped.
     """
     declared: dict[str, str | None] = {}
     used: dict[str, None] = {}
@@ -53,7 +53,7 @@ def xacro_arguments(files: Iterable[Path]) -> dict[str, str | None]:
             if "name" in attributes:
                 declared.setdefault(attributes["name"], attributes.get("default"))
         used.update(dict.fromkeys(_USE.findall(text)))
-    # What is used and nowhere declared has to be given.
+    # Arguments that are used but not declared have no default.
     return {**{name: None for name in used if name not in declared}, **declared}
 
 
@@ -68,11 +68,11 @@ def arguments_text(arguments: dict[str, str | None]) -> str:
 def with_absolute_mesh_paths(urdf: str, folder: Path) -> str:
     """Return a description whose relative mesh paths are file:// URIs, if the files exist.
 
-    Nodes that receive the description by topic do not know the folder of its file.
+    Nodes that receive the description by topic have no access to the folder of its file.
 
     Args:
-        urdf: The description.
-        folder: Where its file is.
+        urdf: Description as URDF text.
+        folder: Folder of the description file.
     """
 
     def whole(match: re.Match[str]) -> str:
@@ -91,7 +91,7 @@ def with_absolute_mesh_paths(urdf: str, folder: Path) -> str:
 def controller_parameter_files(description: RobotDescription) -> list[str]:
     """Return the paths of controller parameter files in a description, as written there.
 
-    They are the ``<parameters>`` of Gazebo's ros2_control plug-in.
+    The paths are the ``<parameters>`` of Gazebo's ros2_control plug-in.
     """
     return _plugin_parameters(description, "parameters")
 
@@ -99,7 +99,7 @@ def controller_parameter_files(description: RobotDescription) -> list[str]:
 def controller_namespace(description: RobotDescription) -> str:
     """Return the namespace of a description's controller manager, such as ``/arm``.
 
-    It is the ``<namespace>`` of Gazebo's ros2_control plug-in; empty for none or the root.
+    Read from ``<namespace>`` of Gazebo's ros2_control plug-in; empty for none or the root.
     """
     for plugin in description.gazebo.plugins:
         if plugin.runs_controllers:
@@ -111,7 +111,7 @@ def controller_namespace(description: RobotDescription) -> str:
 def controller_remappings(description: RobotDescription) -> list[str]:
     """Return the remappings for a description's controllers, as ``from:=to``.
 
-    They are the ``<remapping>``s of Gazebo's ros2_control plug-in.
+    Read from the ``<remapping>`` elements of Gazebo's ros2_control plug-in.
     """
     return _plugin_parameters(description, "ros/remapping")
 
@@ -127,7 +127,7 @@ def _plugin_parameters(description: RobotDescription, parameter: str) -> list[st
     ]
 
 
-# Any: parameters as they stand in YAML.
+# Any: parameter values as in YAML.
 def default_controllers(
     description: RobotDescription, plugins: MotionPlugins | None = None
 ) -> dict[str, Any]:
@@ -137,7 +137,7 @@ def default_controllers(
     controller for velocities or efforts.
 
     Args:
-        description: The robot.
+        description: Description of the robot.
         plugins: Gazebo plug-ins, whose joints are left out.
     """
     moved = {} if plugins is None else plugins.commands

@@ -1,7 +1,7 @@
 """The robot description: links, joints and extensions of a URDF as one object.
 
 Links and joints are read at once, ``<ros2_control>`` and ``<gazebo>`` at the first access, so that
-a mistake in one of them is an error only for its readers.
+a mistake in one of these tags is an error only for code that reads the tag.
 """
 
 from __future__ import annotations
@@ -30,12 +30,12 @@ class RobotDescription:
     """A robot description as a tree of links and joints.
 
     Attributes:
-        name: The robot's name.
+        name: Name of the robot.
         links: Links by name, in the order of the URDF.
         joints: Joints by name, in the order of the URDF.
         root: Name of the root link.
         urdf: The URDF text.
-        repairs: Sentences about what was repaired or left out.
+        repairs: Sentences about the parts that were repaired or left out.
     """
 
     name: str
@@ -50,8 +50,8 @@ class RobotDescription:
         """Return the description of a URDF text, repaired where urdfdom would accept it.
 
         Raises:
-            InvalidDescriptionError: When it is not XML, is not a robot, its links form no tree, or
-                a joint follows, in the end, itself.
+            InvalidDescriptionError: When the text is not XML or not a robot, its links form no
+                tree, or a joint mimics itself, directly or through other joints.
         """
         robot = _parse_robot(text)
         repairs = tuple(repair_urdf(robot))
@@ -94,7 +94,7 @@ class RobotDescription:
         """Return the hardware components; raise if there are none.
 
         Raises:
-            InvalidDescriptionError: When there is none, or when a tag is wrong.
+            InvalidDescriptionError: When there is no hardware component, or a tag is wrong.
         """
         if not self.ros2_control:
             raise InvalidDescriptionError("no 'ros2_control' tag found in the URDF")

@@ -1,6 +1,6 @@
 """Readers of XML elements' attributes, numbers and vectors, whose errors name element and line.
 
-The readers of URDF and of its extensions share them.
+Shared by the readers of URDF and of its extensions.
 """
 
 import math
@@ -17,8 +17,8 @@ Vector3 = tuple[float, float, float]
 
 _LATE_DECLARATION = re.compile(rb"\A\s+<\?xml[^>]*\?>")
 
-# What Gazebo's XML parser accepts, and files have: a prefix such as gz: that is not declared,
-# two hyphens in a comment, a declaration behind a comment.
+# Errors that Gazebo's XML parser accepts and that occur in files: an undeclared prefix such as gz:,
+# two hyphens in a comment, an XML declaration after a comment.
 _LET_PASS = (
     etree.ErrorTypes.NS_ERR_UNDEFINED_NAMESPACE,
     etree.ErrorTypes.NS_ERR_QNAME,
@@ -28,7 +28,7 @@ _LET_PASS = (
 
 
 class XmlElement(Protocol):
-    """Interface of an XML element, as lxml has it."""
+    """Interface of an XML element, as in lxml."""
 
     tag: str
     text: str | None
@@ -61,12 +61,12 @@ def parse(text: str) -> XmlElement:
     """Parse the text of a URDF; return its root element, without comments.
 
     Raises:
-        InvalidDescriptionError: When it is empty or not XML, with ros2_control's message.
+        InvalidDescriptionError: When the text is empty or not XML, with ros2_control's message.
     """
     if not text.strip():
         raise InvalidDescriptionError("empty URDF passed to robot")
-    # The text is decoded already, so an encoding that it declares no longer holds. Entities are
-    # left alone: a description has no reason to read other files through them.
+    # The text is decoded already, so an encoding that it declares no longer holds. Entities are not
+    # resolved: through them a description could read other files.
     parser = etree.XMLParser(
         encoding="utf-8", resolve_entities=False, remove_comments=True, remove_pis=True
     )
@@ -86,19 +86,19 @@ def parse_file(path: Path, content: bytes) -> XmlElement:
     accepted.
 
     Args:
-        path: The file, for errors.
-        content: Its content.
+        path: Path of the file, for error messages.
+        content: Content of the file.
 
     Raises:
-        InvalidDescriptionError: When it is empty or not XML, with file and line.
+        InvalidDescriptionError: When the file is empty or not XML, with file and line.
     """
     content = _LATE_DECLARATION.sub(lambda match: b"\n" * match[0].count(b"\n"), content)
-    # Entities have no business here: they could read other files.
+    # Entities are not resolved: they could read other files.
     parser = etree.XMLParser(
         resolve_entities=False, remove_comments=True, remove_pis=True, recover=True
     )
     try:
-        # With its name, so that who takes elements elsewhere knows where they stood.
+        # The file's name stays with elements that are moved to another document.
         name = str(path).encode(errors="replace").decode()
         root: XmlElement | None = etree.fromstring(content, parser, base_url=name)
     except etree.XMLSyntaxError as error:
@@ -129,7 +129,7 @@ def required(element: XmlElement, attribute: str) -> str:
     """Return a required attribute.
 
     Raises:
-        InvalidDescriptionError: When it is missing or empty.
+        InvalidDescriptionError: When the attribute is missing or empty.
     """
     value = element.get(attribute)
     if not value:
@@ -164,13 +164,13 @@ def number(
     """Return an attribute as a number.
 
     Args:
-        element: The element.
-        attribute: The attribute's name.
-        default: What a missing attribute means, or None when it is required.
+        element: Element with the attribute.
+        attribute: Name of the attribute.
+        default: Value for a missing attribute; None makes the attribute required.
         finite: Whether infinity is an error.
 
     Raises:
-        InvalidDescriptionError: When it is required and missing, or is no number.
+        InvalidDescriptionError: When the attribute is required and missing, or is no number.
     """
     text = element.get(attribute)
     if text is None and default is not None:
@@ -188,7 +188,7 @@ def numbers(element: XmlElement, attribute: str, count: int) -> tuple[float, ...
     """Return an attribute with ``count`` finite numbers.
 
     Raises:
-        InvalidDescriptionError: When it is missing or holds anything else.
+        InvalidDescriptionError: When the attribute is missing or is not ``count`` finite numbers.
     """
     text = required(element, attribute)
     values = [to_number(part) for part in text.split()]
@@ -208,7 +208,8 @@ def vector(element: XmlElement, attribute: str, default: Vector3 | None = None) 
     """Return an attribute as three numbers.
 
     Raises:
-        InvalidDescriptionError: When it is required and missing, or is something else.
+        InvalidDescriptionError: When the attribute is required and missing, or is not three finite
+            numbers.
     """
     if element.get(attribute) is None and default is not None:
         return default
@@ -220,7 +221,7 @@ def boolean(text: str, where: str) -> bool:
     """Parse ``true`` or ``false`` in any case.
 
     Raises:
-        InvalidDescriptionError: When it is anything else.
+        InvalidDescriptionError: When the text is anything else.
     """
     lowered = text.strip().lower()
     if lowered not in ("true", "false"):

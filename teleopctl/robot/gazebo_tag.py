@@ -56,12 +56,12 @@ class LinkPhysics:
     """Colour, friction and other properties of a link in ``<gazebo>``; None where unset.
 
     Attributes:
-        rgba: Colour.
+        rgba: Colour: red, green, blue, alpha, 0 to 1.
         mu1: Coefficient of friction.
-        self_collide: Whether it collides with other links of the robot.
-        gravity: Whether gravity acts on it.
+        self_collide: Whether the link collides with other links of the robot.
+        gravity: Whether gravity acts on the link.
         surface: Restitution, torsional and rolling friction.
-        across: Friction across ``<fdir1>``, if that differs from ``mu1``.
+        across: Friction across ``<fdir1>``, if different from ``mu1``.
     """
 
     rgba: tuple[float, float, float, float] | None = None
@@ -77,8 +77,8 @@ class Spring:
     """Spring of a joint (``<springStiffness>``).
 
     Attributes:
-        stiffness: In N m/rad or N/m.
-        relaxed: Position without force, in rad or m.
+        stiffness: Stiffness, N m/rad or N/m.
+        relaxed: Position without force, rad or m.
     """
 
     stiffness: float
@@ -90,8 +90,8 @@ class GazeboTag:
     """Content of the ``<gazebo>`` elements of a robot.
 
     Attributes:
-        links: Properties by link.
-        springs: Springs by joint.
+        links: Properties of links by link name.
+        springs: Springs by joint name.
         static: Value of ``<static>``; None if missing.
         sensors: Sensors of all links.
         plugins: Plug-ins of the robot as a whole.
@@ -141,14 +141,14 @@ def read_gazebo(robot: XmlElement) -> GazeboTag:
 
 
 def _read_physics(element: XmlElement, before: LinkPhysics) -> LinkPhysics:
-    # A tag of URDF's own, or that of SDF, which goes into the link's shapes.
+    # Gazebo's tag for URDF (<mu1>), or that of SDF, which applies to the link's shapes.
     friction = number_in(element, _OF_SHAPES, before.mu1, finite=False)
     friction = number_in(element, "mu1", friction, finite=False)
     if friction is not None and friction < 0.0:
         raise InvalidDescriptionError(
             f"{describe(element)}: <mu1> should not be negative, got {friction:g}"
         )
-    # Both are words of Gazebo's; the one that says no wins.
+    # Gazebo has both <gravity> and <turnGravityOff>; the tag that switches gravity off wins.
     weighs = _flag(element, "gravity", default=before.gravity)
     collides = before.self_collide
     for tag in ("selfCollide", "self_collide"):

@@ -1,8 +1,8 @@
 """Rules by which the limits and mimic relations of a joint's tags combine.
 
-A URDF limits a joint by ``<limit>`` and ``<safety_controller>``, and ties it to another one by
-``<mimic>``; ``<ros2_control>`` narrows the limits, switches them off, adds or drops a mimic.
-Radians or metres, and their derivatives; effort in N m or N.
+A URDF limits a joint by ``<limit>`` and ``<safety_controller>``, and couples it to another joint by
+``<mimic>``; ``<ros2_control>`` narrows the limits, disables them, adds or removes a mimic relation.
+Units are radians or metres, and their derivatives; effort in N m or N.
 """
 
 from __future__ import annotations
@@ -38,18 +38,18 @@ class JointLimits:
     """Limits of a joint's commands, the most restrictive of all sources; infinite if none.
 
     Attributes:
-        lower: Smallest position, rad or m; the soft limit where there is one.
-        upper: Largest position.
+        lower: Smallest position, rad or m; the soft limit if the joint has one.
+        upper: Largest position, likewise.
         velocity: Largest speed, rad/s or m/s.
         effort: Largest effort, N m or N.
         acceleration: Largest acceleration, rad/s² or m/s².
-        deceleration: Largest deceleration.
+        deceleration: Largest deceleration, rad/s² or m/s².
         jerk: Largest jerk, rad/s³ or m/s³.
-        stops: Positions of the mechanical stops, which are the URDF's limits.
-        top_speed: The largest speed that the joint itself can have, which is the URDF's limit.
+        stops: Positions of the mechanical stops: the URDF's limits.
+        top_speed: Largest speed of the mechanism: the URDF's limit.
         line: Line of the URDF's limits; 0 if unknown.
-        lines: Lines of the limits of ``position``, ``velocity``, ``effort`` and ``acceleration``
-            that are narrower than the URDF's, by these names.
+        lines: Line numbers of the limits that are narrower than the URDF's, by interface name:
+            ``position``, ``velocity``, ``effort`` or ``acceleration``.
     """
 
     lower: float = -math.inf
@@ -86,12 +86,11 @@ def clamped_command_text(
 
     Args:
         joint: Name of the joint.
-        interface: The command interface: ``position``, ``velocity``, ``effort`` or
-            ``acceleration``.
-        command: The command.
-        clamped: The clamped command.
-        limits: The joint's limits.
-        by: Name of the limit that clamps it; the same names.
+        interface: Command interface: ``position``, ``velocity``, ``effort`` or ``acceleration``.
+        command: Command as received.
+        clamped: Command after clamping.
+        limits: Limits of the joint.
+        by: Limit that clamped the command, named as ``interface``.
     """
     if by == "position":
         rule = f"position limits [{limits.lower:g}, {limits.upper:g}]"
@@ -119,14 +118,15 @@ def joint_limits(
 ) -> JointLimits:
     """Return a joint's limits, the narrowest of URDF and command interfaces; append warnings.
 
-    A velocity, effort or acceleration of zero, which many descriptions have for want of a number,
-    limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero. Nor does
-    a negative effort, as in Gazebo; of a negative velocity ros2_control takes the size.
+    A velocity, effort or acceleration of zero, which many descriptions have as a placeholder,
+    limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero. A
+    negative effort limits nothing either, as in Gazebo; of a negative velocity the absolute value
+    is used, as in ros2_control.
 
     Args:
-        joint: The joint of the URDF.
-        commands: Bounds of its command interfaces by name, None where limits are switched off.
-        warnings: Receives a sentence for each limit that cannot be used.
+        joint: Joint of the URDF.
+        commands: Bounds of the command interfaces by name; None where limits are disabled.
+        warnings: List that a sentence is appended to for each limit that cannot be used.
     """
     own = joint.limit or Limit()
     if joint.type in ("revolute", "prismatic") and own.lower > own.upper:
@@ -227,13 +227,14 @@ def mimic_in_control(
     """Return a joint's mimic relation for ros2_control: the URDF's, or by its parameters.
 
     Args:
-        joint: The joint of the URDF.
-        enabled: The attribute ``mimic`` of the joint in ``<ros2_control>``.
-        parameters: The ``<param>`` of that joint: the older form is ``mimic``, ``multiplier``.
-        warnings: Receives a sentence for the older form.
+        joint: Joint of the URDF.
+        enabled: Attribute ``mimic`` of the joint in ``<ros2_control>``; None if missing.
+        parameters: ``<param>`` of that joint; the older form is ``mimic`` and ``multiplier``.
+        warnings: List that a sentence is appended to if the older form is used.
 
     Raises:
-        InvalidDescriptionError: When there is nothing to enable, or the multiplier is no number.
+        InvalidDescriptionError: When ``enabled`` is True and the URDF has no ``<mimic>``, or the
+            multiplier is no number.
     """
     if enabled is False:
         return None
@@ -262,14 +263,14 @@ def resolve_mimics(
 
     Args:
         joints: All joints by name.
-        mimics: What each following joint follows directly.
+        mimics: Mimic relation of each mimic joint to its direct leader.
 
     Returns:
-        The leaders of each following joint, the nearest first. Each has the multiplier and the
-        offset that lead from it straight to the following joint; the last follows no other.
+        The leaders of each mimic joint, the nearest first. Multiplier and offset of a leader map
+        its position to that of the mimic joint; the last leader is independent.
 
     Raises:
-        InvalidDescriptionError: When a leader does not exist, or a joint follows itself.
+        InvalidDescriptionError: When a leader does not exist, or a joint mimics itself.
     """
     return {name: _leaders(name, joints, mimics) for name in mimics}
 
@@ -277,7 +278,7 @@ def resolve_mimics(
 def _leaders(
     follower: str, joints: Mapping[str, object], mimics: Mapping[str, Mimic]
 ) -> tuple[Mimic, ...]:
-    # Names in the order in which they follow; a dict, since a list is slow to search.
+    # Names in the order of the chain; a dict, since searching a list is slow.
     names, leaders = {follower: None}, list[Mimic]()
     name, multiplier, offset = follower, 1.0, 0.0
     while (mimic := mimics.get(name)) is not None:

@@ -1,7 +1,7 @@
 """Joints of a robot with their limits and mimic relations, and the state of joints moved by hand.
 
 Control, simulation and display take limits and mimics from here; `joint_rules` has the rules.
-Radians or metres, and their derivatives; effort in N m or N.
+Units are radians or metres, and their derivatives; effort in N m or N.
 """
 
 from __future__ import annotations
@@ -25,9 +25,9 @@ class JointModel:
     """Robot joint with one axis: its limits, and the joints that it mimics.
 
     Attributes:
-        joint: The joint in the URDF.
-        limits: Limits of its commands.
-        leaders: Joints that it follows, as `resolve_mimics` returns them; none for most.
+        joint: Joint of the URDF.
+        limits: Limits of the joint's commands.
+        leaders: Joints that the joint mimics, as `resolve_mimics` returns them; usually empty.
     """
 
     joint: Joint
@@ -45,7 +45,7 @@ class Joints(Mapping[str, JointModel]):
 
     Args:
         joints: All joints of the URDF by name.
-        limits: Limits of the joints in ``<ros2_control>``; others have those of the URDF.
+        limits: Limits of the joints in ``<ros2_control>``; other joints have the URDF's limits.
         mimics: Mimic relation of each mimic joint to its direct leader.
 
     Raises:
@@ -99,13 +99,13 @@ class Joints(Mapping[str, JointModel]):
     def for_display(cls, description: RobotDescription, warn: Callable[[str], object]) -> Joints:
         """Return a description's joints for display; a bad ``<ros2_control>`` only warns.
 
-        They differ from `of` in two points: a faulty ``<ros2_control>`` is reported and ignored,
-        and a ``<mimic>`` holds even where ``mimic="false"`` switches it off in control,
-        which is how ``robot_state_publisher`` and ``joint_state_publisher`` have it in ROS 2.
+        The result differs from `of` in two points: a faulty ``<ros2_control>`` is reported and
+        ignored, and a ``<mimic>`` holds even where ``mimic="false"`` disables it in control, as in
+        ROS 2's ``robot_state_publisher`` and ``joint_state_publisher``.
 
         Args:
-            description: The robot.
-            warn: Called with a sentence about a faulty ``<ros2_control>``.
+            description: Description of the robot.
+            warn: Function called with a sentence about a faulty ``<ros2_control>``.
         """
         own = {
             name: joint.mimic
@@ -136,18 +136,18 @@ class Joints(Mapping[str, JointModel]):
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
         """Return the given joint positions, completed with those of the mimic joints.
 
-        Given positions stay, since they were measured. Any other mimic joint gets the position
-        that its nearest leader with a position sets.
+        Given positions are kept, since they are measured. Any other mimic joint gets the position
+        that follows from its nearest leader with a position.
 
         Args:
-            given: Positions by joint; if it has all independent joints, the result has all.
+            given: Positions by joint name. With all independent joints the result is complete.
         """
         complete = dict(given)
         for name, leaders in self._followers:
             if name in given:
                 continue
             for mimic in leaders:
-                # a joint that cannot move, such as a fixed one, stands at zero
+                # a joint without a single axis, such as a fixed joint, is at zero
                 leader = given.get(mimic.joint, None if mimic.joint in self._models else 0.0)
                 if leader is not None:
                     complete[name] = mimic.multiplier * leader + mimic.offset
@@ -195,18 +195,18 @@ class JointSet:
 
     Attributes:
         names: Names of all joints, in the order of the description.
-        free: Independent joints by name.
+        free: Independent joints by joint name.
 
     Args:
         joints: The robot's joints.
-        zeros: Initial positions by joint; by default `rest_within` the range.
+        zeros: Initial positions by joint name; by default `rest_within` the joint's range.
         dependents: Mimic relations in addition to those of ``<mimic>``.
-        use_mimic_tags: Whether ``<mimic>`` counts.
-        use_smallest_limits: Whether the range is that of the most restrictive limits, instead of
-            the mechanical stops.
+        use_mimic_tags: Whether ``<mimic>`` is used.
+        use_smallest_limits: Whether the most restrictive limits set the range, instead of the
+            mechanical stops.
 
     Raises:
-        InvalidDescriptionError: When a joint follows an unknown one or, in the end, itself.
+        InvalidDescriptionError: When a joint mimics an unknown joint or itself.
     """
 
     def __init__(
@@ -275,7 +275,7 @@ def _free_joint(
     limits = model.limits
     lower, upper = (limits.lower, limits.upper) if use_smallest else limits.stops
     zero = zeros.get(name, rest_within(lower, upper))
-    # a joint without an end can still be moved: half a turn, or as many metres
+    # a joint without a limit gets a range of half a turn, or pi metres, to either side
     minimum = min(-math.pi, upper) if math.isinf(lower) else lower
     maximum = max(math.pi, lower) if math.isinf(upper) else upper
     return FreeJoint(name, minimum, maximum, zero, zero)

@@ -1,6 +1,6 @@
 """Forward kinematics: transforms between links from joint positions.
 
-Plain floats throughout, since arrays are slower for a few rotations per message.
+Transforms are plain floats: arrays are slower for a few rotations per message.
 """
 
 from collections.abc import Mapping
@@ -33,7 +33,7 @@ class Segment:
         """Return the child link's pose in the parent link's frame at a joint position.
 
         Args:
-            position: Radians, or metres for prismatic joints.
+            position: Joint position in radians, or metres for prismatic joints.
         """
         joint = self.joint
         if joint.type == "prismatic":
@@ -46,12 +46,12 @@ class Segment:
 class SegmentTree:
     """Segments of all joints of a robot, as robot_state_publisher needs them.
 
-    A planar joint is at its origin. A floating joint is left out: joint states have no room for it,
-    and another node publishes its transform.
+    A planar joint is at its origin. A floating joint is left out: joint states cannot hold its
+    pose, and another node publishes its transform.
 
     Args:
-        description: The robot.
-        joints: Its joints.
+        description: Description of the robot.
+        joints: Joints of the robot.
 
     Attributes:
         names: Names of the links, sorted.
@@ -77,7 +77,7 @@ class SegmentTree:
         """Return the transform of each joint with a known position, from parent to child link.
 
         Args:
-            positions: Positions by joint, rad or m; mimic joints follow, unknown names are ignored.
+            positions: Positions by joint, rad or m. Mimic joints are added, unknown names ignored.
         """
         return [
             (segment.joint, segment.at(position))
@@ -88,10 +88,10 @@ class SegmentTree:
     def link_poses(self, positions: Mapping[str, float]) -> dict[str, Transform]:
         """Return the pose of every link in the frame of the root link.
 
-        Floating and planar joints, and those without a position, are at their origins.
+        Floating and planar joints, and joints without a position, are at their origins.
 
         Args:
-            positions: As `transforms` takes them.
+            positions: Positions by joint, as for `transforms`.
         """
         steps = {joint.child: step for joint, step in self.transforms(positions)}
         poses = {self._root: Transform()}

@@ -21,12 +21,12 @@ _PICTURES = frozenset(Image.registered_extensions()) - {".pdf"}
 def texture_paths(mesh: Path, name: str) -> list[Path]:
     """Return the possible paths of a file that a mesh file names, the likeliest first.
 
-    Relative to the mesh, also unquoted and with backslashes replaced; then, as Gazebo searches, the
-    last part alone beside the mesh and in ``../materials/textures``.
+    First the name relative to the mesh, also percent-decoded and with backslashes replaced; then,
+    as in Gazebo's search, its last part in the mesh's folder and in ``../materials/textures``.
 
     Args:
-        mesh: The mesh file.
-        name: The name in the mesh file.
+        mesh: Path of the mesh file.
+        name: File name in the mesh file.
     """
     folder = mesh.parent
     plain = unquote(name).replace("\\", "/")
@@ -42,10 +42,10 @@ class MeshFileResolver(Resolver):
     """trimesh resolver for the files that a mesh file names: materials, textures, buffers.
 
     Args:
-        path: The mesh file.
+        path: Path of the mesh file.
 
     Attributes:
-        faults: Why named files could not be read, by name.
+        faults: Reasons why named files could not be read, by file name.
     """
 
     def __init__(self, path: Path) -> None:
@@ -56,7 +56,7 @@ class MeshFileResolver(Resolver):
         """Return the content of a file that the mesh names; called by trimesh.
 
         Raises:
-            FileNotFoundError: It cannot be read; trimesh then continues without it.
+            FileNotFoundError: The file cannot be read; trimesh then continues without it.
         """
         name = key.strip()
         try:
@@ -97,7 +97,7 @@ def check_picture(content: bytes) -> None:
     """Check a texture's size by its file header, before it is decoded; raise if too large.
 
     Raises:
-        ValueError: It is not a picture, or has too many pixels.
+        ValueError: The content is not a picture, or has too many pixels.
     """
     try:
         with warnings.catch_warnings(action="ignore", category=Image.DecompressionBombWarning):

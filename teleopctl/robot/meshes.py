@@ -1,9 +1,9 @@
 """Mesh files, read with trimesh for the page, for physics and for `robot check` alike.
 
-A mesh is accepted, repaired or rejected by all of them alike, in the same words. Files may be from
-anywhere: the sizes that they claim are checked before memory is allocated, triangles with invalid
-corners are left out, and a missing texture is reported and left out. Coordinates are in metres: as
-in RViz, a COLLADA file's unit counts and its upward axis does not.
+All three accept, repair or reject a mesh alike, with the same messages. Files are untrusted: the
+sizes that they claim are checked before memory is allocated, triangles with invalid corners are
+left out, and a missing texture is reported and left out. Coordinates are in metres: as in RViz, the
+unit of a COLLADA file is applied and its up axis is ignored.
 """
 
 from __future__ import annotations
@@ -28,25 +28,25 @@ from teleopctl.errors import TeleopctlError
 if TYPE_CHECKING:
     import trimesh
 
-# What is read takes up to fourteen times its size in memory for COLLADA, and eleven for STL:
-# measured with 1.3 million triangles.
+# Reading takes up to fourteen times the file's size in memory for COLLADA, and eleven times for
+# STL, measured with 1.3 million triangles.
 _MOST_BYTES = {".dae": 60_000_000}
 _MOST_BYTES_OF_OTHERS = 100_000_000
 MESH_SUFFIXES = frozenset({".stl", ".obj", ".dae", ".glb", ".gltf", ".ply", ".off"})
 
 _MOST_TRIANGLES = 5_000_000
 _MOST_NODES = 20_000
-# Beyond these metres nothing is drawn: a browser's 32-bit numbers cannot tell two such points
-# apart. MuJoCo's own reader of STL ends at 2**30.
+# Largest coordinate, in metres: beyond it a browser's 32-bit numbers cannot separate two points.
+# MuJoCo's own STL reader ends at 2**30.
 _FAR_M = 1e9
-# Beyond these the unit in a COLLADA header is a mistake.
+# A unit outside this range in a COLLADA header is a mistake.
 _SMALLEST_UNIT_M, _LARGEST_UNIT_M = 1e-6, 1e6
 _STL_HEADER = 84
-# Where a text says that it is complete; a name may follow.
+# The last bytes, in which a complete text STL has "endsolid"; a name may follow.
 _STL_TAIL = 1000
 _STL_TRIANGLE = np.dtype([("normal", "<f4", 3), ("corners", "<f4", (3, 3)), ("color", "<u2")])
 _COLUMN_FACTORS = np.array([0x9E3779B97F4A7C15, 0xC2B2AE3D27D4EB4F, 0x165667B19E3779F9], np.uint64)
-# How finely spheres and cones are divided: 1280 triangles, and 24 around.
+# Resolution of spheres (1280 triangles) and cones (24 sections).
 _SUBDIVISIONS, _SLICES = 3, 24
 
 Vertices = npt.NDArray[np.float32]
@@ -61,12 +61,12 @@ class LoadedMesh(NamedTuple):
     """Content of a mesh file: trimesh scene, or an STL's triangles, in metres, and its faults.
 
     Attributes:
-        scene: trimesh's scene, with materials; None for an STL file, which has none.
-        vertices: Corners of an STL file, (n, 3); empty for the others.
-        faces: Its triangles as numbers of corners, (m, 3); likewise.
-        bounds: The lowest and the highest corner, (2, 3).
-        faults: What was left out, each as what follows the file's name in a sentence.
-        unit_m: Metres of the file's unit, which are applied; 1 for all formats but COLLADA.
+        scene: trimesh scene, with materials; None for an STL file, which has no materials.
+        vertices: Corners of an STL file, (n, 3); empty for other formats.
+        faces: Triangles of an STL file as corner indices, (m, 3); empty for other formats.
+        bounds: Minimum and maximum corner of the bounding box, (2, 3).
+        faults: Problems, each the rest of a sentence that starts with the file's name.
+        unit_m: Length of the file's unit in metres, already applied; 1 except for COLLADA.
     """
 
     scene: trimesh.Scene | None
@@ -88,8 +88,8 @@ def read_mesh(path: Path, data: bytes | None = None) -> LoadedMesh:
     """Return the content of a mesh file, without invalid triangles.
 
     Args:
-        path: The file; its suffix is the format.
-        data: Content of the file, for one that is not on this machine.
+        path: Path of the file; its suffix is the format.
+        data: Content of the file, if the file is on another machine.
 
     Raises:
         InvalidMeshError: The file is too large, of an unknown format, or cannot be read.
@@ -111,11 +111,11 @@ def check_mesh_file(path: Path, size: int | None = None) -> None:
     """Check that a mesh file exists, is not too large and has a known suffix; else raise.
 
     Args:
-        path: The file.
-        size: Its size in bytes, for one that is not on this machine.
+        path: Path of the file.
+        size: Size of the file in bytes, if the file is on another machine.
 
     Raises:
-        InvalidMeshError: It is not.
+        InvalidMeshError: The file is missing, too large or of an unknown format.
     """
     suffix = path.suffix.lower()
     if suffix not in MESH_SUFFIXES:
@@ -147,11 +147,11 @@ def _read(path: Path, data: bytes | None) -> LoadedMesh:
 
     if suffix in (".glb", ".gltf"):
         _check_gltf(raw)
-    # A missing texture makes trimesh log a traceback; one sentence of ours says it.
+    # trimesh logs a traceback for a missing texture, which `faults` reports in one sentence.
     logging.getLogger("trimesh").setLevel(logging.CRITICAL)
     named = MeshFileResolver(path) if data is None else None
-    # Any, here and below: trimesh's results have no types that hold for every kind of file. Left
-    # to itself it takes triangles without a word whose corners are no numbers.
+    # Any, here and below: trimesh's results have no types that hold for every kind of file.
+    # `process` would remove triangles whose corners are no numbers without a report.
     scene: Any = trimesh.load_scene(
         io.BytesIO(raw), file_type=suffix.removeprefix("."), resolver=named, process=False
     )
@@ -165,7 +165,7 @@ def _read(path: Path, data: bytes | None) -> LoadedMesh:
     _check_triangles(sum(len(mesh.faces) for mesh in meshes))
     faults += _remove_invalid(meshes)
     if suffix in (".obj", ".ply", ".off"):
-        # Their formats have or allow corners that are the same place.
+        # These formats may repeat the same corner.
         for mesh in meshes:
             mesh.merge_vertices()
     for name in [
@@ -183,7 +183,8 @@ def _read(path: Path, data: bytes | None) -> LoadedMesh:
 def _collada_unit_m(metadata: Iterable[Mapping[str, object]]) -> float:
     """Return how many metres the unit of a COLLADA file has; 1 where its header makes no sense.
 
-    trimesh hands the unit on, such as ``{"units": "0.001 * meter"}``, and does not apply it.
+    trimesh returns the unit as metadata, such as ``{"units": "0.001 * meter"}``, but does not
+    apply it.
     """
     words = next((str(one.get("units", "")) for one in metadata), "").split()
     try:
@@ -203,8 +204,8 @@ def _read_stl(raw: bytes) -> LoadedMesh:
     faults: list[str] = []
     room = (len(raw) - _STL_HEADER) // _STL_TRIANGLE.itemsize
     claimed = int.from_bytes(raw[_STL_HEADER - 4 : _STL_HEADER], "little") if room >= 0 else -1
-    # Binary files may begin with "solid" as well; only those that say so and whose length does not
-    # fit are text.
+    # Binary files may begin with "solid" as well: a file is text only if, in addition, its length
+    # does not match its triangle count.
     if room < 0 or (room != claimed and raw.lstrip()[:5].lower() == b"solid"):
         corners = _corners_of_text(raw)
         if b"endsolid" not in raw[-_STL_TAIL:].lower():
@@ -238,15 +239,16 @@ def _corners_of_text(raw: bytes) -> Vertices:
 def _joined(corners: Vertices) -> tuple[Vertices, Faces]:
     """Return corners without duplicates, and triangles as indices: a third of the bytes.
 
-    By a hash of their bits: of 1.3 million triangles in 2.8 s, where comparing them took 10.4 s.
+    Corners are matched by a hash of their bits: 2.8 s for 1.3 million triangles, where comparing
+    them took 10.4 s.
     """
-    # -0 and 0 are the same place.
+    # Adding 0 turns -0 into 0, which has other bits.
     bits = (corners + np.float32(0.0)).view(np.uint32).astype(np.uint64)
     bits *= _COLUMN_FACTORS
     bits ^= bits >> np.uint64(29)
     keys = (bits[:, 0] * np.uint64(3)) ^ (bits[:, 1] * np.uint64(5)) ^ (bits[:, 2] * np.uint64(7))
     _, first, numbers = np.unique(keys, return_index=True, return_inverse=True)
-    # In the order of the file, which compresses better than that of the hash.
+    # The order of the file compresses better than that of the hash.
     order = np.argsort(first)
     rank = np.empty(len(order), np.uint32)
     rank[order] = np.arange(len(order), dtype=np.uint32)
@@ -284,7 +286,7 @@ def _left_out(count: int) -> str:
 def _lacks_texture(mesh: Any) -> bool:
     """Return whether a mesh of a COLLADA file has texture coordinates but no texture.
 
-    Missing files of other kinds, such as bump maps, are not shown by RViz either.
+    Other missing files, such as bump maps, do not matter: RViz does not show them either.
     """
     visual = mesh.visual
     return (
@@ -317,15 +319,15 @@ def _check_gltf(raw: bytes) -> None:
 def cached_stl(vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.int32]) -> Path:
     """Write triangles to a binary STL file in the user's cache folder; return the file's path.
 
-    The file is named by a hash of its content. trimesh writes the same file, but its import takes
-    ten times as long as reading a small MJCF file, whose meshes may all be converted so.
+    The file is named by a hash of its content. trimesh could write the same file, but importing it
+    takes ten times as long as reading a small MJCF file, all of whose meshes may be converted.
 
     Args:
         vertices: Corners, (n, 3), in metres.
         faces: Triangles as indices of corners, (m, 3).
 
     Raises:
-        OSError: The cache cannot be written.
+        OSError: The cache folder cannot be written.
     """
     triangles = np.zeros(len(faces), _STL_TRIANGLE)
     triangles["corners"] = vertices[faces]
@@ -335,7 +337,7 @@ def cached_stl(vertices: npt.NDArray[np.float32], faces: npt.NDArray[np.int32]) 
     file = folder / f"{hashlib.sha256(content).hexdigest()}.stl"
     if not file.is_file():
         folder.mkdir(parents=True, exist_ok=True)
-        # Others may be writing the same one.
+        # Another process may be writing the same file.
         unfinished = file.with_suffix(f".{os.getpid()}")
         unfinished.write_bytes(content)
         unfinished.replace(file)
@@ -346,7 +348,7 @@ def unit_sphere_stl() -> Path:
     """Return the path of an STL file of a sphere of radius 1 m, for ellipsoids, which URDF lacks.
 
     Raises:
-        OSError: The cache cannot be written.
+        OSError: The cache folder cannot be written.
     """
     from trimesh.creation import icosphere
 
@@ -357,7 +359,7 @@ def unit_cone_stl() -> Path:
     """Return the path of an STL file of a cone of radius and height 1 m, centred at the origin.
 
     Raises:
-        OSError: The cache cannot be written.
+        OSError: The cache folder cannot be written.
     """
     from trimesh.creation import cone
 

@@ -1,6 +1,6 @@
 """Robot files of any format (URDF, xacro, SDF, MJCF), read as URDF.
 
-All robot files are read from here, so that each format works everywhere.
+All robot files are read by this module, so that each format works everywhere.
 """
 
 from __future__ import annotations
@@ -17,10 +17,10 @@ from teleopctl.robot.xacro.expansion import ExpandedXacro, read_xacro
 
 ModelKind = Literal["urdf", "mjcf", "sdf"]
 
-# What xacro does something with, and what only a whole reader of XML gets right.
+# Text that xacro would change, or that needs a full XML parser (DOCTYPE, another encoding).
 _EXPANDED = re.compile(r"xacro|\$[({]|<!DOCTYPE|encoding\s*=\s*.(?!utf-8)", re.IGNORECASE)
 
-# SDF was <gazebo> until 1.2.
+# The root element of SDF was <gazebo> until version 1.2.
 _KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf", "gazebo": "sdf"}
 
 
@@ -54,17 +54,17 @@ def read_model(
     """Read a robot file of any format; return URDF text, and the files that it includes.
 
     Args:
-        path: The file: URDF, xacro, SDF or MJCF.
-        mappings: Values of a xacro file's ``<xacro:arg>`` by name; the others take none.
+        path: Path of the file: URDF, xacro, SDF or MJCF.
+        mappings: Values of a xacro file's ``<xacro:arg>`` by name; unused for other formats.
         safe: See `expand_xacro`.
         places: Whether to record the source file and line of each line.
 
     Returns:
-        The URDF. That of an MJCF file names the file (`RobotDescription.mjcf`), which simulators
-        use instead of the URDF.
+        The URDF. The URDF of an MJCF file names that file (`RobotDescription.mjcf`), which
+        simulators use instead of the URDF.
 
     Raises:
-        InvalidDescriptionError: When it cannot be read.
+        InvalidDescriptionError: When the file cannot be read.
     """
     kind = model_kind(path)
     if kind == "mjcf":

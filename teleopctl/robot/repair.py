@@ -1,8 +1,8 @@
 """Repair of URDFs that urdfdom accepts, into the form that our readers and MuJoCo's accept.
 
-Many robots were written for urdfdom, which leaves out a shape that it cannot read, takes the first
-of elements that may appear once, and rejects a robot only for its joints or tree. Each repair is
-reported.
+Many robots were written for urdfdom, which leaves out a shape that it cannot read, uses the first
+of several elements where only one is allowed, and rejects a robot only for its joints or tree. Each
+repair is reported.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import XmlElement, to_number
 from teleopctl.robot.urdf import read_collision, read_inertial, read_visual
 
-# What may stand once in each.
+# Children that may appear once, by parent tag.
 _ONCE = {
     "link": ("inertial",),
     "visual": ("origin", "geometry", "material"),
@@ -22,7 +22,7 @@ _ONCE = {
     "material": ("color", "texture"),
     "joint": ("origin", "parent", "child", "axis", "limit", "mimic", "dynamics"),
 }
-# What a URDF that was made of another format says of what it lacks.
+# Tag of a remark that a converter adds to the URDF that it makes from another format.
 REMARK = "remark"
 _VECTORS = ("xyz", "rpy", "size", "scale", "rgba")
 _INERTIAS = ("ixx", "ixy", "ixz", "iyy", "iyz", "izz")

@@ -1,6 +1,6 @@
-"""``<ros2_control>``: which hardware a robot has and what may be commanded and read.
+"""``<ros2_control>``: hardware of a robot with its command and state interfaces.
 
-Messages of errors are ros2_control's, so that a search for them finds its answers.
+Error messages are ros2_control's, so that a web search for them finds its answers.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,15 +32,15 @@ class InterfaceInfo:
     """``<command_interface>`` or ``<state_interface>`` of a ``<ros2_control>`` tag.
 
     Attributes:
-        name: Its name within the component, for example ``position``.
-        data_type: The type's name; ``unknown`` for one that ros2_control does not know.
-        size: How many values it holds.
+        name: Name within the component, for example ``position``.
+        data_type: Name of the data type; ``unknown`` for a type that ros2_control lacks.
+        size: Number of values.
         min: ``min`` as written, or an empty string.
         max: ``max`` as written, or an empty string.
-        initial_value: The value before the hardware says otherwise, or None.
-        parameters: Every ``<param>``, those above included.
-        enable_limits: False where the tag switches the limits of this interface off.
-        line: Where the tag stands; 0 where that is not known.
+        initial_value: Value until the hardware writes another one, or None.
+        parameters: Every ``<param>``, including those above.
+        enable_limits: False where the tag disables the limits of this interface.
+        line: Line of the tag; 0 if unknown.
     """
 
     name: str
@@ -59,14 +59,14 @@ class ComponentInfo:
     """``<joint>``, ``<sensor>`` or ``<gpio>`` of a ``<ros2_control>`` tag.
 
     Attributes:
-        name: Its name.
-        type: Which of the three it is.
-        command_interfaces: What can be commanded.
-        state_interfaces: What can be read.
-        parameters: Its ``<param>``.
-        leaders: Joints that a joint follows in control, the nearest first, wherever that was
-            written; see `joints.resolve_mimics`.
-        limits: What a joint may be commanded to.
+        name: Name of the joint, sensor or GPIO.
+        type: Kind of the tag.
+        command_interfaces: Interfaces that can be commanded.
+        state_interfaces: Interfaces that can be read.
+        parameters: Values of ``<param>`` by name.
+        leaders: Joints that a joint mimics in control, the nearest first, from the URDF or from
+            ``<ros2_control>``; see `joint_rules.resolve_mimics`.
+        limits: Limits of a joint's commands.
     """
 
     name: str
@@ -110,19 +110,19 @@ class HardwareInfo:
     """``<ros2_control>`` tag: hardware plug-in, parameters, joints, sensors and gpios.
 
     Attributes:
-        name: The component's name.
-        type: What it drives.
+        name: Name of the hardware component.
+        type: Type of the component: ``system``, ``actuator`` or ``sensor``.
         hardware_plugin_name: Name of the hardware's class.
         group: Group of components that fail together, or an empty string.
         hardware_parameters: ``<param>`` of ``<hardware>``.
-        rw_rate: How often it is read and written, in Hz; 0 is the manager's rate.
-        is_async: Whether it wants a thread of its own.
+        rw_rate: Rate of reads and writes in Hz; 0 for the controller manager's rate.
+        is_async: Whether the component runs in a thread of its own.
         thread_priority: Real-time priority of that thread.
-        joints: Its joints, in the order of the tag.
-        sensors: Its sensors.
-        gpios: Its general-purpose inputs and outputs.
-        transmissions: Its transmissions.
-        warnings: What was read otherwise than it was written, a sentence each.
+        joints: Joints, in the order of the tag.
+        sensors: Sensors.
+        gpios: General-purpose inputs and outputs.
+        transmissions: Transmissions.
+        warnings: Sentences about parts of the tag that are ignored or read differently.
     """
 
     name: str
@@ -144,8 +144,8 @@ def read_components(robot: XmlElement, joints: Mapping[str, Joint]) -> tuple[Har
     """Return the hardware of every ``<ros2_control>`` tag in a ``<robot>`` element.
 
     Args:
-        robot: The root element.
-        joints: The joints of the URDF.
+        robot: Root element of the URDF.
+        joints: Joints of the URDF by name.
 
     Raises:
         InvalidDescriptionError: When a tag breaks the grammar or contradicts the URDF.
@@ -227,7 +227,7 @@ def _read_joints(
         part = _read_part(element, "joint")
         joint = urdf_joints.get(name)
         if joint is None:
-            # Fans and the like, which ROS 2 took until Humble.
+            # Fans and the like, which ROS 2 accepted until Humble.
             warnings.append(
                 f"Joint '{name}' of <ros2_control> is left out: the robot has none of that name, "
                 "and ROS 2 refuses it since Jazzy"
@@ -255,11 +255,11 @@ def _read_joints(
 
 
 def _without_commands(part: ComponentInfo, joint: Joint, warnings: list[str]) -> ComponentInfo:
-    """Take the command interfaces off a joint that follows another one.
+    """Return a mimic joint without its command interfaces; warn about each removed one.
 
     Raises:
-        InvalidDescriptionError: When only the URDF says that it follows, which is an error in
-            ROS 2 too; descriptions of the older form, with parameters, have such interfaces.
+        InvalidDescriptionError: When the joint has command interfaces and its mimic relation is
+            from the URDF, as in ROS 2. The older form, with parameters, allows the interfaces.
     """
     if not part.command_interfaces:
         return part

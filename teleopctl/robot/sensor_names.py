@@ -1,7 +1,7 @@
 """The names that a Gazebo plug-in's ``<ros>`` gives to topics.
 
 A plug-in of ``gazebo_ros`` is a node of its own, named as the plug-in, in the ``<namespace>`` of
-its ``<ros>``. Its ``<remapping>``s, and those among its ``<argument>``s, hold for this node.
+its ``<ros>``. The rules of its ``<remapping>`` and ``<argument>`` elements apply to this node.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 _RULES = ("ros/remapping", "ros/argument")
 _MARK = ":="
-# Gazebo writes this where nobody has named a topic.
+# Gazebo writes this name if the description names no topic.
 _NO_TOPIC = "__default_topic__"
 
 
@@ -28,10 +28,10 @@ def ros_topic(name: str) -> str:
 class RosNames:
     """ROS topics and frames of a Gazebo sensor, by its tags and its plug-in's.
 
-    A name without a leading slash is below the namespace of whoever publishes it.
+    A name without a leading slash is relative to the namespace of the publishing node.
 
     Args:
-        sensor: What the description says of it.
+        sensor: ``<sensor>`` tag of the description.
     """
 
     def __init__(self, sensor: SensorTag) -> None:
@@ -58,8 +58,8 @@ class RosNames:
     def topic_decides(self) -> bool:
         """Whether ``<topic>`` names the topic, as in new Gazebo.
 
-        So it is where no plug-in of ``gazebo_ros`` is, or one that says nothing of ROS 2: it stands
-        there for ROS 1.
+        True without a ``gazebo_ros`` plug-in, or with a ``<topic>`` and a plug-in without a
+        ``<ros>`` element, which is meant for ROS 1.
         """
         of_ros = self._plugin is not None and any(
             path.startswith("ros/") for path in self._plugin.parameters
@@ -90,7 +90,7 @@ class RosNames:
         return inside if inside.startswith("/") else f"/{inside}"
 
     def _within(self, name: str) -> str:
-        """A name within the plug-in's node and namespace."""
+        """Return a name within the plug-in's node and namespace."""
         if name.startswith("~"):
             node = self._plugin.name if self._plugin is not None else ""
             name = f"{node}/{name[1:].lstrip('/')}"

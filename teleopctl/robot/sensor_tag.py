@@ -13,22 +13,22 @@ from teleopctl.robot.urdf import Pose
 
 WIDE_ANGLE_TYPES = frozenset(("wideanglecamera", "wide_angle_camera"))
 
-# SDF's functions, and how they rise.
+# SDF's lens functions and their derivatives.
 _FUNCTIONS: dict[str, tuple[Callable[[float], float], Callable[[float], float]]] = {
     "tan": (math.tan, lambda angle: 1.0 + math.tan(angle) ** 2),
     "sin": (math.sin, math.cos),
     "id": (float, lambda _: 1.0),
 }
-# c1, c2 and the function of the projections that have names.
+# c1, c2 and the function of SDF's named projections.
 _TYPES = {
     "stereographic": (2.0, 2.0, "tan"),
     "equidistant": (1.0, 1.0, "id"),
     "equisolid_angle": (2.0, 2.0, "sin"),
     "orthographic": (1.0, 1.0, "sin"),
 }
-# That of a pinhole.
+# Names of the pinhole projection.
 _STRAIGHT = ("gnomonical", "gnomonic")
-# SDF's own, in radians from the axis.
+# SDF's default, in radians from the axis.
 _CUTOFF = 1.5707
 _TRUE = ("true", "1")
 
@@ -40,12 +40,12 @@ class Lens:
     r is 1 at the left and right edge of the image.
 
     Attributes:
-        c1: See above.
-        c2: See above.
-        c3: See above.
-        f: See above.
-        fun: ``tan``, ``sin`` or ``id``.
-        cutoff: What is farther from the axis is not seen, in radians.
+        c1: Factor of the result.
+        c2: Divisor of the angle.
+        c3: Offset of the angle, in radians.
+        f: Scale of the result.
+        fun: Name of the function: ``tan``, ``sin`` or ``id``.
+        cutoff: Largest visible angle from the axis, in radians.
     """
 
     c1: float
@@ -69,15 +69,16 @@ def read_lens(element: XmlElement | None, horizontal_fov: float, where: XmlEleme
     """Return the lens of a wide angle camera's ``<lens>``; None if it is a pinhole all the same.
 
     Args:
-        element: The tag; None for what SDF means then.
-        horizontal_fov: What the camera sees between the edges of its image, in radians.
-        where: The camera.
+        element: ``<lens>`` tag; None for SDF's default lens.
+        horizontal_fov: Horizontal field of view of the image, in radians.
+        where: Camera element, for error messages.
 
     Returns:
-        The lens; None where the camera is a pinhole all the same.
+        The lens; None for a pinhole projection that is scaled to the field of view.
 
     Raises:
-        InvalidDescriptionError: There is no such lens, or it cannot see so far.
+        InvalidDescriptionError: The lens type or function is unknown, or the lens cannot cover the
+            field of view.
     """
     kind = "stereographic" if element is None else child_text(element, "type", "stereographic")
     scaled = element is None or child_text(element, "scale_to_hfov", "true").lower() in _TRUE
@@ -105,7 +106,7 @@ def read_lens(element: XmlElement | None, horizontal_fov: float, where: XmlEleme
     if scaled:
         edge = Lens(c1, c2, c3, 1.0, fun, math.pi).radius(horizontal_fov / 2.0)
         f = 1.0 / edge if edge else 0.0
-    # Beyond a right angle a sine falls, and a tangent begins anew.
+    # Beyond a right angle the sine decreases and the tangent changes sign.
     rises = fun == "id" or 0.0 <= c3 <= horizontal_fov / 2.0 / c2 + c3 < math.pi / 2.0
     if not (rises and c1 * f > 0.0 and c2 > 0.0 and 0.0 < horizontal_fov <= 2.0 * math.pi):
         raise InvalidDescriptionError(
@@ -127,8 +128,8 @@ class PluginTag:
     """``<plugin>`` of Gazebo, with file name and parameters.
 
     ``parameters`` maps the path of each element without children (``camera_name``,
-    ``ros/remapping``) to the texts that stand there. ``line`` is where the tag stands in the
-    URDF; 0 where that is not known.
+    ``ros/remapping``) to the texts of all elements at this path. ``line`` is the tag's line in the
+    URDF; 0 if unknown.
     """
 
     name: str
@@ -169,8 +170,8 @@ def read_plugin(element: XmlElement) -> PluginTag:
 
 Default = TypeVar("Default", bound=float | None)
 
-# Where a sensor's frame stands: in Gazebo, in Gazebo while its name was Ignition, in SDF; for a
-# camera, the frame of its images wins.
+# Tags with a sensor's frame: of Gazebo, of Gazebo under its name Ignition, and of SDF. A camera's
+# optical frame has precedence.
 _FRAME_TAGS = ("gz_frame_id", "ignition_frame_id", "frame_id")
 _OPTICAL_FRAME_TAGS = ("camera/optical_frame_id", "optical_frame_id")
 _RAY_TAGS = ("ray", "lidar", "gpu_ray", "gpu_lidar")
@@ -186,7 +187,7 @@ _TEXTS = (
     "imu/orientation_reference_frame/localization",
     "imu/orientation_reference_frame/custom_rpy",
 )
-# A gigabyte of rays is a mistake, not a lidar; nor does OpenGL draw larger pictures.
+# A gigabyte of rays is a mistake in the description. OpenGL does not render larger images.
 _MOST_RAYS = 4_000_000
 _MOST_PIXELS = 16_384
 
@@ -195,10 +196,10 @@ _MOST_PIXELS = 16_384
 class CameraTag:
     """Content of a ``<camera>``: image, field of view, lens distortion (plumb_bob), limits.
 
-    Its pixels are square, so that ``horizontal_fov`` and the size of the image decide all.
-    ``intrinsics`` are fx, fy, cx, cy in pixels of ``<lens>``, or None; they win over the angles.
-    ``projection`` is what rectified images are told to have instead, with tx and ty, or None.
-    ``lens`` is that of a wide angle camera, which is no pinhole, or None.
+    Pixels are square, so that ``horizontal_fov`` and the image size determine the focal lengths.
+    ``intrinsics`` are fx, fy, cx, cy of ``<lens>`` in pixels, or None, and have precedence over
+    ``horizontal_fov``. ``projection`` has fx, fy, cx, cy, tx, ty of the projection matrix for
+    rectified images, or None. ``lens`` is the lens of a wide angle camera; None for a pinhole.
     """
 
     name: str
@@ -222,9 +223,9 @@ class CameraTag:
 class ForceTorqueTag:
     """Content of a ``<force_torque>``: frame and direction of the measurement.
 
-    ``frame`` is whose axes it has: ``child``, ``parent`` or ``sensor``; ``site`` is the sensor's
-    with the torque about its own place, as MuJoCo has it, and not about the joint's.
-    ``measure_direction`` is which of the two links acts on the other: ``child_to_parent`` or
+    ``frame`` names the axes of the measurement: ``child``, ``parent`` or ``sensor``; ``site`` means
+    the sensor's axes, with the torque about the sensor's origin, as in MuJoCo, instead of the
+    joint's. ``measure_direction`` is the link that acts on the other link: ``child_to_parent`` or
     ``parent_to_child``.
     """
 
@@ -250,7 +251,7 @@ class RaySweep:
 class Rays:
     """Content of a ``<ray>`` or ``<lidar>``: angles and range limits of the rays.
 
-    What is nearer than ``near`` is not seen, what is farther than ``far`` neither.
+    Objects nearer than ``near`` or farther than ``far`` are not detected, in metres.
     """
 
     horizontal: RaySweep
@@ -263,8 +264,9 @@ class Rays:
 class Noise:
     """Sensor noise: Gaussian, with a constant bias and a drifting one.
 
-    The wandering bias is a Gauss-Markov process of deviation ``dynamic_bias_stddev`` and
-    ``dynamic_bias_correlation_time`` in seconds. With a ``precision`` values are multiples of it.
+    The drifting bias is a Gauss-Markov process with standard deviation ``dynamic_bias_stddev`` and
+    ``dynamic_bias_correlation_time`` in seconds. A ``precision`` above 0 rounds values to multiples
+    of it.
     """
 
     mean: float = 0.0
@@ -280,10 +282,10 @@ class Noise:
 class SensorTag:
     """``<sensor>`` of a link: type, rate, topic, and its pose in the link's frame.
 
-    A force-torque sensor may name a joint instead: ``link`` is the joint's child then. ``noise``
-    has the path of the element that it stands in: ``imu/angular_velocity/x``, ``ray``. ``contact``
-    are the names of collision shapes. ``texts`` has what its type alone has, by path. ``line`` is
-    where the tag stands; 0 where that is not known.
+    A force-torque sensor may name a joint instead: then ``link`` is the joint's child. ``noise``
+    is keyed by the path of the parent element: ``imu/angular_velocity/x``, ``ray``. ``contact``
+    has the names of collision shapes. ``texts`` has texts of elements that only this sensor type
+    has, by path. ``line`` is the tag's line; 0 if unknown.
     """
 
     name: str
@@ -339,8 +341,8 @@ def sensor_of_plugin(plugin: PluginTag, children: Mapping[str, str]) -> SensorTa
     """Return the sensor that Gazebo classic's robot-wide force-torque plug-in stands for.
 
     Args:
-        plugin: The plug-in.
-        children: The child link of each joint.
+        plugin: Plug-in of the robot.
+        children: Child link by joint name.
     """
     if _FORCE_TORQUE_PLUGIN not in plugin.filename:
         return None
@@ -366,7 +368,7 @@ def _first_text(element: XmlElement, paths: tuple[str, ...]) -> str:
 
 
 def _texts(element: XmlElement) -> Iterator[tuple[str, str]]:
-    """What stands in the element of the sensor's own type, ``imu/enable_orientation`` say."""
+    """Yield paths and texts of elements specific to the sensor's type: ``imu/localization``."""
     own = element.find(element.get("type") or "")
     for path in _TEXTS:
         if text := child_text(element, path):
@@ -445,7 +447,7 @@ def _read_camera(element: XmlElement, kind: str) -> CameraTag:
         width=_pixels(image, "width"),
         height=_pixels(image, "height"),
         format=child_text(image, "format", "R8G8B8"),
-        # Nothing can be drawn from a distance of zero on.
+        # Rendering needs a near plane above zero.
         near=number_in(clip, "near", 0.0) or 0.1,
         far=number_in(clip, "far", 0.0) or 100.0,
         intrinsics=_read_intrinsics(element.find("lens/intrinsics")),
@@ -504,13 +506,13 @@ def number_in(
     """Return the number in a child element, from its text or its attribute ``value``.
 
     Args:
-        element: The element, if there is one.
-        tag: The child.
-        default: What a missing child means.
-        finite: Whether infinity is none.
+        element: Parent element, or None.
+        tag: Path of the child element.
+        default: Value for a missing child.
+        finite: Whether infinity is an error.
 
     Raises:
-        InvalidDescriptionError: When it is something else.
+        InvalidDescriptionError: When the child is no number.
     """
     child = None if element is None else element.find(tag)
     if element is None or child is None:
@@ -536,7 +538,7 @@ def flag(element: XmlElement, text: str) -> bool:
     """Parse ``true``, ``false``, ``1`` or ``0``.
 
     Raises:
-        InvalidDescriptionError: When it is anything else.
+        InvalidDescriptionError: When the text is anything else.
     """
     if text in ("0", "1"):
         return text == "1"

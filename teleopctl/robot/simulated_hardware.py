@@ -1,13 +1,13 @@
 """A description for simulation: the simulator is the hardware of all joints.
 
-Descriptions name the hardware that their authors have: a vendor's driver, a mock, another
-simulator. In simulation all of them are replaced by the simulator; a robot without any
+Descriptions name the hardware that their authors use: a vendor's driver, a mock, another
+simulator. In simulation the simulator replaces all of them; a robot without any
 ``<ros2_control>`` gets a system that holds each joint. Joints that Gazebo's own plug-ins move take
 the commands of the controllers that replace those plug-ins.
 
-The state of a planar joint is three numbers, for which ``sensor_msgs/JointState`` and ros2_control
-have no room. So it becomes three joints, two that slide in the plane and one that turns in it,
-under the names that MoveIt gives its variables, with two links of next to no mass between.
+The state of a planar joint is three numbers, which ``sensor_msgs/JointState`` and ros2_control
+cannot hold. So the joint is split into three, two that slide in the plane and one that rotates in
+it, named as MoveIt names the variables, with two links of negligible mass between them.
 """
 
 from __future__ import annotations
@@ -32,13 +32,13 @@ STATES_TOPIC = "/robot_joint_states"
 COMMANDS_TOPIC = "/robot_joint_commands"
 
 RESET_FRAME = "reset"
-"""The ``frame_id`` of a state before which the robot was put elsewhere; others have none.
+"""``frame_id`` of the first state after the robot was moved by a reset; empty in other states.
 
-It stands in the state itself, so that it cannot come too early or too late.
+The mark is part of the state itself, so that it cannot arrive too early or too late.
 """
 
 
-# What is felt by nothing, and MuJoCo does not take for zero.
+# Negligible, but not zero for MuJoCo.
 _NO_MASS, _NO_MOMENT = "1e-9", "1e-12"
 
 
@@ -48,8 +48,8 @@ def split_planar_joints(
     """Replace each planar joint of a ``<robot>`` by two prismatic joints and a continuous one.
 
     Args:
-        robot: The element.
-        joints: Its joints by name.
+        robot: Root element of the URDF, which is changed.
+        joints: Joints of the robot by name.
 
     Returns:
         The names of the new joints, and a sentence about each planar joint.
@@ -145,8 +145,8 @@ class SimulatedDescription(NamedTuple):
     """URDF in which the simulator is the ros2_control hardware, with what was changed.
 
     Attributes:
-        urdf: The description; the text as it was where nothing had to be changed.
-        remarks: What was changed, one sentence each.
+        urdf: Description as URDF; the unchanged text if no change was necessary.
+        remarks: Sentences about the changes.
     """
 
     urdf: str
@@ -158,10 +158,10 @@ def simulated(urdf: str) -> SimulatedDescription:
     """Return a URDF with the simulator as ros2_control hardware, added if missing; and remarks.
 
     Args:
-        urdf: The expanded description.
+        urdf: Expanded description.
 
     Raises:
-        InvalidDescriptionError: When it is no robot.
+        InvalidDescriptionError: When the text is no valid robot description.
     """
     robot: etree._Element = parse(urdf)
     description = RobotDescription.from_urdf(urdf)
@@ -181,10 +181,10 @@ def with_plugin_joints(urdf: str) -> str:
     """Return a URDF with ``<ros2_control>`` joints added that Gazebo plug-ins move.
 
     Args:
-        urdf: The expanded description; the same text comes back where nothing is missing.
+        urdf: Expanded description; returned unchanged if no joint is missing.
 
     Raises:
-        InvalidDescriptionError: When it is no robot.
+        InvalidDescriptionError: When the text is no valid robot description.
     """
     robot: etree._Element = parse(urdf)
     changed = _let_plugins_command(robot, motion_plugins(RobotDescription.from_urdf(urdf)))
@@ -192,7 +192,7 @@ def with_plugin_joints(urdf: str) -> str:
 
 
 def _take_over(systems: list[etree._Element]) -> list[str]:
-    """Let the simulator be the hardware of every system."""
+    """Make the simulator the hardware of every system; return sentences about the changes."""
     foreign = []
     for system in systems:
         plugin = system.findtext("hardware/plugin", "").strip()
@@ -206,14 +206,14 @@ def _take_over(systems: list[etree._Element]) -> list[str]:
         hardware = etree.Element("hardware")
         etree.SubElement(hardware, "plugin").text = SIMULATOR
         system.insert(0, hardware)
-        # The simulator's are of this kind, whatever they drive.
+        # The simulator has only components of type system.
         system.set("type", "system")
     remarks = [f"The simulator is the hardware of {', '.join(foreign)}"] if foreign else []
     return remarks + _plain_commands(systems)
 
 
 def _plain_commands(systems: list[etree._Element]) -> list[str]:
-    """Name commands by what they command, which Gazebo's ``position_pid`` does not."""
+    """Rename Gazebo's command interfaces such as ``position_pid``; return a sentence about them."""
     renamed = []
     for joint in (joint for system in systems for joint in system.findall("joint")):
         plain = {command.get("name"): command for command in joint.findall("command_interface")}
@@ -243,7 +243,7 @@ def _new_system() -> etree._Element:
 
 
 def _let_plugins_command(robot: etree._Element, plugins: MotionPlugins) -> bool:
-    """Give the joints that plug-ins move the interfaces for it; whether anything was missing."""
+    """Add missing interfaces of the joints that plug-ins move; return whether any was missing."""
     known = {joint.get("name"): joint for joint in robot.iterfind("ros2_control/joint")}
     system, changed = _new_system(), False
     for name, command in plugins.commands.items():
@@ -262,9 +262,9 @@ def _let_plugins_command(robot: etree._Element, plugins: MotionPlugins) -> bool:
 
 
 def _tell_of_others(robot: etree._Element, description: RobotDescription) -> bool:
-    """Let the states of joints be told that no system has; whether there are any.
+    """Add state interfaces for joints in no ``<ros2_control>`` tag; return whether any was added.
 
-    Nobody commands them: without their states their links would have no frames.
+    No controller commands these joints, but without their states tf would lack their links.
     """
     known = {joint.get("name") for joint in robot.iterfind("ros2_control/joint")}
     joints = Joints.of(description)
@@ -283,7 +283,7 @@ def _tell_of_others(robot: etree._Element, description: RobotDescription) -> boo
 
 
 def _limit_efforts(robot: etree._Element, plugins: MotionPlugins) -> bool:
-    """Let no joint exert more than a plug-in wants; whether one could."""
+    """Lower joints' effort limits to those of the plug-ins; return whether any changed."""
     efforts = {name: most for one in plugins.controllers for name, most in one.efforts.items()}
     changed = False
     for joint in robot.iterfind("joint"):
@@ -301,14 +301,14 @@ def _limit_efforts(robot: etree._Element, plugins: MotionPlugins) -> bool:
 
 
 def _carried(description: RobotDescription) -> set[str]:
-    """The joints that go round and round, and that the others of a loop move."""
+    """Return the continuous joints that the other joints of a closed loop move."""
     ends = {name: (joint.parent, joint.child) for name, joint in description.joints.items()}
     carried: set[str] = set()
     for loop in description.gazebo.loops:
         path = loops_path(loop, ends)
         kinds = {name: joint.type for name, joint in description.joints.items() if name in path}
         endless = [name for name, kind in kinds.items() if kind == "continuous"]
-        # Of joints that are all alike the first one is as good as any.
+        # If all joints of the loop are continuous, the first one is the driven joint.
         others = [kind for kind in kinds.values() if kind not in ("continuous", "fixed")]
         carried.update(endless if others else endless[1:])
     return carried
@@ -317,10 +317,10 @@ def _carried(description: RobotDescription) -> set[str]:
 def _add_system(
     robot: etree._Element, description: RobotDescription, plugins: MotionPlugins
 ) -> list[str]:
-    """Add a system that holds each joint where it is, and turns each that goes round and round.
+    """Add a system with a position command per joint, or velocity for continuous ones.
 
-    What a loop of joints moves is left to it. Where plug-ins drive the robot, those that go round
-    and that none of them moves are casters.
+    Joints that a closed loop moves get no command interface. If plug-ins drive the robot's base,
+    continuous joints that no plug-in moves are casters and get none either.
     """
     system, moved, carried = _new_system(), plugins.commands, _carried(description)
     found: dict[str, list[str]] = {"position": [], "velocity": []}

@@ -24,8 +24,8 @@ JointType = Literal["fixed", "revolute", "continuous", "prismatic", "floating", 
 
 _ZERO: Vector3 = (0.0, 0.0, 0.0)
 
-# An attribute of `<limit>` in descriptions made from SDF, which says that there is no limit where
-# URDF has no word for it: readers of URDF want a number.
+# Attribute of `<limit>` in descriptions made from SDF. It marks a quantity as unlimited, which URDF
+# cannot express: its readers expect a number.
 UNLIMITED = "{http://sdformat.org/schemas/root.xsd}unlimited"
 
 
@@ -134,7 +134,7 @@ class Link:
 class Limit:
     """``<limit>`` of a joint; ``lower`` and ``upper`` have no meaning for continuous joints.
 
-    ``line`` is where the tag stands; 0 where that is not known.
+    ``line`` is the line of the tag; 0 if unknown.
     """
 
     lower: float = 0.0
@@ -174,9 +174,9 @@ class SafetyController:
 
 @dataclass(frozen=True, slots=True)
 class Joint:
-    """A joint between a parent and a child link; ``axis`` is a unit vector in its frame.
+    """A joint between a parent and a child link; ``axis`` is a unit vector in the joint's frame.
 
-    ``line`` is where the tag stands; 0 where that is not known.
+    ``line`` is the line of the tag; 0 if unknown.
     """
 
     name: str
@@ -201,7 +201,7 @@ def read_links(robot: XmlElement) -> dict[str, Link]:
     """Read every ``<link>`` of a ``<robot>``, in the order of the file.
 
     Raises:
-        InvalidDescriptionError: When one is incomplete or a name stands twice.
+        InvalidDescriptionError: When a link is incomplete or two links have the same name.
     """
     materials = {}
     for element in robot.findall("material"):
@@ -226,7 +226,7 @@ def read_joints(robot: XmlElement) -> dict[str, Joint]:
     """Read every ``<joint>`` of a ``<robot>``, in the order of the file.
 
     Raises:
-        InvalidDescriptionError: When one is incomplete or a name stands twice.
+        InvalidDescriptionError: When a joint is incomplete or two joints have the same name.
     """
     joints: dict[str, Joint] = {}
     for element in robot.findall("joint"):
@@ -328,7 +328,7 @@ def read_inertial(element: XmlElement) -> Inertial:
     """Return an ``<inertial>`` element of a URDF as an `Inertial`.
 
     Raises:
-        InvalidDescriptionError: When it is incomplete or a value is none.
+        InvalidDescriptionError: When the element is incomplete or a value is invalid.
     """
     mass, inertia = element.find("mass"), element.find("inertia")
     if mass is None or inertia is None:
@@ -351,16 +351,16 @@ def read_visual(element: XmlElement, materials: dict[str, Material]) -> Visual:
     """Return a ``<visual>`` element of a URDF as a `Visual`.
 
     Args:
-        element: The element.
-        materials: Those with a name, to which its own is added.
+        element: ``<visual>`` element.
+        materials: Materials by name; a new material of the element is added.
 
     Raises:
-        InvalidDescriptionError: When its shape or its material is none.
+        InvalidDescriptionError: When the shape or the material is missing or invalid.
     """
     child = element.find("material")
     material = None if child is None else _read_material(child)
     if material is not None and material.name:
-        # A name means one material: the robot's own, or else that of the first link that has it.
+        # A name means one material: that of the robot, else that of the first link that has it.
         if material.rgba is not None or material.texture is not None:
             materials.setdefault(material.name, material)
         material = materials.get(material.name, material)
@@ -373,7 +373,7 @@ def read_collision(element: XmlElement) -> Collision:
     """Return a ``<collision>`` element of a URDF as a `Collision`.
 
     Raises:
-        InvalidDescriptionError: When its shape is none.
+        InvalidDescriptionError: When the shape is missing or invalid.
     """
     return Collision(_read_geometry(element), _read_origin(element), element.get("name") or "")
 

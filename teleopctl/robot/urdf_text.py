@@ -51,5 +51,5 @@ def topic_name(name: str) -> str:
 
 def numbers(*values: float) -> str:
     """Return numbers as text separated by blanks, with full precision."""
-    # Adding zero makes -0.0 a plain one.
+    # Adding zero turns -0.0 into 0.0.
     return " ".join(repr(float(value) + 0.0) for value in values)

@@ -1,9 +1,9 @@
-"""World files: what stands and lies around a robot in simulation.
+"""World files: the objects around a robot in simulation.
 
-A world is a file of its own, so that the robot's description stays what it is on the real robot.
-It is URDF or xacro, whose links on fixed joints stand still and whose links on floating joints
-from `world` move freely; what is on another joint moves as it is pushed, as a door does. Or it is
-SDF, as Gazebo has it, a scene of MuJoCo's (MJCF), which MuJoCo reads, or YAML of ours.
+A world is a file of its own, so that the robot's description is the same as on the real robot.
+It is URDF or xacro, in which links on fixed joints are static, links on floating joints from
+`world` move freely, and links on other joints move when pushed, like a door. Or it is SDF, as in
+Gazebo, an MJCF scene, which MuJoCo reads, or this project's world YAML.
 """
 
 from __future__ import annotations
@@ -31,7 +31,7 @@ from teleopctl.robot.xacro.source_lines import Places
 _SOLIDS = ".//geometry/*"
 _SIZES = ("size", "radius", "length")
 _YAML = frozenset({".yaml", ".yml"})
-# What a world of ours has on a line of its own, which XML has not.
+# A line that every world YAML has and XML does not.
 _OURS = re.compile(r"^\s*things\s*:", re.MULTILINE)
 _XACRO = b"http://www.ros.org/wiki/xacro"
 
@@ -41,12 +41,12 @@ class World:
     """World file that was read: a scene, or one model's description.
 
     Attributes:
-        path: The file.
-        description: What it says; None for a scene of MuJoCo's.
-        text: What stands in it, where there is no such file.
-        name: What it calls itself.
-        scene: What it says, where it is SDF or our YAML.
-        places: Where the lines of the description were written, where it is made by xacro.
+        path: Path of the file.
+        description: Description in a URDF or xacro file; None for other formats.
+        text: Text of the world, if it was not read from a file; else empty.
+        name: Name of the world in the file.
+        scene: Scene in an SDF or YAML file; else None.
+        places: Source file and line of each line of the description, if it was made by xacro.
     """
 
     path: Path
@@ -71,11 +71,12 @@ def find_world(uri: str, folder: Path) -> Path:
     """Return the file that Gazebo would find for a world's or model's name or URI.
 
     Args:
-        uri: A path, or a URI of one of the kinds that SDF files have.
-        folder: Where relative paths start; then those of Gazebo's variables are looked at.
+        uri: Path, or a URI of a kind that SDF files have.
+        folder: Folder that relative paths start from, before those of Gazebo's environment
+            variables.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: The file is not found.
     """
     try:
         return model_file(find_file(uri, folder)).absolute()
@@ -90,7 +91,7 @@ def is_world(path: Path) -> bool:
     try:
         world = read_world(path) if model_kind(path) == "sdf" else None
     except InvalidDescriptionError:
-        return False  # who reads it as a robot says what is wrong
+        return False  # the reader of robots reports the fault
     return world is not None and world.scene is not None and not world.scene.is_model
 
 
@@ -98,12 +99,13 @@ def read_world(path: Path) -> World:
     """Read a world file, YAML or SDF; return it as a `World`.
 
     Args:
-        path: YAML of ours by its name; URDF, xacro, SDF or MJCF, told apart by the root element.
+        path: Path of the file: world YAML by its suffix; URDF, xacro, SDF or MJCF by its root
+            element.
 
     Raises:
-        InvalidDescriptionError: It is missing, broken, of another kind, has sizes or places
-            that are none, or a floating joint that does not start at ``world``. The message names
-            the file and, unless it is made by xacro, the line.
+        InvalidDescriptionError: The file is missing, broken or of another kind, or has invalid
+            sizes or poses, or a floating joint that does not start at ``world``. The message names
+            the file and, unless it is xacro, the line.
     """
     path = path.absolute()
     try:
@@ -118,7 +120,7 @@ def read_world(path: Path) -> World:
     if root.tag == "mujoco":
         return World(path, None, name=root.get("model") or "")
     if _XACRO in content:
-        # Its lines are others once it is expanded.
+        # Expansion changes the line numbers.
         read = read_xacro(path, places=True)
         world = _described(path, _checked(path, read.text, has_lines=False))
         return replace(world, places=read.places)
@@ -129,11 +131,11 @@ def read_world_text(text: str, where: str) -> World:
     """Read a world's text, YAML or SDF; return it as a `World`.
 
     Args:
-        text: URDF, SDF, MJCF or our YAML.
-        where: What errors call it.
+        text: URDF, SDF, MJCF or world YAML.
+        where: Name of the text in error messages.
 
     Raises:
-        InvalidDescriptionError: As of `read_world`.
+        InvalidDescriptionError: As for `read_world`.
     """
     path, content = Path(where), text.encode(errors="surrogatepass")
     if _OURS.search(text):
@@ -164,7 +166,7 @@ def _decoded(path: Path, content: bytes) -> str:
 
 
 def _parse(path: Path, content: bytes) -> XmlElement:
-    # MuJoCo reads what XML forbids, such as two hyphens in a comment, and says what is wrong.
+    # MuJoCo accepts what XML forbids, such as two hyphens in a comment, and reports other faults.
     parser = etree.XMLParser(recover=True, resolve_entities=False, remove_comments=True)
     with contextlib.suppress(etree.XMLSyntaxError):
         scene: XmlElement | None = etree.fromstring(content, parser)
@@ -196,7 +198,7 @@ def _checked(path: Path, text: str, *, has_lines: bool) -> RobotDescription:
 
 
 def _check_sizes(element: XmlElement, place: str) -> None:
-    """See that sizes are some; the description has seen that they are finite numbers."""
+    """Raise if a size is not positive; that sizes are finite numbers is checked before."""
     for attribute in _SIZES:
         text = element.get(attribute) or ""
         if min(map(float, text.split()), default=1.0) <= 0.0:

@@ -20,7 +20,7 @@ _TYPE = "diff_drive_controller/DiffDriveController"
 _CLASSIC_SEPARATION_M, _CLASSIC_DIAMETER_M, _CLASSIC_TORQUE_NM = 0.34, 0.15, 5.0
 _CLASSIC_RATE_HZ = 100.0
 _DIFF_SEPARATION_M, _DIFF_RADIUS_M, _RATE_HZ = 1.0, 0.2, 50.0
-# What `odometry_source` may be.
+# Values of `odometry_source`.
 _ENCODER, _WORLD = 0, 1
 
 CLASSIC_DIFF_DRIVE_TAGS = words(
@@ -46,7 +46,7 @@ def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
     """Convert ``libgazebo_ros_diff_drive.so``, also of ROS 1, to a ``diff_drive_controller``.
 
     Raises:
-        InvalidDescriptionError: The tags make no base.
+        InvalidDescriptionError: The tags do not describe a valid base.
     """
     left, right = _wheels(plugin, ("left_joint", "leftJoint"), ("right_joint", "rightJoint"))
     separations = plugin.numbers("wheel_separation", "wheelSeparation") or [_CLASSIC_SEPARATION_M]
@@ -72,7 +72,7 @@ def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
         "twist_covariance_diagonal": covariance,
     }
     if acceleration > 0.0:
-        # Of a wheel along the ground; a turn gives the outer one half the separation times as much.
+        # Of a wheel along the ground: a = alpha * separation / 2 in a turn on the spot.
         parameters["linear.x.max_acceleration"] = acceleration
         parameters["angular.z.max_acceleration"] = 2.0 * acceleration / separations[0]
     return _diff_drive(
@@ -89,7 +89,7 @@ def diff_drive(plugin: PluginReader) -> PluginEffect:
     """Convert ``gz-sim-diff-drive-system`` to a ``diff_drive_controller``.
 
     Raises:
-        InvalidDescriptionError: The tags make no base.
+        InvalidDescriptionError: The tags do not describe a valid base.
     """
     left, right = _wheels(plugin, ("left_joint",), ("right_joint",))
     parameters = {
@@ -117,7 +117,7 @@ def speed_limits(plugin: PluginReader, kind: str, prefix: str) -> dict[str, floa
     """Return velocity, acceleration and jerk limits of a plug-in as a controller's parameters.
 
     Args:
-        plugin: The plug-in.
+        plugin: Reader of the plug-in.
         kind: ``linear`` or ``angular``.
         prefix: Prefix of the parameters, such as ``linear.x``.
     """
@@ -151,7 +151,7 @@ def _diff_drive_parameters(
         "right_wheel_names": right,
         "wheel_separation": separation,
         "wheel_radius": radius,
-        # Gazebo drives on until another command comes.
+        # Gazebo keeps the last command until the next one arrives.
         "cmd_vel_timeout": 0.0,
         "use_stamped_vel": False,
         "tf_frame_prefix_enable": False,
@@ -229,7 +229,7 @@ def joint_states(plugin: PluginReader) -> PluginEffect:
 
 def gz_joint_states(plugin: PluginReader) -> PluginEffect:
     """Convert ``gz-sim-joint-state-publisher-system`` to a ``joint_state_broadcaster``."""
-    # As above.
+    # The broadcaster publishes all joints, as in `joint_states`.
     plugin.joints("joint_name")
     own = f"world/default/model/{plugin.robot}/joint_state"
     return _broadcaster(plugin, f"/{plugin.text('topic', default=own).strip('/')}")
@@ -275,7 +275,7 @@ def mecanum(plugin: PluginReader) -> PluginEffect:
     """Convert ``gz-sim-mecanum-drive-system`` to a ``mecanum_drive_controller``.
 
     Raises:
-        InvalidDescriptionError: It has not one joint in each place.
+        InvalidDescriptionError: A joint tag is missing or given more than once.
     """
     parameters: dict[str, object] = {}
     joints = []
@@ -300,7 +300,7 @@ def ackermann(plugin: PluginReader) -> PluginEffect:
     """Convert ``gz-sim-ackermann-steering-system`` to an ``ackermann_steering_controller``.
 
     Raises:
-        InvalidDescriptionError: It has not one joint in each place.
+        InvalidDescriptionError: A joint tag is missing or given more than once.
     """
     driven = [_only(plugin, f"{side}_joint") for side in ("right", "left")]
     steered = [_only(plugin, f"{side}_steering_joint") for side in ("right", "left")]

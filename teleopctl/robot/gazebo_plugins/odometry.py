@@ -12,7 +12,7 @@ from teleopctl.robot.urdf import Pose
 
 # Gazebo's defaults, in Hz.
 _PLANAR_RATE_HZ, _ODOMETRY_RATE_HZ = 20.0, 50.0
-# What of a motion in the plane is not known; the plug-ins' number.
+# Variance of quantities that a motion in the plane does not have, as in the plug-ins.
 _UNKNOWN = 1e12
 
 PLANAR_MOVE_TAGS = words(
@@ -44,8 +44,8 @@ def classic_odometry(plugin: PluginReader, rate_hz: float, *, default: bool) -> 
     """Return the odometry of a Gazebo Classic plug-in that drives a base; None if it has none.
 
     Args:
-        plugin: The plug-in.
-        rate_hz: Rate of the odometry.
+        plugin: Reader of the plug-in.
+        rate_hz: Publishing rate of the odometry.
         default: Whether topic and transform are published by default.
     """
     variance = planar_variance(plugin)
@@ -80,7 +80,7 @@ def p3d(plugin: PluginReader) -> PluginEffect:
     """Return the equivalent of ``libgazebo_ros_p3d.so``.
 
     Raises:
-        InvalidDescriptionError: It names no link, or one that is not there.
+        InvalidDescriptionError: The plug-in names no link, or a link that does not exist.
     """
     link = plugin.link("body_name", "bodyName")
     frame = plugin.text("frame_name", "frameName", default="world").strip("/")

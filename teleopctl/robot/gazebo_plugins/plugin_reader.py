@@ -22,11 +22,11 @@ class PluginController:
     """A controller that replaces a Gazebo plug-in.
 
     Attributes:
-        name: Name of the controller, which is that of the plug-in.
+        name: Name of the controller: the name of the plug-in.
         type: Type of the controller.
-        parameters: Parameters of its node.
+        parameters: Parameters of the controller's node.
         remappings: Remappings from the controller's names to the plug-in's.
-        joints: Command interface of each joint that it moves.
+        joints: Command interface of each joint that the controller moves.
         efforts: Effort limits of joints, N m or N, if the plug-in has them.
     """
 
@@ -45,14 +45,14 @@ class GroundTruth:
 
     Attributes:
         name: Name of the plug-in.
-        link: The link.
+        link: Link that the odometry describes.
         frame_id: Frame of the pose; the name of a link if ``relative_to`` is set.
         child_frame_id: Frame of the link.
         topic: Topic of ``nav_msgs/msg/Odometry``; empty for none.
         tf_topic: Topic of ``tf2_msgs/msg/TFMessage``; empty for none.
-        rate_hz: Rate; 0 for each control period.
+        rate_hz: Publishing rate; 0 to publish in every control period.
         in_child_frame: Whether velocities are along the axes of the link, as in REP 105, instead of
-            those of the frame.
+            those of ``frame_id``.
         relative_to: Link of ``frame_id``; empty for the world.
         offset: Translation and rotation added to the pose.
         noise: Standard deviation of the velocities, m/s and rad/s.
@@ -81,7 +81,7 @@ class PluginEffect:
 
     Attributes:
         says: End of a sentence with its topics: "listens to /cmd_vel".
-        controller: The controller, or None.
+        controller: Controller that replaces the plug-in, or None.
         truths: Odometry for the simulator to publish.
         planar_topics: Topics of velocities by which the simulator moves the base.
     """
@@ -94,8 +94,8 @@ class PluginEffect:
 
 _NO_LETTERS = re.compile(r"\W+")
 _CAMEL = re.compile(r"(?<=[a-z0-9])(?=[A-Z])")
-# What stands around a plug-in's own name: `libgazebo_ros_X.so`, `gz-sim8-X-system`, and Gazebo's
-# while it was named Ignition.
+# File names of plug-ins: `libgazebo_ros_X.so`, `gz-sim8-X-system`, and the same with the prefix
+# `ignition-gazebo`, Gazebo's former name.
 _AROUND = re.compile(
     r"(?:lib)?(?:(?P<classic>gazebo_ros)_|(?:gz-sim|ignition-gazebo)\d*-)(?P<name>.+?)(?:\.so)?"
 )
@@ -110,7 +110,7 @@ def plugin_kind(filename: str) -> str:
     """Return the name of a Gazebo plug-in's file in one spelling for all releases.
 
     Args:
-        filename: The file name in the description.
+        filename: File name in the description.
 
     Returns:
         ``gazebo_ros_diff_drive``, ``gz-sim-diff-drive-system`` and so on; the file name
@@ -126,13 +126,13 @@ class PluginReader:
     """Reader of one Gazebo plug-in's parameters.
 
     Args:
-        plugin: The plug-in.
-        description: The robot.
+        plugin: ``<plugin>`` tag.
+        description: Description of the robot.
 
     Attributes:
         name: Name of the plug-in as a valid node name.
         robot: Name of the robot.
-        root: Its root link.
+        root: Root link of the robot.
     """
 
     def __init__(self, plugin: PluginTag, description: RobotDescription) -> None:
@@ -156,7 +156,7 @@ class PluginReader:
         """Return the numbers in these tags.
 
         Raises:
-            InvalidDescriptionError: One of them is not a number.
+            InvalidDescriptionError: A value is not a number.
         """
         values = []
         for tag in tags:
@@ -211,7 +211,7 @@ class PluginReader:
         """Return the three numbers in the first of these tags that exists, else zeros.
 
         Raises:
-            InvalidDescriptionError: It has something else.
+            InvalidDescriptionError: The tag does not have three numbers.
         """
         text = self.text(*tags, default="0 0 0")
         numbers = [value for word in text.split() if (value := to_number(word)) is not None]
@@ -242,7 +242,7 @@ class PluginReader:
         """Return a Gazebo topic: that of a tag, else the default below the model's name.
 
         Args:
-            tag: The tag.
+            tag: Tag with the topic.
             own: Last part of the default.
         """
         return f"/{self.text(tag, default=f'model/{self.robot}/{own}').strip('/')}"

@@ -120,7 +120,7 @@ def motion_plugins(description: RobotDescription) -> MotionPlugins:
     """Return the equivalents of a description's Gazebo plug-ins; faulty ones are left out.
 
     Args:
-        description: The robot.
+        description: Description of the robot.
     """
     controllers: dict[str, PluginController] = {}
     truths: list[GroundTruth] = []

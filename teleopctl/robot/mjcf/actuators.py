@@ -1,8 +1,8 @@
 """Actuators of an MJCF file as command interfaces of joints: units, offsets and limits.
 
-MuJoCo computes an actuator's force from its control u, the length l that it acts along and the
-rate of that, as gain * u + b0 + b1 * l + b2 * dl/dt. Where b1 < 0 that is a spring towards a
-position, where b1 = 0 and b2 < 0 a damper at a velocity, and where both are 0 a force.
+MuJoCo computes an actuator's force from its control u, its length l and the length's rate, as
+gain * u + b0 + b1 * l + b2 * dl/dt. With b1 < 0 the force is a spring towards a position, with
+b1 = 0 and b2 < 0 a damper at a velocity, and with b1 = b2 = 0 a plain force.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ import mujoco
 
 from teleopctl.robot.urdf import Mimic
 
-# As numbers: a model has numbers, which Python does not find among MuJoCo's enumerators.
+# Integers, as in a model's arrays: MuJoCo's enumerators do not match them in a set.
 SINGLE_AXIS = frozenset(map(int, (mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtJoint.mjJNT_SLIDE)))
 _ON_JOINTS = frozenset(map(int, (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)))
 _PLAIN_DYNAMICS = frozenset(
@@ -34,14 +34,14 @@ _PLAIN_BIASES = frozenset(map(int, (mujoco.mjtBias.mjBIAS_NONE, mujoco.mjtBias.m
 class JointActuator:
     """MJCF actuator of one joint, as a ros2_control command interface.
 
-    Its control (``ctrl``) is ``scale * command + offset``.
+    The actuator's control (``ctrl``) is ``scale * command + offset``.
 
     Attributes:
         name: Name of the actuator.
-        joint: The joint.
-        interface: The command interface: ``position``, ``velocity`` or ``effort``.
-        scale: See above.
-        offset: See above.
+        joint: Name of the joint.
+        interface: Command interface: ``position``, ``velocity`` or ``effort``.
+        scale: Factor from the command to the control.
+        offset: Control for a command of 0.
         most: Largest absolute command; 0 for no limit.
         effort: Largest effort on the joint, N m or N; 0 for no limit.
     """
@@ -55,7 +55,7 @@ class JointActuator:
     effort: float
 
 
-# Any stands for MuJoCo's model, here and below: it has no static type.
+# Any, here and below: MuJoCo's model has no static type.
 def equality_mimics(model: Any) -> dict[str, Mimic]:
     """Return the active linear joint equalities of an MJCF model as mimic relations, by joint.
 
@@ -76,12 +76,12 @@ def equality_mimics(model: Any) -> dict[str, Mimic]:
     return found
 
 
-# Any: as above.
 def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
     """Return the MJCF actuators that can be command interfaces of joints.
 
     Returns:
-        At most one actuator for each interface of a joint, and a sentence about each other one.
+        At most one actuator for each interface of a joint, and a sentence about each other actuator
+        of the model.
     """
     found: dict[tuple[str, str], JointActuator] = {}
     remarks = []

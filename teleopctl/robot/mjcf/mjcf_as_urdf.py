@@ -1,10 +1,10 @@
 """Conversion of an MJCF file to URDF: links and joints for tf, display and controllers.
 
-Physics uses the MJCF file itself, which the URDF names, so what URDF cannot express, such as
-tendons and contact pairs, is not lost.
+Physics uses the MJCF file itself, which the URDF names, so that tendons, contact pairs and other
+elements that URDF cannot express are not lost.
 
-A MuJoCo body may have several joints: each but the last gets a link of its own, and so does the
-last if it does not turn about the body's origin.
+A MuJoCo body may have several joints: each joint but the last gets a link of its own, and so does
+the last one if its axis does not pass through the body's origin.
 """
 
 from __future__ import annotations
@@ -33,9 +33,9 @@ from teleopctl.robot.xacro.expansion import ExpandedXacro
 from teleopctl.tf import Transform, quaternion_from_axis_angle
 
 _Kind = mujoco.mjtGeom
-# Shapes that MuJoCo's own viewer leaves out: mostly those that touch.
+# Geom groups from here on are hidden in MuJoCo's own viewer: mostly collision shapes.
 _FIRST_HIDDEN_GROUP = 3
-# What MuJoCo gives to a shape that nobody gave a colour: then its material's counts.
+# MuJoCo's colour of a geom whose file gives none; then the colour of its material is used.
 _UNSET_RGBA = np.array([0.5, 0.5, 0.5, 1.0], np.float32)
 _READ_BY_ALL = (".stl", ".obj")
 
@@ -108,7 +108,7 @@ def _mesh(mjcf: Mjcf, mesh: int, place: Transform) -> _Shape:
     element = mjcf.spec.mesh(m.mesh(mesh).name)
     file = _file_of(mjcf, element)
     if file is not None and _is_plain(element):
-        # MuJoCo turns a mesh into the axes of its inertia, and the shape back.
+        # MuJoCo moves a mesh into the frame of its inertia, and the geom by the inverse.
         own = transform(m.mesh_pos[mesh], m.mesh_quat[mesh])
         scale = numbers(*(float(value) for value in element.scale))
         return place @ own.inverse(), ("mesh", {"filename": file.as_uri(), "scale": scale})
@@ -142,7 +142,7 @@ def _color(m: Any, geom: int) -> tuple[float, ...]:
 
 
 _SYSTEM = "MjcfSystem"
-# What MuJoCo calls a model that has no name.
+# MuJoCo's default model name.
 _UNNAMED = "MuJoCo Model"
 
 _SLIDE, _BALL = mujoco.mjtJoint.mjJNT_SLIDE, mujoco.mjtJoint.mjJNT_BALL
@@ -159,7 +159,7 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
     mjcf = load_mjcf(path)
     m, name = mjcf.model, mjcf.spec.modelname
     robot = etree.Element("robot", name=path.stem if name in ("", _UNNAMED) else name)
-    # The element in which URDF speaks to MuJoCo, which has no such attribute itself.
+    # <mujoco> is the URDF element for MuJoCo's settings; the attribute `file` is an extension.
     etree.SubElement(robot, "mujoco", file=mjcf.path.as_uri())
     actuators, _ = joint_actuators(m)
     for remark in _add_links(robot, mjcf):
@@ -182,7 +182,7 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
 def _included(path: Path) -> list[Path]:
     """Return the files that an MJCF file includes, also indirectly."""
     found = []
-    # MuJoCo reads what XML forbids, such as two hyphens in a comment.
+    # MuJoCo accepts what XML forbids, such as two hyphens in a comment.
     parser = etree.XMLParser(recover=True, resolve_entities=False)
     for element in etree.parse(str(path), parser).iter("include"):
         file = (path.parent / (element.get("file") or "")).resolve()
@@ -282,7 +282,7 @@ def _add_moving(
     """Add a joint along or about one axis."""
     name = m.joint(joint).name
     axis = tuple(m.jnt_axis[joint].tolist())
-    # MuJoCo's file shows the robot at the joint's `ref`, URDF's at its zero.
+    # An MJCF file has the robot at the joint's `ref`, a URDF at the joint's zero.
     ref = float(m.qpos0[m.jnt_qposadr[joint]])
     slides = m.jnt_type[joint] == _SLIDE
     if slides:
@@ -297,7 +297,7 @@ def _add_moving(
     own = [actuator for actuator in actuators if actuator.joint == name]
     effort = max((actuator.effort for actuator in own), default=0.0)
     if m.jnt_actfrclimited[joint]:
-        # What its actuators give together is cut to this; 0 is no limit.
+        # MuJoCo clamps the sum of the actuators' forces to this range; an effort of 0 is no limit.
         most = max(map(abs, m.jnt_actfrcrange[joint].tolist()))
         effort = min(effort or most, most)
     speed = max((a.most for a in own if a.interface == "velocity"), default=0.0)
@@ -325,7 +325,7 @@ def _add_moving(
 
 
 def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator]) -> None:
-    """Add a system whose commands are those that the file's actuators take."""
+    """Add a ``<ros2_control>`` system with command interfaces for the file's actuators."""
     m, start = mjcf.model, mjcf.start()
     system = etree.SubElement(robot, "ros2_control", name=_SYSTEM, type="system")
     etree.SubElement(etree.SubElement(system, "hardware"), "plugin").text = SIMULATOR

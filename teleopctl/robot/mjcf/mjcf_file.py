@@ -1,6 +1,6 @@
 """MJCF files, read by MuJoCo, with a name for each part that ROS has to name.
 
-Display, control and simulation read an MJCF robot from here, so that all use the same names.
+Display, control and simulation read MJCF robots by this module, so that all use the same names.
 """
 
 from __future__ import annotations
@@ -24,16 +24,16 @@ _FREE = mujoco.mjtJoint.mjJNT_FREE
 _HOME = "home"
 
 
-# Any stands for MuJoCo's types, here and elsewhere: they have no static ones.
+# Any, here and elsewhere: MuJoCo's classes have no static types.
 @dataclass(frozen=True)
 class Mjcf:
     """MJCF file that describes a robot, with its MuJoCo spec and compiled model.
 
     Attributes:
-        path: The file.
-        spec: Its ``mujoco.MjSpec``, in which every body, joint and actuator has a name.
-        model: Its compiled ``mujoco.MjModel``.
-        tops: The bodies on the world that are the robot; others are its surroundings.
+        path: Path of the file.
+        spec: ``mujoco.MjSpec`` of the file, in which every body, joint and actuator has a name.
+        model: Compiled ``mujoco.MjModel``.
+        tops: Top-level bodies of the robot; other top-level bodies are its surroundings.
         home: Index of the keyframe ``home``; -1 for none.
     """
 
@@ -58,8 +58,8 @@ class Mjcf:
     def place(self, body: int) -> tuple[str, Transform] | None:
         """Return the URDF link that carries a body, and the body's pose in that link's frame.
 
-        A body of the robot is a link itself; another one that cannot move is fixed to the world.
-        None for a moving body that is not of the robot.
+        A body of the robot is a link itself; any other static body is fixed to the world. None for
+        a moving body that is not part of the robot.
         """
         m = self.model
         top = int(m.body_rootid[body])
@@ -92,8 +92,8 @@ def load_mjcf(path: Path) -> Mjcf:
     """Read and compile an MJCF file with its includes.
 
     Raises:
-        InvalidDescriptionError: MuJoCo rejects it or would need too much memory, or it has no
-            bodies.
+        InvalidDescriptionError: MuJoCo rejects the file or would need too much memory for it, or
+            the file has no bodies.
     """
     path = path.absolute()
     check_mjcf(path)
@@ -102,7 +102,7 @@ def load_mjcf(path: Path) -> Mjcf:
         _name_parts(spec)
         model = spec.compile()
     except (ValueError, RuntimeError) as error:
-        # RuntimeError is what it cannot name, too little memory for instance.
+        # MuJoCo raises RuntimeError for errors without a class, such as too little memory.
         message = " ".join(str(error).split())
         raise InvalidDescriptionError(f"{path}: MuJoCo refuses it: {message}") from error
     tops = _robot_of(model)
@@ -122,7 +122,7 @@ def free_joint(model: Any, body: int) -> int | None:
     return first if has_one else None
 
 
-# Any: MuJoCo's number for it.
+# Any: an enumerator of MuJoCo or its number.
 def sensor_type(kind: Any) -> str:
     """Return the MJCF tag of a sensor type, such as ``gyro``, from MuJoCo's number."""
     name = str(mujoco.mjtSensor(int(kind)).name).removeprefix("mjSENS_").lower()

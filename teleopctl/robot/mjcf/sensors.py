@@ -4,8 +4,8 @@ A MuJoCo camera looks along its negative z axis, with x to the right and y up; a
 along its x axis, with y to the left and z up.
 
 Several MuJoCo sensors on one site become one: a gyro and an accelerometer are an IMU, a force and a
-torque a wrench. Those of joints and actuators are joint states. Each other one is published by
-itself, as a number, a vector, a point or a rotation.
+torque sensor a wrench. Sensors of joints and actuators are joint states. Each other sensor has a
+topic of its own, with a number, a vector, a point or a rotation.
 """
 
 from __future__ import annotations
@@ -32,7 +32,7 @@ def camera_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
     """Return the fixed perspective cameras of an MJCF file as URDF ``<sensor>`` tags.
 
     Returns:
-        A ``<gazebo>`` with each camera, and a sentence for each one that is left out.
+        A ``<gazebo>`` element for each camera, and a sentence for each camera that is left out.
     """
     m = mjcf.model
     tags, remarks = [], []
@@ -86,24 +86,24 @@ def _tag(m: Any, number: int, link: str, place: Transform) -> etree._Element:
     return gazebo
 
 
-# Any: as above.
+# Any: MuJoCo's model.
 def _size(m: Any, number: int) -> tuple[int, int]:
-    """The image's, which is that of MuJoCo's own pictures where the camera says none (1 x 1)."""
+    """Return a camera's image size, or MuJoCo's offscreen size if the file has none (1 x 1)."""
     width, height = (int(side) for side in m.cam_resolution[number])
     if width > 1 and height > 1:
         return width, height
     return int(m.vis.global_.offwidth), int(m.vis.global_.offheight)
 
 
-# Any: as above.
+# Any: MuJoCo's model.
 def _pinhole(m: Any, number: int, width: int, height: int) -> tuple[float, float, float, float]:
-    """Focal lengths and principal point in pixels; (0, 0) is the centre of the upper left one."""
+    """Return fx, fy, cx, cy in pixels; (0, 0) is the centre of the upper left pixel."""
     across, down = (float(side) for side in m.cam_sensorsize[number])
     if not (across and down):
         f = height / 2.0 / math.tan(math.radians(float(m.cam_fovy[number])) / 2.0)
         return f, f, (width - 1) / 2.0, (height - 1) / 2.0
     fx, fy, left, up = (float(length) for length in m.cam_intrinsic[number])
-    # As MuJoCo draws it: the principal point is that far to the left of the middle, and above it.
+    # As MuJoCo renders: the principal point is offset to the left of the middle and upwards.
     cx = width * (0.5 - left / across) - 0.5
     cy = height * (0.5 - up / down) - 0.5
     return fx * width / across, fy * height / down, cx, cy
@@ -121,36 +121,36 @@ def _kinds(*names: str) -> frozenset[int]:
     return frozenset(int(getattr(_Kind, f"mjSENS_{name}")) for name in names)
 
 
-# Joints and their drives have these anyway, and time is on /clock.
+# Joint states have the values of these sensors already, and /clock has the time.
 _OF_JOINTS = _kinds("JOINTPOS", "JOINTVEL", "JOINTACTFRC", "BALLQUAT", "BALLANGVEL")
 _OF_ACTUATORS = _kinds("ACTUATORPOS", "ACTUATORVEL", "ACTUATORFRC")
 _CLOCK = int(_Kind.mjSENS_CLOCK)
 _ON_JOINTS = frozenset(map(int, (mujoco.mjtTrn.mjTRN_JOINT, mujoco.mjtTrn.mjTRN_JOINTINPARENT)))
-# What MuJoCo leaves to whoever calls it.
+# Sensors that MuJoCo does not compute: user callbacks set their values.
 _UNMEASURED = _kinds("USER")
 _SITE, _BODY = int(mujoco.mjtObj.mjOBJ_SITE), int(mujoco.mjtObj.mjOBJ_XBODY)
 _BODY_AT_CENTRE = int(mujoco.mjtObj.mjOBJ_BODY)
 _SHAPE, _CAMERA = int(mujoco.mjtObj.mjOBJ_GEOM), int(mujoco.mjtObj.mjOBJ_CAMERA)
-# The messages of what is told as it is, as other bridges of MuJoCo have them.
+# Message types of sensors without a ROS message of their own, as in other MuJoCo bridges.
 _POINT, _ROTATION, _VECTOR = (
     f"geometry_msgs/msg/{name}Stamped" for name in ("Point", "Quaternion", "Vector3")
 )
 _NUMBER, _NUMBERS = "std_msgs/msg/Float64", "std_msgs/msg/Float64MultiArray"
 _POINTS = _kinds("FRAMEPOS", "SUBTREECOM")
 _ROTATIONS = _kinds("FRAMEQUAT", "BALLQUAT")
-# Of length 1: noise would make them something else.
+# Unit vectors: noise would change their length.
 _DIRECTIONS = _kinds("FRAMEXAXIS", "FRAMEYAXIS", "FRAMEZAXIS", "GEOMNORMAL")
 _VECTORS = _DIRECTIONS | _kinds(
     "VELOCIMETER", "GYRO", "ACCELEROMETER", "FORCE", "TORQUE", "MAGNETOMETER", "FRAMELINVEL",
     "FRAMEANGVEL", "FRAMELINACC", "FRAMEANGACC", "SUBTREELINVEL", "SUBTREEANGMOM", "BALLANGVEL",
 )  # fmt: skip
-# Along the axes of the site that they are on; others along those of the world, or of another frame.
+# Vectors along the axes of the sensor's site; others are along those of the world or another frame.
 _IN_THEIR_SITE = _kinds("VELOCIMETER", "GYRO", "ACCELEROMETER", "FORCE", "TORQUE", "MAGNETOMETER")
-# What an odometry has of a link in the world.
+# Sensors whose values in the world frame are part of a link's odometry.
 _OF_ODOMETRY = frozenset(
     int(getattr(_Kind, f"mjSENS_FRAME{name}")) for name in ("POS", "QUAT", "LINVEL", "ANGVEL")
 )
-# By sensor of MuJoCo's: where the tags have its noise.
+# Path of the noise in the tag, by MuJoCo sensor type.
 _NOISE = {
     _GYRO: "imu/angular_velocity",
     _ACCELEROMETER: "imu/linear_acceleration",
@@ -158,7 +158,7 @@ _NOISE = {
     _TORQUE: "force_torque/torque",
     _MAGNETOMETER: "magnetometer",
 }
-# MuJoCo's rays go along z; sensor_msgs/Range has them along x.
+# MuJoCo's rays are along z, those of sensor_msgs/Range along x.
 _Z_FORWARD = Transform(rotation=quaternion_from_rpy(0.0, -math.pi / 2.0, 0.0))
 
 
@@ -166,8 +166,8 @@ def sensor_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
     """Return the cameras and sensors of an MJCF file as URDF ``<sensor>`` tags.
 
     Returns:
-        URDF elements for them, with links for their frames, and a sentence for each sensor or
-        property without effect.
+        URDF elements for cameras, sensors and the links of their frames, and a sentence for each
+        sensor or property without effect.
     """
     cameras, remarks = camera_tags(mjcf)
     sensors = _Sensors(mjcf)

@@ -1,7 +1,7 @@
 """Checks of the sizes in MJCF files, before MuJoCo allocates memory for them.
 
 A few characters can mean a height field of 40 GB, or ten million copies of a body, and MuJoCo
-cannot be interrupted. So the text is checked first, with its includes.
+cannot be interrupted. So the text and its includes are checked first.
 """
 
 from __future__ import annotations
@@ -18,14 +18,14 @@ from teleopctl.errors import InvalidDescriptionError
 
 
 class _Size(NamedTuple):
-    """What some attributes ask for: as much as the product of all their numbers."""
+    """Limit of a size that is the product of all numbers in some attributes."""
 
     attributes: tuple[str, ...]
     most: int
     what: str
 
 
-# By tag. What takes 1 GB or 10 s is too much: MuJoCo 4.0 takes 20 bytes for a cell or a pixel.
+# Limits by tag, against 1 GB of memory or 10 s: MuJoCo 4.0 takes 20 bytes for a cell or a pixel.
 _SIZES = {
     "camera": _Size(("resolution",), 100_000_000, "pixels"),
     "composite": _Size(("count",), 10_000, "parts"),
@@ -35,7 +35,7 @@ _SIZES = {
     "texture": _Size(("width", "height"), MOST_PIXELS, "pixels"),
     "user": _Size(("dim",), 1_000_000, "numbers"),
 }
-# <size>, each of its numbers that is of each body, joint, … as a whole.
+# Attributes of <size> with a number of user values, in total or for each body, joint, ….
 _USER_NUMBERS = ("nuserdata", "nuser_")
 _MOST_USER_NUMBERS = 1_000_000
 
@@ -43,7 +43,7 @@ _MOST_USER_NUMBERS = 1_000_000
 def check_mjcf(path: Path) -> None:
     """Check that the sizes in an MJCF file and its includes are within the limits; else raise.
 
-    Other faults are left to MuJoCo.
+    MuJoCo itself reports other faults.
 
     Raises:
         InvalidDescriptionError: A size is too large.
@@ -55,8 +55,8 @@ def check_mjcf_text(text: str, path: Path) -> None:
     """Check MJCF text as `check_mjcf` checks a file; raise if a size exceeds its limit.
 
     Args:
-        text: The MJCF text; includes are relative to the current folder.
-        path: Name of the text for errors.
+        text: MJCF text; includes are relative to the current folder.
+        path: Name of the text in error messages.
     """
     reading = _SizeCheck(Path.cwd())
     root = _parsed(text.encode())
@@ -65,7 +65,7 @@ def check_mjcf_text(text: str, path: Path) -> None:
 
 
 class _SizeCheck:
-    """Check of a file and its includes.
+    """Check of an MJCF file and its includes.
 
     Args:
         folder: Folder that includes are relative to.
@@ -74,7 +74,7 @@ class _SizeCheck:
     def __init__(self, folder: Path) -> None:
         self._folder = folder
         self._seen: set[Path] = set()
-        # How many elements a file has that is to be attached, by its name as an asset.
+        # Number of elements of each file that can be attached, by its name as an asset.
         self._attached: dict[str, float] = {}
 
     def check(self, path: Path) -> float:
@@ -114,7 +114,7 @@ class _SizeCheck:
         return counts[element]
 
     def _included(self, name: str, path: Path) -> float:
-        # MuJoCo starts from the folder of the first file; some files mean their own.
+        # MuJoCo resolves includes from the folder of the first file; some files expect their own.
         for folder in (self._folder, path.parent):
             file = (folder / name).resolve()
             if name and file.is_file():
@@ -157,7 +157,7 @@ def _numbers(text: str | None) -> Iterator[float]:
             yield number
 
 
-# Any: lxml takes what has no root for None.
+# Any: lxml returns None for a document without a root.
 def _parsed(content: bytes) -> Any:
     parser = etree.XMLParser(
         resolve_entities=False, remove_comments=True, remove_pis=True, huge_tree=True, recover=True

@@ -1,8 +1,8 @@
 """Joints that close loops: rods, four-bar linkages, the tendons of a walker's legs.
 
-Frames, states and MuJoCo's coordinates have the form of a tree. SDF's joints need not, and in a
-URDF those of ``<gazebo>`` need not, which Gazebo adds to the robot's own. The joints that a tree
-can do without are constraints of physics alone.
+Frames, joint states and MuJoCo's coordinates form a tree. The joints of an SDF need not, nor do
+those in a URDF's ``<gazebo>``, which Gazebo adds to the robot's own. The joints that are not part
+of the tree are constraints of physics only.
 """
 
 from __future__ import annotations
@@ -29,12 +29,12 @@ class Loop:
     """Joint that closes a kinematic loop, which a URDF tree cannot hold.
 
     Attributes:
-        name: Its name.
-        kind: How its links may move against each other.
-        parent: One of its links.
-        child: The other one.
-        pose: Where it is in the child's frame, while all joints are at zero.
-        axis: Of its turn, in its own frame, of length 1.
+        name: Name of the joint.
+        kind: Type of the joint.
+        parent: Name of the parent link.
+        child: Name of the child link.
+        pose: Pose of the joint in the child's frame, while all joints are at zero.
+        axis: Rotation axis in the joint's frame, a unit vector.
     """
 
     name: str
@@ -48,7 +48,7 @@ class Loop:
     def anchors(self) -> list[Vector3]:
         """Return the points of the child link that the joint holds fixed in the parent link.
 
-        A hinge has two, on its axis; where the links are fixed to each other there is none.
+        A hinge has two points, on its axis; a fixed joint has none.
         """
         if self.kind == "fixed":
             return []
@@ -67,15 +67,15 @@ def tree_and_loops(
 ) -> tuple[list[SceneJoint], list[SceneJoint]]:
     """Divide a model's joints into a tree and the joints that close loops in the tree.
 
-    Where there is a choice, balls are in loops rather than in the tree. A joint whose child is
-    reached before its parent is turned around, and its coordinate stays what it was.
+    Ball joints close loops rather than belong to the tree, where possible. A joint whose child is
+    reached before its parent is reversed, with its axis, so that its position is the same.
 
     Args:
-        joints: The joints, as the file has them.
-        bodies: The model's bodies.
+        joints: Joints of the model, as in the file.
+        bodies: Names of the model's bodies.
 
     Returns:
-        The joints of the tree, in the order of the file, and the others.
+        The joints of the tree, in the order of the file, and the joints that close loops.
     """
     rest = dict(enumerate(joints))
     names = list(bodies)
@@ -97,7 +97,7 @@ def tree_and_loops(
 
 
 def _next(joints: Mapping[int, SceneJoint], reached: set[str]) -> tuple[int, SceneJoint] | None:
-    """The joint by which a tree grows next, with its number."""
+    """Return the joint to add to the tree next, with its number; None if there is none."""
     candidates = []
     for number, joint in joints.items():
         if (joint.parent in reached) == (joint.child in reached):
@@ -120,8 +120,8 @@ def loops_path(loop: Loop, joints: Mapping[str, tuple[str, str]]) -> list[str]:
     """Return the tree's joints between the two links of a loop, from the root outward.
 
     Args:
-        loop: The joint that closes it.
-        joints: The parent and the child of each joint of the tree.
+        loop: Joint that closes the loop.
+        joints: Parent and child link of each joint of the tree, by joint name.
     """
     above = {child: (name, parent) for name, (parent, child) in joints.items()}
 
@@ -141,8 +141,8 @@ def loop_of(joint: SceneJoint, child: Transform) -> Loop | None:
     """Return an SDF joint as a loop-closing joint; None for a prismatic one, which cannot be.
 
     Args:
-        joint: The joint.
-        child: Where the child's frame is in the model.
+        joint: Joint of the SDF file.
+        child: Pose of the child link in the model.
     """
     if joint.kind == "prismatic":
         return None
@@ -154,7 +154,7 @@ def loop_of(joint: SceneJoint, child: Transform) -> Loop | None:
     )
 
 
-# Any, here and below: elements of lxml, whose class has no types.
+# Any, here and below: lxml elements, whose class has no types.
 def add_loop(robot: Any, loop: Loop) -> None:
     """Write a loop-closing joint into a URDF's ``<gazebo>`` element, for `read_loops`."""
     holder = etree.SubElement(robot, "gazebo")
@@ -171,8 +171,8 @@ def read_loops(gazebo: Any) -> list[Loop]:
     """Return the loop-closing joints that `add_loop` wrote into a ``<gazebo>`` element.
 
     Raises:
-        InvalidDescriptionError: One has no name or links, a pose or an axis that is none, or a
-            type that closes no loop.
+        InvalidDescriptionError: A joint has no name or links, an invalid pose or axis, or a type
+            that closes no loop.
     """
     return [_read(element) for element in gazebo.findall("joint")]
 

@@ -1,4 +1,4 @@
-"""What stands and lies in a scene. Lengths in metres, angles in radians, masses in kilograms."""
+"""Records of a scene's content. Lengths in metres, angles in radians, masses in kilograms."""
 
 from __future__ import annotations
 
@@ -28,19 +28,20 @@ class SceneShape:
     """Visual or collision shape of a body in a world file.
 
     Attributes:
-        kind: What it is.
-        size: A box: its edges; sphere, cylinder, capsule: radius, length; ellipsoid: radii; a
-            plane: its edges, 0 for no end; mesh: its scale; heightmap: width, depth, height.
-        pose: Where it is in its body.
-        touches: Whether it is felt rather than seen.
-        file: The file of a mesh or the picture of a heightmap.
-        rgba: Its colour; None for one that nobody gave it.
-        friction: Its coefficient of friction; None for the usual one.
-        surface: How it bounces, spins and rolls; None for as usual.
-        across: Its friction in other directions, where that is another one.
-        mass: In kilograms; None for that by its density, where it is asked for.
-        density: In kg/m³; None for that of water.
-        place: Its file and line, for messages; empty where nobody needs them.
+        kind: Kind of the geometry.
+        size: Edges of a box; radius and length of a sphere, cylinder or capsule; radii of an
+            ellipsoid; edges of a plane, 0 for infinite; scale of a mesh; width, depth and height of
+            a heightmap.
+        pose: Pose in the body's frame.
+        touches: Whether the shape is a collision shape, instead of a visual.
+        file: Path of a mesh or of a heightmap's image.
+        rgba: Colour; None if the file gives none.
+        friction: Coefficient of friction; None for the default.
+        surface: Restitution, torsional and rolling friction; None for the defaults.
+        across: Friction across a direction, if different from ``friction``.
+        mass: Mass in kilograms; None to compute it from ``density``.
+        density: Density in kg/m³; None for that of water.
+        place: File and line, for messages; empty if unknown.
     """
 
     kind: ShapeKind
@@ -62,11 +63,11 @@ class SceneSensor:
     """Sensor of a body or a joint in a world file.
 
     Attributes:
-        element: Its ``<sensor>``, whose own pose does not count.
-        pose: Where it is in the body, or in the joint's frame.
+        element: ``<sensor>`` element; its own pose is ignored.
+        pose: Pose in the frame of the body or joint.
     """
 
-    # Any: an element of lxml, which whoever reads sensors takes.
+    # Any: an lxml element, as the readers of sensors take it.
     element: Any
     pose: Transform
 
@@ -76,9 +77,9 @@ class SceneInertial:
     """Mass and inertia of a body in a world file.
 
     Attributes:
-        mass: In kilograms.
+        mass: Mass in kilograms.
         moments: xx, xy, xz, yy, yz, zz about the centre of mass, in kg m².
-        pose: Of the centre of mass and the axes of the moments, in the body.
+        pose: Pose of the centre of mass and of the axes of ``moments``, in the body's frame.
     """
 
     mass: float
@@ -91,14 +92,14 @@ class SceneBody:
     """Rigid body of a model in a world file: shapes, inertia, sensors.
 
     Attributes:
-        name: Its name in the model.
-        pose: Where it is in the model.
-        shapes: What it looks like and touches with.
-        inertial: Its mass; None where it is that of its shapes.
-        gravity: Whether it falls.
-        self_collides: Whether it touches the other parts of its model; only where the file says
-            that it does not, it does not.
-        sensors: What measures on it.
+        name: Name of the body in the model.
+        pose: Pose in the model's frame.
+        shapes: Visual and collision shapes.
+        inertial: Mass and inertia; None to compute them from the shapes.
+        gravity: Whether gravity acts on the body.
+        self_collides: Whether the body collides with other bodies of its model; True unless the
+            file disables it.
+        sensors: Sensors of the body.
     """
 
     name: str
@@ -115,24 +116,25 @@ class SceneJoint:
     """Joint between two bodies of a model in a world file.
 
     Attributes:
-        name: Its name in the model.
-        kind: How it moves.
-        parent: The body that it starts at; ``world`` for none.
-        child: The body that it moves.
-        pose: Where it is in the model.
-        axis: Of its turn or its slide, in its own frame.
-        lower: Its lower limit; -inf for none.
-        upper: Its upper limit.
-        effort: The most effort, N m or N; inf for any.
-        velocity: The greatest speed; inf for any.
-        damping: N m s/rad or N s/m.
-        friction: N m or N.
-        stiffness: Of its spring, N m/rad or N/m.
-        relaxed: Where its spring pulls to, rad or m.
-        mimic: The joint that it follows, or None.
-        sensors: What measures on it.
-        place: Its file and line, for messages.
-        part_of: What it is, with others, in the place of; empty for nothing.
+        name: Name of the joint in the model.
+        kind: Type of the joint.
+        parent: Name of the parent body; ``world`` for none.
+        child: Name of the child body.
+        pose: Pose in the model's frame.
+        axis: Axis of rotation or translation, in the joint's frame.
+        lower: Lower limit, rad or m; -inf for none.
+        upper: Upper limit, rad or m; inf for none.
+        effort: Effort limit, N m or N; inf for none.
+        velocity: Velocity limit, rad/s or m/s; inf for none.
+        damping: Viscous damping, N m s/rad or N s/m.
+        friction: Dry friction, N m or N.
+        stiffness: Spring stiffness, N m/rad or N/m.
+        relaxed: Position of the relaxed spring, rad or m.
+        mimic: Mimic relation to another joint, or None.
+        sensors: Sensors of the joint.
+        place: File and line, for messages.
+        part_of: Joint of the file that this joint replaces together with others, such as
+            "universal joint 'wrist'"; empty if the joint is the file's.
     """
 
     name: str
@@ -160,14 +162,14 @@ class SceneModel:
     """Model of a world file: its bodies, and the joints between the bodies.
 
     Attributes:
-        name: Its name.
-        pose: Where it is.
-        bodies: Its parts by name.
-        joints: What is between them.
-        static: Whether it stands still.
-        plugins: Its ``<plugin>`` elements.
-        frames: Its frames by name, those of its bodies too: the body that each is fixed to, and
-            where it is in the model.
+        name: Name of the model.
+        pose: Pose in the world frame.
+        bodies: Bodies of the model by name.
+        joints: Joints between the bodies.
+        static: Whether the model cannot move.
+        plugins: ``<plugin>`` elements of the model.
+        frames: Frames by name, including those of the bodies: the body that each frame is fixed
+            to, and the pose in the model's frame.
     """
 
     name: str
@@ -175,7 +177,7 @@ class SceneModel:
     bodies: dict[str, SceneBody]
     joints: tuple[SceneJoint, ...] = ()
     static: bool = False
-    # Any: as of `SceneSensor`.
+    # Any: lxml elements.
     plugins: tuple[Any, ...] = ()
     frames: Mapping[str, tuple[str, Transform]] = field(default_factory=dict)
 
@@ -185,14 +187,15 @@ class SceneLight:
     """Light of a world (SDF or YAML): kind, colour, pose.
 
     Attributes:
-        kind: What kind of one.
-        pose: Where it is.
-        direction: Where it shines, in its own frame.
-        color: Its red, green and blue.
-        angle: Half the angle of a spot's cone.
-        shadows: Whether it casts shadows.
-        specular: What of it shiny things throw back: red, green and blue.
-        attenuation: How it fades at d metres: by 1 / (constant + linear d + quadratic d²).
+        kind: Kind of the light.
+        pose: Pose in the world frame.
+        direction: Direction of the light, in its own frame.
+        color: Diffuse colour: red, green and blue, 0 to 1.
+        angle: Half the angle of a spot's cone, in radians.
+        shadows: Whether the light casts shadows.
+        specular: Specular colour: red, green and blue, 0 to 1.
+        attenuation: Constant, linear and quadratic term: at d metres the light is divided by
+            constant + linear d + quadratic d².
     """
 
     kind: LightKind
@@ -210,11 +213,11 @@ class ScenePose:
     """Named pose in a world file, at which entities can be spawned.
 
     Attributes:
-        name: Its name.
-        pose: Where it is.
-        description: What it is, for people.
-        tags: What it is for.
-        size: The edges of the box around it, along its own axes, that is free; None for no bounds.
+        name: Name of the pose.
+        pose: Pose in the world frame.
+        description: Description for users.
+        tags: Tags by which poses are selected.
+        size: Edges of the free box around the pose, along the pose's axes; None for no bounds.
     """
 
     name: str
@@ -229,17 +232,17 @@ class Scene:
     """Content of a world file: models, lights, gravity and poses.
 
     Attributes:
-        name: What it calls itself.
-        models: What stands and lies in it.
-        lights: What shines.
-        gravity: The acceleration of free fall; None where it says nothing.
-        magnetic_field: In tesla; None where it says nothing.
-        origin: Where its origin is on the earth: latitude and longitude in degrees, metres above
-            the ellipsoid; None where it says nothing.
-        remarks: What is left out, a sentence each with its place in the file.
-        files: The files that it was made from, the file itself first.
-        is_model: Whether the file is one thing rather than a world.
-        poses: Its places with names.
+        name: Name of the world in the file.
+        models: Models of the world.
+        lights: Lights of the world.
+        gravity: Acceleration of free fall, m/s²; None if the file gives none.
+        magnetic_field: Magnetic field in tesla; None if the file gives none.
+        origin: Position of the world's origin on the earth: latitude and longitude in degrees,
+            height above the ellipsoid in metres; None if the file gives none.
+        remarks: Sentences about parts that are left out, each with its place in the file.
+        files: Files that were read, the world file first.
+        is_model: Whether the file is a single model instead of a world.
+        poses: Named poses.
     """
 
     name: str

@@ -1,4 +1,4 @@
-"""How a shape touches beyond its friction along the contact: ``<surface>`` of SDF."""
+"""Contact properties of a shape beyond sliding friction: ``<surface>`` of SDF."""
 
 from __future__ import annotations
 
@@ -22,12 +22,12 @@ class Surface:
     """Contact properties of a shape: restitution, torsional and rolling friction.
 
     Attributes:
-        restitution: Its part of the speed that is thrown back, from 0 to 1; that of two that touch
-            is the product of theirs.
-        torsional: Its coefficient of friction against spinning on the spot.
-        patch_radius: Of the patch that it touches with, which spinning is braked by, in metres.
-        rolling: Its resistance to rolling: the moment by the contact's force and by the friction
-            of the other shape, in metres.
+        restitution: Coefficient of restitution, 0 to 1; that of a contact is the product of both
+            shapes' coefficients.
+        torsional: Coefficient of torsional friction.
+        patch_radius: Radius of the contact patch, for torsional friction, in metres.
+        rolling: Rolling friction in metres: moment divided by the contact force and by the
+            friction coefficient of the other shape.
     """
 
     restitution: float = 0.0
@@ -46,9 +46,10 @@ class Across:
     """Direction-dependent friction of a shape: direction, and the coefficient across.
 
     Attributes:
-        coefficient: Its coefficient across the direction; along it, it has its usual one.
-        along: The direction, in a link's frame: x, y, z.
-        link: The link; empty for the shape's own.
+        coefficient: Coefficient of friction across the direction; along the direction the shape's
+            usual coefficient applies.
+        along: Direction in the frame of ``link``: x, y, z.
+        link: Name of the link; empty for the shape's own.
     """
 
     coefficient: float
@@ -56,7 +57,7 @@ class Across:
     link: str = ""
 
 
-# Any, here and below: elements of lxml, whose class has no types.
+# Any, here and below: lxml elements, whose class has no types.
 def expressed_in(element: Any) -> str:
     """Return the frame of an SDF ``<fdir1>`` by its ``expressed_in``; empty without one."""
     for name, value in element.attrib.items():
@@ -69,10 +70,11 @@ def read_surface(number: Callable[[str, float], float]) -> Surface | None:
     """Read an SDF ``<surface>`` element; return None if all values are defaults.
 
     Args:
-        number: The number at a path below it, or the default.
+        number: Function called with a path below ``<surface>`` and a default; returns the number at
+            the path, or the default.
     """
-    # Gazebo reads Bullet's with Bullet alone. Beside ODE's friction, which all read, it is written
-    # for that engine too, and wheels that have it roll in the others.
+    # Gazebo uses Bullet's rolling friction with the Bullet engine only. In files that also have
+    # ODE's friction, which all engines use, wheels with it roll freely in the other engines.
     rolls_freely = number(_OF_ODE, -1.0) >= 0.0
     found = Surface(
         min(max(number(_RESTITUTION, 0.0), 0.0), 1.0),

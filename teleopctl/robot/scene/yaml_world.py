@@ -51,16 +51,16 @@ class YamlEntry:
     """Value in a world YAML file, with its key, file and line for error messages.
 
     Attributes:
-        path: The file.
+        path: Path of the file.
         name: Name of the value in error messages.
         node: PyYAML's node, for the line.
-        value: The parsed value.
+        value: Parsed value.
     """
 
     path: Path
     name: str
     node: yaml.Node
-    # Any: whatever YAML has; each method below says what it may be.
+    # Any: every type of YAML; the methods below check the type.
     value: Any
 
     @property
@@ -77,7 +77,7 @@ class YamlEntry:
         """Return the entries of a mapping by key; raise for unknown keys.
 
         Raises:
-            InvalidDescriptionError: It is no mapping, or has a key that is not known.
+            InvalidDescriptionError: The value is no mapping, or has an unknown or repeated key.
         """
         if not isinstance(self.node, yaml.MappingNode):
             raise self.refuse(f"should be a mapping, {self._is}")
@@ -101,7 +101,7 @@ class YamlEntry:
         """Return the entries of a list; raise if the value is no list.
 
         Raises:
-            InvalidDescriptionError: It is none.
+            InvalidDescriptionError: The value is no list.
         """
         if not isinstance(self.node, yaml.SequenceNode):
             raise self.refuse(f"should be a list, {self._is}")
@@ -114,7 +114,7 @@ class YamlEntry:
         """Return the value as text; raise if it is none.
 
         Raises:
-            InvalidDescriptionError: It is none, or empty.
+            InvalidDescriptionError: The value is no text, or empty.
         """
         if not isinstance(self.value, str) or not self.value:
             raise self.refuse(f"should be a text, {self._is}")
@@ -124,7 +124,7 @@ class YamlEntry:
         """Return the value as true or false; raise if it is neither.
 
         Raises:
-            InvalidDescriptionError: It is neither.
+            InvalidDescriptionError: The value is neither.
         """
         if not isinstance(self.value, bool):
             raise self.refuse(f"should be true or false, {self._is}")
@@ -134,7 +134,7 @@ class YamlEntry:
         """Return the value as a finite number; raise if it is none.
 
         Raises:
-            InvalidDescriptionError: It is none, or not positive where it is to be.
+            InvalidDescriptionError: The value is no finite number, or not positive as required.
         """
         value = self.value
         good = isinstance(value, int | float) and not isinstance(value, bool)
@@ -147,7 +147,7 @@ class YamlEntry:
         """Return the value as a list of finite numbers, of one of the allowed lengths.
 
         Raises:
-            InvalidDescriptionError: They are not as many, or no such numbers.
+            InvalidDescriptionError: The length is not allowed, or an item is no valid number.
         """
         items = self.items() if isinstance(self.node, yaml.SequenceNode) else []
         if len(items) not in counts:
@@ -160,7 +160,7 @@ def read_entries(path: Path, text: str) -> YamlEntry:
     """Parse YAML text; return its root value as a `YamlEntry`.
 
     Raises:
-        InvalidDescriptionError: It is none.
+        InvalidDescriptionError: The text is empty or not valid YAML.
     """
     with faults_of(path, InvalidDescriptionError):
         loader = RosLoader(text)
@@ -172,7 +172,7 @@ def read_entries(path: Path, text: str) -> YamlEntry:
 
 
 def _key(node: yaml.Node, mapping: Any) -> Any:
-    """The key of a mapping that a node stands for: YAML may have made a number of it."""
+    """Return the key of a mapping at a node, which YAML may have parsed as a number."""
     return next((key for key in mapping if str(key) == str(node.value)), node.value)
 
 
@@ -181,7 +181,7 @@ _PLACE = ("at", "rpy")
 _LOOK = ("color", "friction", "bounce", "mass")
 _POSE = (*_PLACE, "description", "tags", "size")
 _LIGHT = (*_PLACE, "kind", "direction", "color", "angle", "shadows")
-# What each shape is told by beside its place, its look and its mass.
+# Keys of each shape besides those of pose, look and mass; the first one is required.
 _OF_SHAPE = {
     "box": ("size",),
     "sphere": ("radius",),
@@ -208,12 +208,11 @@ def read_yaml_world(path: Path, text: str) -> Scene:
     """Read a world in teleopctl's YAML format; return it as a `Scene`.
 
     Args:
-        path: The file, beside which its meshes are.
-        text: What stands in it.
+        path: Path of the file; mesh files are relative to its folder.
+        text: Content of the file.
 
     Raises:
-        InvalidDescriptionError: Something in it is not as it should be; the message names file
-            and line.
+        InvalidDescriptionError: The text is invalid; the message names file and line.
     """
     world = read_entries(path, text).entries(_WORLD)
     gravity = None
@@ -292,7 +291,7 @@ def _thing(name: str, entry: YamlEntry) -> SceneModel:
 
 
 def _shapes(shape: str, entry: YamlEntry, parts: dict[str, YamlEntry]) -> _Parts:
-    """What a thing is made of, in its own frame."""
+    """Return the shapes of an object, in the object's frame."""
     match shape:
         case "sphere":
             return [SceneShape("sphere", (parts["radius"].number(positive=True), 0.0, 0.0))]
@@ -331,7 +330,7 @@ def _shapes(shape: str, entry: YamlEntry, parts: dict[str, YamlEntry]) -> _Parts
 def _furniture(
     shape: str, x: float, y: float, z: float, thick: float | None, entry: YamlEntry
 ) -> _Parts:
-    """Things of several boxes that stand on the middle of their foot."""
+    """Return the boxes of a table, bin, ramp or walls; the origin is the middle of the foot."""
     match shape:
         case "table":
             if z <= _TOP_M or min(x, y) <= 2 * _LEG_M:
@@ -362,7 +361,7 @@ def _furniture(
 
 
 def _four_walls(x: float, y: float, z: float, thick: float, *, inside: bool) -> _Parts:
-    """Walls around a room of a size, or within the outline of a bin."""
+    """Return four walls around a room, or with ``inside`` within the outline of a bin."""
     inner_x, inner_y = (x - 2 * thick, y - 2 * thick) if inside else (x, y)
     across, along = (inner_x + thick) / 2, (inner_y + thick) / 2
     return [
@@ -378,7 +377,7 @@ def _box(
 
 
 def _volume(shape: SceneShape) -> float:
-    """The volume of a shape, 1 for those that are alone in their thing."""
+    """Return the volume of a box in m³; 1 for other shapes, each the only one of its object."""
     a, b, c = shape.size
     return a * b * c if shape.kind == "box" else 1.0
 

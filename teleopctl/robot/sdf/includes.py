@@ -1,4 +1,4 @@
-"""Where the files are that SDF names: ``model://``, ``package://``, ``file://``, paths, Fuel's."""
+"""Search for files that SDF names: ``model://``, ``package://``, ``file://``, paths, Fuel URIs."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from lxml import etree
 from teleopctl.errors import NotFoundError, TeleopctlError
 from teleopctl.packages import lookup_package, resolve_uri
 
-# Where Gazebo of either generation is told to look for models.
+# Environment variables with the model search paths of new Gazebo and Gazebo Classic.
 _VARIABLES = (
     "GZ_SIM_RESOURCE_PATH",
     "IGN_GAZEBO_RESOURCE_PATH",
@@ -23,7 +23,7 @@ _VARIABLES = (
     "GAZEBO_MODEL_PATH",
     "GAZEBO_RESOURCE_PATH",
 )
-# How far above a file a folder ``models`` is looked for.
+# Number of parent folders of a file that are searched for a folder ``models``.
 _LEVELS = 5
 _FUEL = re.compile(r"https?://[^/]*(?:fuel|app)\.(?:gazebosim|ignitionrobotics)\.org/.*/models/")
 
@@ -32,11 +32,11 @@ def find_file(uri: str, folder: Path) -> Path:
     """Return the path that a URI in an SDF file names, by Gazebo's search paths; raise if none.
 
     Args:
-        uri: What stands in the file.
-        folder: The folder of the file.
+        uri: URI or path as written in the file.
+        folder: Folder of the file.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: The file is not found.
     """
     fuel = _FUEL.match(uri)
     scheme, separator, rest = uri.partition("://")
@@ -69,7 +69,7 @@ def model_file(path: Path) -> Path:
     """Return the newest SDF file that a model folder's ``model.config`` names.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: The folder has no SDF file.
     """
     if path.is_file():
         return path
@@ -95,7 +95,7 @@ def gazebo_models(uri: str = "") -> list[Path]:
     """Return the model files in a folder, or in all folders on Gazebo's search paths.
 
     Args:
-        uri: Where to look; empty for Gazebo's variables and ``~/.gazebo/models``.
+        uri: Folder; empty for Gazebo's environment variables and ``~/.gazebo/models``.
     """
     named = (part for name in _VARIABLES for part in os.environ.get(name, "").split(os.pathsep))
     folders = [*map(Path, filter(None, named)), Path.home() / ".gazebo/models"]
@@ -122,14 +122,14 @@ def _in_models(name: str, folder: Path) -> Iterator[Path]:
         found = None
     if found is not None:
         yield resolve_uri(f"package://{name}")
-    # Files of a model name it although they lie in it.
+    # Files in a model's folder may name the model itself.
     for parent in (folder, *folder.parents):
         if parent.name == first:
             yield parent / rest
 
 
 def _in_fuel(name: str, folder: Path) -> Iterator[Path]:
-    """A model of Fuel's by its name: where Gazebo keeps it, or among other models."""
+    """Yield possible paths of a Fuel model: in Gazebo's cache, or among other models."""
     parts = name.strip("/").split("/")
     for cache in (Path.home() / ".gz/fuel", Path.home() / ".ignition/fuel"):
         for versions in cache.glob(f"*/*/models/{glob.escape(parts[0].lower())}/"):

@@ -1,9 +1,9 @@
-"""Joints of SDF models; those with two axes, and screws, become several of one.
+"""Joints of SDF models; joints with two axes, and screws, become two joints.
 
 A universal joint and a ``revolute2`` are two hinges in series, the first along ``<axis>`` and fixed
 to the parent, the second along ``<axis2>`` and fixed to the child. A screw is a hinge, which keeps
-its name, and a slide that follows it. Between them is a link of next to no mass. A gearbox is no
-joint of its own where its two links have hinges: the one follows the other.
+its name, and a prismatic joint that mimics it. Between the two joints is a link of negligible mass.
+A gearbox between two links with hinges is no joint: one hinge mimics the other.
 """
 
 from __future__ import annotations
@@ -35,10 +35,10 @@ _KINDS: dict[str, JointKind] = {
     "ball": "ball",
     "screw": "revolute",
 }
-# With two axes, and where those are that nobody says, as DART has it.
+# Joint types with two axes, and the default axes, as in DART.
 _OF_TWO = frozenset({"universal", "revolute2"})
 _UNSAID_AXES: tuple[Vector3, Vector3] = ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0))
-# What is felt by nothing, and MuJoCo does not take for zero.
+# Negligible, but not zero for MuJoCo.
 _NO_MASS = SceneInertial(1e-9, (1e-12, 0.0, 0.0, 1e-12, 0.0, 1e-12))
 _TABLES = {
     "universal": tags.JOINT_OF_TWO,
@@ -46,22 +46,22 @@ _TABLES = {
     "screw": tags.SCREW,
     "gearbox": tags.GEARBOX,
 }
-# Where SDF writes that a joint has no limit.
+# From this value on, SDF means that a joint has no limit.
 _NO_LIMIT = 1e15
-# How far from one line two axes may be that a gearbox ties, as the cosine between them.
+# Smallest cosine of the angle between a gearbox's axis and that of a hinge.
 _ALONG = 0.999
 
 
-# Any, here and below: elements of lxml, whose class has no types.
+# Any, here and below: lxml elements, whose class has no types.
 @dataclass
 class SdfJoints:
     """Reader of an SDF model's joints; a joint with two axes becomes two with a link between.
 
     Attributes:
-        file: The file.
+        file: SDF file of the model.
         frames: Frames of the model.
-        joints: The joints that were read, without those of nested models.
-        between: The links added between two joints that replace one.
+        joints: Joints that were read, without those of nested models.
+        between: Links added between the two joints that replace one.
     """
 
     file: SdfFile
@@ -73,11 +73,11 @@ class SdfJoints:
         """Return the joints of a ``<model>`` element, except gearboxes.
 
         Args:
-            element: The model.
-            links: Its links.
+            element: ``<model>`` element.
+            links: Names of the model's links.
 
         Raises:
-            InvalidDescriptionError: Something in it means nothing, or has no sense.
+            InvalidDescriptionError: A joint is invalid.
         """
         elements = element.findall("joint")
         of_two = {one.get("name") or "" for one in elements if one.get("type") in _OF_TWO}
@@ -127,7 +127,7 @@ class SdfJoints:
             self.joints.append(joint)
 
     def _add_two(self, element: Any, bare: SceneJoint, of_two: Container[str]) -> None:
-        """Add the hinges of a joint with two axes."""
+        """Add the two hinges of a joint with two axes, with a link between them."""
         link = self._between(bare)
         first, second = (
             _along(self.file, element.find(tag), self.frames, replace(bare, axis=usual), of_two)
@@ -140,11 +140,11 @@ class SdfJoints:
         ]
 
     def _add_screw(self, element: Any, turning: SceneJoint) -> None:
-        """Add the hinge of a screw, and the slide that follows it."""
+        """Add the hinge of a screw, and the prismatic joint that mimics the hinge."""
         link = self._between(turning)
         pitch = self.file.number(element, "screw_thread_pitch", math.nan)
         if math.isnan(pitch):
-            # In radians per metre, and of a left-handed thread.
+            # <thread_pitch> is in radians per metre, and positive for a left-handed thread.
             turns = self.file.number(element, "thread_pitch", -math.tau)
             if not turns:
                 raise InvalidDescriptionError(
@@ -167,7 +167,7 @@ class SdfJoints:
         self.joints += [slide, replace(turning, parent=link, part_of=said)]
 
     def _between(self, joint: SceneJoint) -> str:
-        """Add a link of next to no mass at a joint; return its name."""
+        """Add a link of negligible mass at a joint; return the link's name."""
         name = f"{joint.name}_link"
         self.between.append(SceneBody(name, joint.pose, (), _NO_MASS))
         return name
@@ -182,10 +182,10 @@ def with_gearboxes(
     about ``<axis>``, both against the reference body.
 
     Args:
-        file: The file.
-        model: The ``<model>``.
-        frames: Its frames.
-        joints: All of its joints, with those of nested models.
+        file: SDF file of the model.
+        model: ``<model>`` element.
+        frames: Frames of the model.
+        joints: All joints of the model, including those of nested models.
     """
     found = {joint.name: joint for joint in joints}
     for element in model.findall("joint"):
@@ -216,7 +216,7 @@ def with_gearboxes(
 def _hinge(
     joints: Iterable[SceneJoint], reference: str, link: str, axis: Vector3
 ) -> tuple[SceneJoint | None, float]:
-    """The hinge between a link and another one, and how it counts angles about an axis: 1 or -1."""
+    """Return the hinge between two links along an axis, or None, and its direction: 1 or -1."""
     for joint in joints:
         if joint.kind != "revolute" or {joint.parent, joint.child} != {reference, link}:
             continue
@@ -232,7 +232,7 @@ def _hinge(
 def _along(
     file: SdfFile, axis: Any | None, frames: SdfFrames, bare: SceneJoint, of_two: Container[str]
 ) -> SceneJoint:
-    """A joint with what an ``<axis>`` says of it."""
+    """Return a joint with the settings of an ``<axis>``: direction, limits, dynamics and mimic."""
     if axis is None:
         return bare
     lower, upper = _limits(file, axis)
@@ -277,7 +277,7 @@ def frame_of_joint(joint: Any) -> str:
 
 
 def _limits(file: SdfFile, axis: Any) -> tuple[float, float]:
-    """The lower and the upper end of a joint's range, infinite where there is none."""
+    """Return the lower and the upper limit of a joint's range; infinite for none."""
     lower = file.number(axis, "limit/lower", -math.inf)
     upper = file.number(axis, "limit/upper", math.inf)
     if lower > upper:
@@ -290,7 +290,7 @@ def _limits(file: SdfFile, axis: Any) -> tuple[float, float]:
 
 
 def _mimic(file: SdfFile, element: Any | None, of_two: Container[str]) -> Mimic | None:
-    """The joint that one follows: multiplier * (leader - reference) + offset."""
+    """Return the mimic relation of a ``<mimic>``: multiplier * (leader - reference) + offset."""
     if element is None:
         return None
     multiplier, offset, reference = (
@@ -304,13 +304,13 @@ def _mimic(file: SdfFile, element: Any | None, of_two: Container[str]) -> Mimic 
 
 
 def _axis(file: SdfFile, axis: Any, frames: SdfFrames, place: Transform) -> Vector3:
-    """The axis of a joint in the joint's own frame."""
+    """Return the axis of a joint in the joint's frame."""
     xyz = axis.find("xyz")
     vector = file.vector(axis, "xyz", (0.0, 0.0, 1.0))
     if not any(vector):
         raise InvalidDescriptionError(f"{file.place(axis)}: an axis of length 0")
     frame = (None if xyz is None else xyz.get("expressed_in")) or None
-    # Until SDF 1.5 an axis was along those of the model.
+    # Before SDF 1.5 an axis was in the model's frame.
     old = axis.find("use_parent_model_frame") is None and file.version < (1, 5)
     if frame is None and (old or file.flag(axis, "use_parent_model_frame")):
         frame = MODEL
@@ -321,7 +321,7 @@ def _axis(file: SdfFile, axis: Any, frames: SdfFrames, place: Transform) -> Vect
 
 
 def _most(value: float) -> float:
-    """A limit of effort or speed: negative numbers mean none."""
+    """Return a limit of effort or speed; infinite for negative or very large numbers."""
     return math.inf if value < 0.0 or value >= _NO_LIMIT else value
 
 
@@ -329,7 +329,7 @@ def in_outer_model(joint: SceneJoint, prefix: str, place: Transform) -> SceneJoi
     """Return a nested model's joint as a joint of the outer model, with prefixed names.
 
     Args:
-        joint: The joint.
+        joint: Joint of the nested model.
         prefix: Prefix of the nested model's names.
         place: Pose of the nested model.
     """

@@ -1,4 +1,4 @@
-"""Models of SDF: links, joints and what they include, brought into one frame."""
+"""Models of SDF: links, joints and included models, converted to one frame."""
 
 from __future__ import annotations
 
@@ -25,20 +25,20 @@ from teleopctl.robot.sdf.shapes import read_inertial, read_shape
 from teleopctl.robot.tags import sdf as tags
 from teleopctl.tf import Transform
 
-# An include that includes itself ends here.
+# Limits that stop an include that includes itself.
 _DEEPEST, _MOST_MODELS = 16, 20_000
-# What Gazebo writes where there was a plug-in of its own.
+# Gazebo writes this file name for a plug-in of its own.
 _NO_PLUGIN = "__default__"
 
 
-# Any, here and below: elements of lxml, whose class has no types.
+# Any, here and below: lxml elements, whose class has no types.
 @dataclass
 class SdfReader:
     """Reader of the models in an SDF file and in the files that it includes.
 
     Attributes:
-        remarks: What was left out.
-        files: The files that were read.
+        remarks: Elements that were left out.
+        files: Files that were read.
         models: Number of models that were read.
     """
 
@@ -50,7 +50,7 @@ class SdfReader:
         """Return the model that an SDF ``<include>`` names; None, with a remark, if not found.
 
         Raises:
-            InvalidDescriptionError: It is broken, or includes itself.
+            InvalidDescriptionError: The included file is invalid, or includes itself.
         """
         file.check_tags(element, tags.INCLUDE)
         uri = (element.findtext("uri") or "").strip()
@@ -91,7 +91,7 @@ class SdfReader:
         """Parse an SDF file; return its root element and its reader.
 
         Raises:
-            InvalidDescriptionError: It cannot be read, or is no SDF.
+            InvalidDescriptionError: The file cannot be read, or is no SDF.
         """
         try:
             content = path.read_bytes()
@@ -113,14 +113,15 @@ class SdfReader:
         """Read a ``<model>`` element with its nested models; return it as a `SceneModel`.
 
         Args:
-            file: The file.
-            element: The element.
-            depth: How many models or includes it is in.
-            pose: Where it is to be; None for where it says.
-            placement: The frame of it that is to be there; by default the one that it says.
+            file: SDF file of the model.
+            element: ``<model>`` element.
+            depth: Number of models or includes around the model.
+            pose: Pose of the model; None for the model's own ``<pose>``.
+            placement: Frame of the model that ``pose`` applies to; by default the model's
+                ``placement_frame``.
 
         Raises:
-            InvalidDescriptionError: Something in it means nothing, or has no sense.
+            InvalidDescriptionError: The model is invalid.
         """
         self.models += 1
         if self.models > _MOST_MODELS:
@@ -153,7 +154,7 @@ class SdfReader:
             for body in part.bodies.values():
                 name = f"{prefix}{body.name}"
                 bodies[name] = replace(body, name=name, pose=place @ body.pose)
-        # The frame of a model is fixed to its canonical link, by default the first.
+        # A model's frame is fixed to its canonical link, by default the first link.
         canonical = element.get("canonical_link") or ""
         if canonical and canonical not in bodies:
             file.leave_out(element, f"has no link '{canonical}': its first one is canonical")
@@ -187,7 +188,7 @@ class SdfReader:
     def _nested(
         self, file: SdfFile, element: Any, frames: SdfFrames, depth: int
     ) -> list[tuple[str, Transform, SceneModel]]:
-        """The models in a model: what is in front of their names, where they are, and they."""
+        """Return prefix, pose and content of each model nested or included in a model."""
         found: list[tuple[Any, SceneModel]] = []
         for child in (*element.findall("model"), *element.findall("include")):
             if child.tag == "include":
@@ -205,7 +206,7 @@ class SdfReader:
 
 
 def _see_names(file: SdfFile, elements: list[Any]) -> None:
-    """See that each has a name of its own."""
+    """Raise unless each element has a unique name."""
     taken: set[str] = set()
     for element in elements:
         name = element.get("name") or ""

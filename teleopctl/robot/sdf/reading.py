@@ -24,7 +24,7 @@ class _Placed(NamedTuple):
 
     relative: str
     pose: Transform
-    # Any: an element of lxml.
+    # Any: an lxml element.
     element: Any
 
 
@@ -33,7 +33,7 @@ class SdfFrames:
     """Frames of an SDF model or world by name, and their poses in the model or world.
 
     Attributes:
-        file: The file.
+        file: SDF file of the model or world.
         attached: Link or frame that each frame is attached to.
     """
 
@@ -42,14 +42,14 @@ class SdfFrames:
     _placed: dict[str, _Placed] = field(default_factory=dict)
     _known: dict[str, Transform] = field(default_factory=dict)
 
-    # Any, here and below: elements of lxml.
+    # Any, here and below: lxml elements.
     def add(self, name: str, element: Any, default: str = MODEL) -> None:
         """Add the frame of an element (link, joint, frame …) with its ``<pose>``.
 
         Args:
             name: Name of the frame.
-            element: A link, joint or frame.
-            default: Frame that its pose is relative to without ``relative_to``.
+            element: ``<link>``, ``<joint>`` or ``<frame>`` element.
+            default: Frame that the pose is relative to without ``relative_to``.
         """
         pose = element.find("pose")
         self.add_at(name, relative_to(pose) or default, self.file.pose(pose), element)
@@ -62,9 +62,9 @@ class SdfFrames:
         """Add the frames of a nested model, with its name as prefix.
 
         Args:
-            model: The model.
-            element: Its ``<model>`` or ``<include>``.
-            prefix: Prefix of its frames' names.
+            model: Nested model.
+            element: ``<model>`` or ``<include>`` element of the nested model.
+            prefix: Prefix of the names of the model's frames.
         """
         self.add_at(model.name, relative_to(element.find("pose")) or MODEL, model.pose, element)
         self.attached[model.name] = f"{prefix}{next(iter(model.bodies), '')}"
@@ -81,10 +81,10 @@ class SdfFrames:
 
         Args:
             name: Name of the frame.
-            element: The element that names the frame, for errors.
+            element: Element that names the frame, for error messages.
 
         Raises:
-            InvalidDescriptionError: There is no such frame, or it is relative to itself.
+            InvalidDescriptionError: The frame does not exist, or is relative to itself.
         """
         path: dict[str, None] = {}
         while name not in self._known and name not in _ORIGINS:
@@ -112,7 +112,7 @@ class SdfFrames:
         return name
 
 
-# Until SDF 1.2 it was <gazebo>.
+# The root element was <gazebo> until SDF 1.2.
 SDF_ROOTS = ("sdf", "gazebo")
 _IN_POSE, _EULER = 6, "euler_rpy"
 _TRUE = frozenset({"1", "true"})
@@ -125,8 +125,8 @@ class Remarks:
     """Record of the SDF elements that were left out, with their files and lines.
 
     Attributes:
-        lines: The lines by file and words.
-        own: Those of what speaks to Gazebo alone, by file and tag.
+        lines: Line numbers by file and reason.
+        own: Line numbers of elements that concern only Gazebo, by file and tag.
     """
 
     lines: dict[tuple[Path, str], list[int]] = field(default_factory=dict)
@@ -149,20 +149,20 @@ class Remarks:
 
 
 def _is_a_value(found: TagFinding) -> bool:
-    """Whether it is something that is said of a thing, rather than a thing."""
+    """Return whether a finding is a property with a value, instead of an object."""
     entry, text = found.entry, (found.element.text or "").strip()
     return entry is None or entry.fate == "works" or bool(entry.because) or bool(text)
 
 
-# Any, here and below: elements of lxml, whose class has no types.
+# Any, here and below: lxml elements, whose class has no types.
 @dataclass(frozen=True)
 class SdfFile:
     """SDF file being read: typed access to its elements, and remarks on what is left out.
 
     Attributes:
-        path: The file.
+        path: Path of the file.
         version: Version of SDF.
-        remarks: Collects what is left out.
+        remarks: Record that elements which are left out are added to.
     """
 
     path: Path
@@ -185,8 +185,8 @@ class SdfFile:
         """Record an element's attributes and children that are unknown or without effect.
 
         Args:
-            element: The element.
-            table: The known tags.
+            element: Element of the file.
+            table: Known tags.
             path: Path of the element in the table.
         """
         for found in table.findings(element, path):
@@ -202,7 +202,7 @@ class SdfFile:
         """Return the numbers in an element's text; raise for another count.
 
         Raises:
-            InvalidDescriptionError: They are not as many, or not finite.
+            InvalidDescriptionError: The text has another count, or a number is not finite.
         """
         words = (element.text or "").split()
         values = tuple(value for word in words if (value := to_number(word)) is not None)
@@ -243,7 +243,7 @@ class SdfFile:
         """Return a ``<pose>`` element as a transform; the identity if missing or empty.
 
         Raises:
-            InvalidDescriptionError: It is none.
+            InvalidDescriptionError: The pose is invalid.
         """
         if element is None or not (element.text or "").strip():
             return NOWHERE
@@ -268,7 +268,7 @@ def parse_sdf(path: Path, content: bytes, remarks: Remarks) -> tuple[Any, SdfFil
     """Parse an SDF document; return its root element, and its `SdfFile`.
 
     Raises:
-        InvalidDescriptionError: It is no XML, or no SDF.
+        InvalidDescriptionError: The content is no XML, or no SDF.
     """
     root: Any = parse_file(path, content)
     if root.tag not in SDF_ROOTS:

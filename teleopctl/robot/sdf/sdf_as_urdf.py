@@ -1,10 +1,10 @@
-"""A model of SDF as URDF: a robot that is described for Gazebo alone.
+"""Conversion of an SDF model, a robot described for Gazebo only, to URDF.
 
-In URDF a link is where the joint is that moves it; in SDF the two may differ. So frames of links
-are those of their joints, as ROS's own reader of SDF has it, and what is in a link keeps its place.
-URDF knows no ball joints: a ball that carries nothing, such as a caster, slides instead of rolling.
-Nor has it ellipsoids, which become meshes; planes and heightmaps are left out, and named. What is
-Gazebo's beyond URDF, such as springs, stands in ``<gazebo>``.
+In URDF the frame of a link is that of its joint; in SDF the two may differ. So each link gets the
+frame of its joint, as in ROS's own SDF parser, and the content of the link keeps its place.
+URDF has no ball joints: a ball that carries no link, such as a caster, slides instead of rolling.
+Ellipsoids become meshes; planes and heightmaps are left out, with a remark. Gazebo's additions to
+URDF, such as springs, are written to ``<gazebo>``.
 """
 
 from __future__ import annotations
@@ -38,10 +38,10 @@ from teleopctl.robot.xacro.source_lines import source_places
 from teleopctl.tf import Transform, rotate
 
 _NO_FORM = frozenset({"plane", "heightmap"})
-# Where parts of other files keep which one that is, until the text is written.
+# Attribute with the source file of an element, until the text is written.
 _FILE = "teleopctl-file"
 _TYPES = {"revolute": "revolute", "prismatic": "prismatic", "fixed": "fixed"}
-# The end of a range that is open on one side, rad or m: URDF has ranges with two ends alone.
+# Limit of a range that is open on one side, rad or m: URDF has only ranges with two ends.
 _FAR = 1e6
 
 
@@ -49,7 +49,8 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
     """Convert an SDF file with one model to URDF text.
 
     Raises:
-        InvalidDescriptionError: It cannot be read, or is no robot; the message names the file.
+        InvalidDescriptionError: The file cannot be read, or is no robot; the message names the
+            file.
     """
     scene = read_sdf(path)
     if not scene.is_model:
@@ -62,7 +63,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
     tree, closing = tree_and_loops(map(_held, model.joints), model.bodies)
     model = replace(model, joints=tuple(tree))
     for remark in (*scene.remarks, *_without_form(scene.models[0]), *_divided(model)):
-        # Whoever takes the text is to say what it lacks.
+        # `repair_urdf` reports these remarks.
         etree.SubElement(robot, REMARK).text = remark
     parents = {joint.parent for joint in model.joints}
     parents |= {end for joint in closing for end in (joint.parent, joint.child)}
@@ -74,7 +75,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
     }
     for body in model.bodies.values():
         _add_link(robot, body, frames[body.name].inverse() @ body.pose)
-    # What joins it to the world starts where that is.
+    # Joints to the world start at the world's origin.
     frames["world"] = model.pose.inverse()
     _add_world(robot, model, frames)
     for joint in model.joints:
@@ -83,7 +84,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
             etree.SubElement(robot, REMARK).text = _of_ball(joint, rolls=rolls)
         _add_joint(robot, replace(joint, kind="fixed") if rolls else joint, frames)
     for joint in closing:
-        # A joint that closes a loop at the root starts where that is.
+        # The child of a joint that closes a loop may be the world.
         loop = loop_of(joint, frames.get(joint.child, Transform()))
         if loop is None:
             remark = f"{joint.place}: joint '{joint.name}' is left out: it slides and closes a loop"
@@ -92,7 +93,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
             add_loop(robot, loop)
     _add_gazebo(robot, model, frames, casters)
     etree.indent(robot)
-    # What is new in it stands nowhere.
+    # New elements have no source.
     written = [
         (Path(e.attrib.pop(_FILE)), e.sourceline) if _FILE in e.attrib else None
         for e in robot.iter("*")
@@ -102,7 +103,7 @@ def sdf_as_urdf(path: Path) -> ExpandedXacro:
 
 
 def _without_form(model: SceneModel) -> Iterator[str]:
-    """A sentence for each thing that URDF has no form for."""
+    """Yield a sentence for each part of the model that URDF cannot express."""
     for body in model.bodies.values():
         for shape in body.shapes:
             if shape.kind in _NO_FORM:
@@ -118,7 +119,7 @@ def _without_form(model: SceneModel) -> Iterator[str]:
 
 
 def _divided(model: SceneModel) -> Iterator[str]:
-    """A sentence for each joint that has become several."""
+    """Yield a sentence for each joint of the file that became two joints."""
     parts: dict[tuple[str, str], list[SceneJoint]] = {}
     for joint in model.joints:
         if joint.part_of:
@@ -137,7 +138,7 @@ def _divided(model: SceneModel) -> Iterator[str]:
 
 
 def _is_held(joint: SceneJoint) -> bool:
-    """Whether a joint cannot move; of URDF a range from 0 to 0 says nothing."""
+    """Return whether a joint's range is 0 to 0, which in URDF would mean no limits."""
     return joint.kind in ("revolute", "prismatic") and joint.lower == joint.upper == 0.0
 
 
@@ -146,7 +147,7 @@ def _held(joint: SceneJoint) -> SceneJoint:
 
 
 def _of_ball(joint: SceneJoint, *, rolls: bool) -> str:
-    """What becomes of a ball joint."""
+    """Return a sentence about the conversion of a ball joint."""
     became = (
         f"is a fixed one: '{joint.child}' slides without friction instead of rolling"
         if rolls
@@ -193,7 +194,7 @@ def _geometry(shape: SceneShape) -> tuple[str, dict[str, str]] | None:
 
 
 def _add_world(robot: etree._Element, model: SceneModel, frames: dict[str, Transform]) -> None:
-    """Add the world as a link, where the model stands in it."""
+    """Add the world as a link, if the model is static or has a joint to the world."""
     starts = {joint.parent for joint in model.joints} - set(model.bodies)
     if model.static and "world" not in starts:
         roots = set(model.bodies) - {joint.child for joint in model.joints}
@@ -218,7 +219,7 @@ def _add_joint(robot: etree._Element, joint: SceneJoint, frames: dict[str, Trans
     if kind in ("fixed", "floating"):
         return
     etree.SubElement(element, "axis", xyz=numbers(*joint.axis))
-    # Zero limits nothing, neither effort nor speed nor, from 0 to 0, the range.
+    # Zero means no limit for effort and speed, and a range from 0 to 0 no limits of the position.
     limit = {
         "effort": numbers(joint.effort if math.isfinite(joint.effort) else 0.0),
         "velocity": numbers(joint.velocity if math.isfinite(joint.velocity) else 0.0),
@@ -241,11 +242,11 @@ def _add_joint(robot: etree._Element, joint: SceneJoint, frames: dict[str, Trans
     )
 
 
-# Any, here and below: elements of lxml, whose class has no types.
+# Any, here and below: lxml elements, whose class has no types.
 def _add_gazebo(
     robot: Any, model: SceneModel, frames: dict[str, Transform], casters: set[str]
 ) -> None:
-    """Hand on what only simulators read: sensors, friction, plug-ins."""
+    """Add ``<gazebo>`` elements, which only simulators read: sensors, friction, plug-ins."""
     for body in model.bodies.values():
         place = frames[body.name].inverse() @ body.pose
         rough = [s.friction for s in body.shapes if s.friction is not None]
@@ -264,7 +265,7 @@ def _add_gazebo(
         if ways and body.name not in casters:
             _add_way(element, ways[0], body, model, frames)
         if surfaces:
-            # A link of URDF has one.
+            # A link in <gazebo> has one surface for all its shapes.
             add_surface(etree.SubElement(element, "collision"), surfaces[0])
         if not body.gravity:
             etree.SubElement(element, "gravity").text = "false"
@@ -287,7 +288,7 @@ def _add_gazebo(
 def _add_way(
     element: Any, way: Across, body: SceneBody, model: SceneModel, frames: dict[str, Transform]
 ) -> None:
-    """Write the direction of friction, and the friction across it, in frames of URDF."""
+    """Write ``<fdir1>`` in the link's URDF frame, and the friction across it as ``<mu2>``."""
     for tag in element.findall("mu2"):
         element.remove(tag)
     etree.SubElement(element, "mu2").text = numbers(way.coefficient)
@@ -298,7 +299,7 @@ def _add_way(
 
 
 def _noted(element: Any) -> Any:
-    """A copy of an element of a file, each part of which has the file in an attribute."""
+    """Return a copy of an element in which every element has its source file as an attribute."""
     made = copy.deepcopy(element)
     for part in made.iter("*"):
         part.set(_FILE, element.base)
@@ -306,7 +307,7 @@ def _noted(element: Any) -> Any:
 
 
 def _sensor(sensor: SceneSensor, place: Transform) -> Any:
-    """A sensor with its pose in the link's frame of URDF."""
+    """Return a ``<sensor>`` element with its pose in the link's URDF frame."""
     made = _noted(sensor.element)
     for pose in made.findall("pose"):
         made.remove(pose)

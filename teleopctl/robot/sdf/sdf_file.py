@@ -1,4 +1,4 @@
-"""SDF files: worlds and models of Gazebo's, as scenes."""
+"""SDF files: Gazebo's worlds and models, read as scenes."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ from teleopctl.robot.tags.table import local_name
 from teleopctl.tf import Transform
 
 _LIGHTS: dict[str, LightKind] = {"directional": "directional", "point": "point", "spot": "spot"}
-# What <spherical_coordinates> may say: numbers that are read, and what there is but one of here.
+# Children of <spherical_coordinates>: numbers that are read (None), and the only supported value.
 _ON_EARTH: dict[str, str | None] = {
     "latitude_deg": None,
     "longitude_deg": None,
@@ -35,7 +35,7 @@ _ON_EARTH: dict[str, str | None] = {
     "world_frame_orientation": "ENU",
     "heading_deg": "0",
 }
-# Systems of Gazebo's that are here by themselves.
+# Gazebo systems whose function the simulator always has.
 _SYSTEMS = (
     *("physics", "user-commands", "scene-broadcaster", "sensors", "imu", "contact", "navsat"),
     *("magnetometer", "altimeter", "forcetorque", "air-pressure", "logical", "apply-link-wrench"),
@@ -47,8 +47,8 @@ def read_sdf(path: Path) -> Scene:
     """Read an SDF world or model file; return it as a `Scene`.
 
     Raises:
-        InvalidDescriptionError: It cannot be read, is no SDF, or means nothing somewhere; the
-            message names file and line.
+        InvalidDescriptionError: The file cannot be read, is no SDF or is invalid; the message names
+            file and line.
     """
     reading = SdfReader()
     root, file = reading.parse_file(path.absolute())
@@ -59,18 +59,18 @@ def read_sdf_text(text: str, path: Path) -> Scene:
     """Read SDF text of a world or model; return it as a `Scene`.
 
     Args:
-        text: SDF.
-        path: What errors call it; relative files start at its folder.
+        text: SDF text.
+        path: Path of the text in error messages; relative files start from its folder.
 
     Raises:
-        InvalidDescriptionError: As of `read_sdf`.
+        InvalidDescriptionError: As for `read_sdf`.
     """
     reading = SdfReader()
     root, file = parse_sdf(path, text.encode(errors="surrogatepass"), reading.remarks)
     return _scene(reading, root, file)
 
 
-# Any, here and below: elements of lxml, whose class has no types.
+# Any, here and below: lxml elements, whose class has no types.
 def _scene(reading: SdfReader, root: Any, file: SdfFile) -> Scene:
     world = root.find("world")
     if world is None:
@@ -115,7 +115,7 @@ def _scene(reading: SdfReader, root: Any, file: SdfFile) -> Scene:
         for element in world.findall("frame")
         if (name := element.get("name") or "")
     ]
-    # Until SDF 1.5 it was the solver's.
+    # Until SDF 1.5 gravity was a child of <physics>.
     falls = next(filter(len, map(world.findall, ("gravity", "physics/gravity"))), ())
     field = world.find("magnetic_field")
     origin = _origin(file, world.find("spherical_coordinates"))
@@ -133,7 +133,7 @@ def _scene(reading: SdfReader, root: Any, file: SdfFile) -> Scene:
 
 
 def _origin(file: SdfFile, element: Any | None) -> Vector3 | None:
-    """Where the world is on the earth; None where that is not said."""
+    """Return latitude and longitude (deg) and height (m) of the world's origin; None if unset."""
     if element is None:
         return None
     for tag, usual in _ON_EARTH.items():
@@ -156,14 +156,14 @@ def _is_zero(text: str) -> bool:
 def _models(
     reading: SdfReader, file: SdfFile, world: Any, suns: list[SceneLight], frames: SdfFrames
 ) -> list[SceneModel]:
-    """The models of a world, each in its place and with a name of its own.
+    """Return the models of a world, with their poses in the world and unique names.
 
     Args:
-        reading: Reads them.
-        file: The file.
-        world: The ``<world>``.
-        suns: Takes what shines of what is included.
-        frames: Takes the frames of the world.
+        reading: Reader of the models.
+        file: SDF file of the world.
+        world: ``<world>`` element.
+        suns: List that the light of an included sun is appended to.
+        frames: Frames that those of the world and its models are added to.
     """
     for element in world.findall("frame"):
         frames.add(element.get("name") or "", element, element.get("attached_to") or MODEL)
@@ -194,7 +194,7 @@ def _free_name(wanted: str, taken: Container[str]) -> str:
 
 
 def _last_word(element: Any) -> str:
-    """What an ``<include>`` includes; the ground and the sun nearly all do, and nobody has them."""
+    """Return the last part of an ``<include>``'s URI, for ground plane and sun, built in here."""
     uri = (element.findtext("uri") or "").strip().rstrip("/")
     return str(uri.rpartition("/")[2].replace("_", " ").replace("%20", " ").lower())
 
@@ -208,7 +208,7 @@ def _ground(file: SdfFile, element: Any) -> SceneModel:
 
 
 def _with_states(file: SdfFile, world: Any, models: list[SceneModel]) -> list[SceneModel]:
-    """The models where a saved world says that they were."""
+    """Return the models at the poses of a saved world's ``<state>``."""
     places = {
         element.get("name"): file.pose(element.find("pose"))
         for element in world.iterfind("state/model")
@@ -255,7 +255,7 @@ def _light(file: SdfFile, element: Any, frames: SdfFrames) -> SceneLight:
 
 
 def _shine(file: SdfFile, element: Any, tag: str, usual: str) -> Vector3:
-    """The red, green and blue of a light."""
+    """Return the red, green and blue of a light, 0 to 1."""
     parts = (element.findtext(tag) or usual).split()
     try:
         red, green, blue = (min(max(float(part), 0.0), 1.0) for part in parts[:3])

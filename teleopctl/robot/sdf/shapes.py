@@ -16,23 +16,23 @@ from teleopctl.robot.tags import sdf as tags
 from teleopctl.robot.urdf_text import rotation_from_z
 from teleopctl.tf import Transform, rotate
 
-# What Gazebo draws where nobody has said a colour.
+# Gazebo's default colour.
 _GREY = (0.7, 0.7, 0.7)
-# What has three sizes in one tag.
+# Shapes whose size is three numbers in one tag.
 _OF_THREE = {"box": "size", "ellipsoid": "radii"}
 
 
-# Any, here and below: elements of lxml, whose class has no types.
+# Any, here and below: lxml elements, whose class has no types.
 def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | None:
     """Read a ``<visual>`` or ``<collision>`` as a `SceneShape`; None if it is left out.
 
     Args:
-        file: The file.
-        element: The element.
-        pose: Where it is in its link.
+        file: SDF file of the shape.
+        element: ``<visual>`` or ``<collision>`` element.
+        pose: Pose of the shape in its link.
 
     Raises:
-        InvalidDescriptionError: A number in it is none, or has no sense.
+        InvalidDescriptionError: A number of the shape is invalid.
     """
     touches = element.tag == "collision"
     file.check_tags(element, tags.COLLISION if touches else tags.VISUAL)
@@ -68,17 +68,17 @@ def read_shape(file: SdfFile, element: Any, pose: Transform) -> SceneShape | Non
 
 
 def _friction(file: SdfFile, collision: Any) -> float | None:
-    """The coefficient of friction of a shape, None where it says none."""
+    """Return the coefficient of friction of a shape; None if unset."""
     coefficient = file.number(collision, "surface/friction/ode/mu", math.nan)
     if coefficient < 0.0:
-        return math.inf  # as Gazebo has it
+        return math.inf  # as in Gazebo
     return None if math.isnan(coefficient) else coefficient
 
 
 def _across(
     file: SdfFile, collision: Any, pose: Transform, friction: float | None
 ) -> Across | None:
-    """The friction across ``<fdir1>``, None where it is that along it, or no direction is said."""
+    """Return the friction across ``<fdir1>``; None if equal to ``mu``, or without a direction."""
     across = collision.find("surface/friction/ode/mu2")
     if across is None:
         return None
@@ -101,15 +101,15 @@ def _surface(file: SdfFile, collision: Any) -> Surface | None:
 def read_inertial(file: SdfFile, link: Any, place: Transform) -> SceneInertial | None:
     """Read the ``<inertial>`` of an SDF link; None if it is to be computed from the shapes.
 
-    A link that says nothing has what SDF says: 1 kg, and moments of 1 kg m².
+    A link without the element has SDF's default: 1 kg, and moments of 1 kg m².
 
     Args:
-        file: The file.
-        link: The ``<link>``.
-        place: Where its ``<inertial>`` is in the link.
+        file: SDF file of the link.
+        link: ``<link>`` element.
+        place: Pose of the ``<inertial>`` in the link.
 
     Raises:
-        InvalidDescriptionError: A number in it is none, or the mass is negative.
+        InvalidDescriptionError: A number is invalid, or the mass or a moment is negative.
     """
     element = link.find("inertial")
     if element is None:
@@ -203,7 +203,7 @@ def _file(file: SdfFile, solid: Any) -> Any:
 
 
 def _sizes(file: SdfFile, solid: Any) -> Vector3 | None:
-    """The sizes of a shape, 1 m where nothing is said; None where it cannot have them."""
+    """Return the sizes of a shape, by default 1 m; None with a remark if a size is invalid."""
     if solid.tag in _OF_THREE:
         found = list(file.vector(solid, _OF_THREE[solid.tag], (1.0, 1.0, 1.0)))
     else:
@@ -239,7 +239,7 @@ def _opaque_colour(file: SdfFile, visual: Any) -> Rgba | None:
             file.leave_out(picture, "is left out: the shape has one colour")
     if material.find("diffuse") is not None:
         if material.find("ambient") is not None:
-            # Shadows are as dark as the light of the whole scene has them.
+            # The scene's lights determine the colour in shadows.
             line = material.find("ambient").sourceline
             file.remarks.add_own(file.path, line or 0, "ambient")
         return _rgba(file, material.find("diffuse"))

@@ -1,7 +1,7 @@
-"""The tags of ``<gazebo>`` in a URDF, by what it refers to, and those of ``<sensor>`` by its type.
+"""Tags of ``<gazebo>`` in a URDF, for links, joints and robots, and of ``<sensor>`` by its type.
 
-What a ``<gazebo>`` says of a link or a joint Gazebo puts into that of SDF, so SDF's tags stand
-there too.
+Gazebo copies the content of a ``<gazebo>`` for a link or joint to the SDF link or joint, so SDF's
+tags are allowed as well.
 """
 
 from __future__ import annotations
@@ -13,7 +13,7 @@ from teleopctl.robot.tags.sdf import SURFACE
 from teleopctl.robot.tags.table import Table
 
 _STIFF = "contacts are as stiff as steps of physics allow, and DART does not read it"
-# Gazebo takes a value as text or as an attribute.
+# Gazebo reads a value from the text or from this attribute.
 _VALUE = ("value",)
 
 OF_LINKS = Table(
@@ -152,11 +152,11 @@ def of_sensors(kind: str) -> Table:
     """Return the table of the tags that a sensor type may have.
 
     Args:
-        kind: Its type; one that ends with ``camera`` has the tags of all cameras.
+        kind: Type of the sensor; unlisted types have the tags of cameras.
     """
     text = _OF_ALL + _OWN.get(kind, "")
     if kind in _RAY_TYPES:
-        # Gazebo takes either word for rays, whatever the type.
+        # Gazebo accepts either tag for rays, whatever the type.
         text += "".join(_RAYS.format(tag) + _noise(tag) for tag in ("ray", "lidar"))
     elif kind in ("gps", "navsat"):
         paths = [f"{kind}/{what}_sensing/{way}" for what in ("position", "velocity")

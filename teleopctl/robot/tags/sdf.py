@@ -1,11 +1,11 @@
-"""The tags of SDF 1.0 to 1.12, by the element that they stand in; see `table`."""
+"""Tags of SDF 1.0 to 1.12, by their parent element; see `table`."""
 
 from __future__ import annotations
 
 from teleopctl.robot.tags.table import Table
 
 _STIFF = "contacts are as stiff as steps of physics allow, and DART does not read it"
-# How a shape touches; behind ``{0}`` is what it stands in.
+# Contact properties of a shape; ``{0}`` is replaced by the path of the parent element.
 SURFACE = f"""
     + {{0}}surface/friction/ode: mu mu2
     + {{0}}surface/friction/torsional: coefficient patch_radius
@@ -29,7 +29,7 @@ ROOT = Table("""
     > .: world model light
     - .: actor
 """)
-# What there is but one of on this earth is told by who reads <spherical_coordinates>.
+# The reader of <spherical_coordinates> reports values of its children that are not supported.
 WORLD = Table("""
     + .: @name gravity magnetic_field frame*@name@attached_to frame/pose
     + physics: @name @default gravity

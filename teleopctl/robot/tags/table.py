@@ -8,13 +8,13 @@ A table is written as lines of a mark, the path of a tag, and its children:
     * surface/contact/ode: max_vel=0.01
     > .: sensor@name@type
 
-``+`` has its effect, or the code that reads it reports what it lacks; ``-`` has none, and is
-reported unless it only repeats its default: one of the texts behind ``=``, or else zero or false;
-``*`` likewise, and concerns Gazebo's own window, drawing or solver alone; ``>`` is read, and its
-content is checked, by other code.
-Attributes have ``@`` in front, behind their tag or as words of their own. Of a tag that has its
-effect only the first counts, unless there is a ``*`` behind it. What a table does not have is
-unknown.
+A ``+`` tag is supported, or the code that reads it reports what is missing. A ``-`` tag has no
+effect, and is reported unless it only repeats its default: one of the texts after ``=``, or else
+zero or false. A ``*`` tag has no effect either, and concerns only Gazebo's own window, drawing or
+solver. A ``>`` tag is read, and its content is checked, by other code.
+Attributes start with ``@``, after their tag or as separate words. Of several equal ``+`` tags only
+the first one is used, unless the tag is followed by ``*``. Tags and attributes that are not in the
+table are unknown.
 """
 
 from __future__ import annotations
@@ -35,11 +35,11 @@ _MARKS: dict[str, Fate] = {
     "*": "gazebo's own",
     ">": "read by others",
 }
-# What a <pose> may say of itself; the frame was an attribute until SDF 1.6.
+# Attributes of a <pose>; `frame` was one until SDF 1.6.
 _OF_POSES = ("relative_to", "rotation_format", "degrees", "frame")
 
 
-# Lines that are listed of one kind of thing.
+# Maximum number of lines listed for one kind of finding.
 _MOST_LINES = 5
 
 
@@ -47,9 +47,9 @@ class TagEntry(NamedTuple):
     """Known tag or attribute of a format: support, default, and why it has no effect.
 
     Attributes:
-        fate: Whether it is supported.
-        usual: Texts of its default, with ``_`` for blanks; empty for zero and false.
-        because: Why it has no effect; empty for no explanation.
+        fate: Support of the tag.
+        usual: Texts of the default, with ``_`` for blanks; empty for zero and false.
+        because: Reason why the tag has no effect; empty for no explanation.
         many: Whether several are allowed in one element.
     """
 
@@ -63,10 +63,10 @@ class TagFinding(NamedTuple):
     """Unsupported tag or attribute in a description: it has no effect or is unknown.
 
     Attributes:
-        element: The tag, or the tag with the attribute.
-        path: Its path in the table.
-        entry: Its entry in the table; None if unknown.
-        alike: A known name similar to an unknown one; empty for none.
+        element: Element of the tag, or element with the attribute.
+        path: Path of the tag or attribute in the table.
+        entry: Entry of the tag or attribute in the table; None if unknown.
+        alike: Known name similar to an unknown name; empty for none.
     """
 
     element: etree._Element
@@ -103,7 +103,7 @@ class Table(Mapping[str, TagEntry]):
     """Table of a format's known tags and attributes, by path: ``path`` or ``path@attribute``.
 
     Args:
-        text: The table; see the module.
+        text: Table as text; see the module's docstring.
         everywhere: Attributes that any tag may have.
     """
 
@@ -149,7 +149,7 @@ class Table(Mapping[str, TagEntry]):
         """Yield a finding for each tag and attribute of an element without effect or unknown.
 
         Args:
-            element: The element.
+            element: Element of the description.
             path: Path of the element in the table.
         """
         yield from self._of_attributes(element, path)
@@ -197,12 +197,12 @@ class Table(Mapping[str, TagEntry]):
 def is_default(element: etree._Element, usual: tuple[str, ...] = ()) -> bool:
     """Return whether a tag, with its children, only repeats its default.
 
-    Of a tag that holds others each must be zero: a flag among them may be on by default. Their
-    ``<type>`` says which kind of thing the zeros are of, and does not count.
+    All children of the tag must be zero: a flag among them that is false may be true by default.
+    A ``<type>`` child only names the kind of the parent, and is ignored.
 
     Args:
-        element: The tag.
-        usual: Texts of its default; see `TagEntry`.
+        element: Element of the tag.
+        usual: Texts of the default; see `TagEntry`.
     """
     children = [child for child in element if isinstance(child.tag, str)]
     if not children:
@@ -223,7 +223,7 @@ def gazebo_only_text(tags: Mapping[str, list[int]]) -> str:
     """Return one sentence about tags that only Gazebo's window, drawing or solver uses.
 
     Args:
-        tags: Lines of each tag.
+        tags: Line numbers by tag.
     """
     listed = ", ".join(f"<{tag}> (line {lines_text(lines, 1)})" for tag, lines in tags.items())
     return f"Without meaning outside of Gazebo's window, drawing and solver: {listed}"

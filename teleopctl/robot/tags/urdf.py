@@ -1,6 +1,6 @@
-"""The tags of URDF and of ``<ros2_control>``, and what a description has besides.
+"""Tags of URDF and of ``<ros2_control>``, and warnings about other tags in a description.
 
-Within ``<gazebo>`` others look; what hangs below ``<mujoco>`` MuJoCo reads.
+The content of ``<gazebo>`` is checked by other code; MuJoCo reads the content of ``<mujoco>``.
 """
 
 from __future__ import annotations
@@ -17,7 +17,7 @@ _TOLD_LINES = 3
 _JOINTS = "commands and states are those of joints, not of actuators"
 _DRIVEN = "joints are driven as <ros2_control> says"
 
-# Of what may stand once, whoever repairs a description says that there are several.
+# Tags that should appear only once have a * as well: `repair_urdf` reports repeated ones.
 URDF = Table(f"""
     + .: @name @version link*@name joint*@name@type material*@name
     > .: mujoco {REMARK}
@@ -69,14 +69,14 @@ def unknown_tags(urdf: str) -> list[str]:
     """Return a warning for each kind of tag or attribute that URDF does not know.
 
     Args:
-        urdf: The expanded robot description, which is well formed.
+        urdf: Expanded robot description, which is well-formed XML.
     """
     robot: etree._Element = parse(urdf)
     lines: dict[str, list[int]] = {}
     for found in URDF.findings(robot):
         parent = found.path.rpartition("/")[0]
         if found.entry is None and parent.endswith("/geometry") and "@" not in found.path:
-            continue  # the reader of shapes refuses it, and names the link
+            continue  # the reader of shapes raises an error that names the link
         lines.setdefault(_sentence(found), []).append(found.element.sourceline or 0)
     return in_lines(lines)
 
@@ -85,13 +85,13 @@ def in_lines(lines: Mapping[str, list[int]]) -> list[str]:
     """Return warnings as text, each followed by the URDF line numbers where it applies.
 
     Args:
-        lines: By sentence.
+        lines: Line numbers by sentence.
     """
     return [f"{sentence} ({_lines(numbers)})" for sentence, numbers in lines.items()]
 
 
 def _sentence(found: TagFinding) -> str:
-    """By the tag alone, so that one sentence is about it wherever it stands."""
+    """Return a finding's sentence with the tag instead of its path, for all places of the tag."""
     if found.entry is None or "@" in found.path:
         return found.sentence
     return found.sentence.replace(f"<{found.path}>", f"<{found.path.rpartition('/')[2]}>")

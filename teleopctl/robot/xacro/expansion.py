@@ -1,13 +1,12 @@
 """Expand xacro files into URDF.
 
-The ``xacro`` package is written as a program: it keeps its state in module variables, prints what
-goes wrong and leaves. Here it is a function that returns the text or raises one error that names
-the file, the line where it is known, and the reason.
+The ``xacro`` package is written as a program: it keeps its state in module variables, prints
+errors and exits. This module wraps it as a function that returns the text or raises one error with
+the file, the line if known, and the reason.
 
-A xacro file is a program: its expressions are Python's, and what keeps them from the rest of the
-machine can be left. One from a stranger is read in safe mode, which has properties, arguments,
-macros, conditions, ``$(find …)`` and the arithmetic of `teleopctl.base.expression`, and nothing
-else.
+A xacro file is a program: its expressions are Python's, and they can escape xacro's restrictions.
+Untrusted files are read in safe mode, which has properties, arguments, macros, conditions,
+``$(find …)`` and the arithmetic of `teleopctl.base.expression` only.
 """
 
 import contextlib
@@ -34,12 +33,12 @@ from teleopctl.robot.xacro.python_values import BoundedPython
 from teleopctl.robot.xacro.source_lines import Places, recorded_lines, source_places
 
 SAFE = "TELEOPCTL_SAFE"
-"""The variable that makes every process read descriptions in safe mode."""
+"""Environment variable that makes every process read descriptions in safe mode."""
 
-# What `$(…)` may be in safe mode; the others read the environment, or are Python again.
+# Forms of `$(…)` allowed in safe mode; the others read the environment or evaluate Python.
 _SAFE_EXTENSION = re.compile(r"\$\((?:cwd|dirname|arg\s[^()$]*|find\s[^()$]*)\)")
 
-# Of those in one another that a sentence about one of them names.
+# Maximum number of nested macros that an error message names.
 _MOST_MACROS_NAMED = 8
 
 _log = logging.getLogger(__name__)
@@ -47,10 +46,10 @@ _lock = threading.Lock()
 
 _MISSING_ARGUMENT = "Undefined substitution argument"
 _UNBOUND_PREFIX = errors.codes[errors.XML_ERROR_UNBOUND_PREFIX]
-# The innermost comes first, each on a line of its own.
+# xacro's message has the innermost expression first, each on a line of its own.
 _EXPRESSION = re.compile(r"when evaluating expression '(?P<expression>.*?)' *(?:\n|$)", re.DOTALL)
 
-# A xacro file holds Python expressions, which may fail in any of these ways.
+# Errors that the Python expressions in a xacro file may raise.
 _EXPRESSION_ERRORS = (
     ArithmeticError,
     AttributeError,
@@ -67,9 +66,9 @@ class ExpandedXacro(NamedTuple):
     """Expanded xacro text, with the files and lines it came from.
 
     Attributes:
-        text: URDF.
-        files: The files that it was made from, the file itself first.
-        places: Where the lines of the text were written, if somebody has asked for it.
+        text: URDF text.
+        files: Files that were read, the file itself first.
+        places: Source file and line of each line of the text, if requested.
     """
 
     text: str
@@ -83,17 +82,16 @@ def expand_xacro(
     """Expand a xacro file; a plain URDF file is returned with the same content.
 
     Args:
-        path: The file.
+        path: Path of the file.
         mappings: Values of the file's ``<xacro:arg>`` by name.
-        safe: Whether to refuse all but properties and arithmetic; by default as ``TELEOPCTL_SAFE``
-            says (``1``).
+        safe: Whether to use safe mode; by default if ``TELEOPCTL_SAFE`` is ``1``.
 
     Returns:
         URDF as text.
 
     Raises:
-        InvalidDescriptionError: When the file is missing, is not XML, cannot be expanded, or in
-            safe mode asks for more than that.
+        InvalidDescriptionError: When the file is missing, is not XML, cannot be expanded, or has
+            an expression that safe mode does not allow.
     """
     return read_xacro(path, mappings, safe=safe).text
 
@@ -108,13 +106,13 @@ def read_xacro(
     """Expand a xacro file as `expand_xacro` does; return the files that it includes, too.
 
     Args:
-        path: See there.
-        mappings: See there.
-        safe: See there.
-        places: Whether to note where each line was written.
+        path: As for `expand_xacro`.
+        mappings: As for `expand_xacro`.
+        safe: As for `expand_xacro`.
+        places: Whether to record the source file and line of each line.
 
     Raises:
-        InvalidDescriptionError: As `expand_xacro`.
+        InvalidDescriptionError: As for `expand_xacro`.
     """
     include_package_of(Path(path))
     arguments = {name: str(value) for name, value in (mappings or {}).items()}
@@ -126,7 +124,7 @@ def read_xacro(
         bounded_xacro(safe=safe) as xacro,
         recorded_lines(xacro) if places else contextlib.nullcontext() as notes,
     ):
-        # xacro notes what it includes, and never forgets.
+        # xacro appends included files to this list and never clears it.
         xacro.all_includes.clear()
         try:
             document = xacro.process_file(str(path), mappings=arguments, verbosity=0)
@@ -153,8 +151,8 @@ def over_budget(path: Path, error: Exception) -> TeleopctlError | None:
     """Return the error line about a xacro expansion that exceeded its limits.
 
     Args:
-        path: The file that was expanded.
-        error: What came of it; None is returned where that is another fault.
+        path: Path of the file that was expanded.
+        error: Error of the expansion; for any other fault None is returned.
     """
     import xacro
 
@@ -178,7 +176,7 @@ def bounded_xacro(*, safe: bool | None = None) -> Iterator[ModuleType]:
     import xacro
     from xacro import substitution_args
 
-    # xacro itself resolves it only where ament_index_python is installed; it has no other way in.
+    # xacro resolves `$(find …)` only with ament_index_python installed, and has no hook for it.
     substitution_args._eval_find = _find_package  # noqa: SLF001
     if safe is None:
         safe = is_safe()
@@ -188,7 +186,7 @@ def bounded_xacro(*, safe: bool | None = None) -> Iterator[ModuleType]:
 
 @contextlib.contextmanager
 def _bounded(xacro: ModuleType) -> Iterator[None]:
-    """Stop macros, blocks and texts that grow without measure; none needs to be recursive."""
+    """Limit macros, blocks and texts, which can grow without bound even without recursion."""
     own = {name: vars(xacro)[name] for name in ("eval_text", "parse", "replace_node")}
     own["resolve_macro"] = vars(xacro)["resolve_macro"]
     calls = Tally("calls of macros", budget.MOST_MACRO_CALLS)
@@ -200,7 +198,7 @@ def _bounded(xacro: ModuleType) -> Iterator[None]:
     def resolve_macro(*args: Any) -> Any:
         found = own["resolve_macro"](*args)
         calls.add()
-        # All of the body is copied, also what a condition leaves out of it.
+        # xacro copies the whole body, including parts that a condition leaves out.
         elements.add(_size(found[-1].body))
         return found
 
@@ -233,14 +231,14 @@ def _bounded(xacro: ModuleType) -> Iterator[None]:
 
 
 def _size(node: Any) -> int:
-    """How many elements are in a node of a document."""
+    """Return the number of elements in a node of a document."""
     return len(node.getElementsByTagName("*"))
 
 
 def _replace(node: Any, by: Any, *, content_only: bool) -> None:
-    """Put nodes, or what is in them, in the place of a node, as xacro's function of that name.
+    """Replace a node by other nodes or their content, as xacro's ``replace_node`` does.
 
-    That one moves each node for itself and looks for its place among all: 4 s for 25,000 of them.
+    xacro's function searches the place of each node among all nodes: 4 s for 25,000 of them.
     """
     given = [] if by is None else by if isinstance(by, list) else [by]
     new = [child for one in given for child in one.childNodes] if content_only else given
@@ -265,8 +263,8 @@ def _replace(node: Any, by: Any, *, content_only: bool) -> None:
 
 @contextlib.contextmanager
 def _only_arithmetic(xacro: ModuleType) -> Iterator[None]:
-    """Let xacro compute ``${…}`` by our expressions, not by Python, and few kinds of ``$(…)``."""
-    # It has no other way in.
+    """Make xacro evaluate ``${…}`` by `compute`, not by Python, and allow few kinds of ``$(…)``."""
+    # xacro has no hook for this.
     python, extension = vars(xacro)["safe_eval"], vars(xacro)["eval_extension"]
 
     # Any: xacro's own symbols and values.
@@ -290,11 +288,11 @@ def _only_arithmetic(xacro: ModuleType) -> Iterator[None]:
 
 @contextlib.contextmanager
 def _bounded_python(xacro: ModuleType) -> Iterator[None]:
-    """Let what a file computes end, see `teleopctl.robot.xacro.python_values`."""
+    """Limit the Python expressions of a file; see `teleopctl.robot.xacro.python_values`."""
     python, within = vars(xacro)["safe_eval"], BoundedPython()
     inner = vars(vars(xacro)["substitution_args"])
     vars(xacro).update(safe_eval=within.safe_eval)
-    # It is a builtin there, until the module has one of its own.
+    # The module calls the builtin `eval`, which a name in the module hides.
     inner["eval"] = within.eval
     try:
         yield
@@ -353,7 +351,7 @@ def _expansion_error(xacro: ModuleType, path: Path, error: Exception) -> Teleopc
 
 
 def _inside(xacro: ModuleType) -> str:
-    """In which macros something was expanded, at the end of a sentence."""
+    """Return the end of a sentence that names the macros being expanded; empty for none."""
     macros = [macro.body.getAttribute("name") for macro in xacro.macrostack or []]
     if len(macros) > _MOST_MACROS_NAMED:
         macros = ["…", *macros[-_MOST_MACROS_NAMED:]]

@@ -1,10 +1,10 @@
-"""The Python of xacro files, within bounds.
+"""Evaluation of the Python expressions in xacro files, with limits on size and time.
 
-What stands in ``${…}`` and ``$(eval …)`` is evaluated by Python itself, where one operation can
-keep the machine busy for ever: ``9**9**9**9`` cannot even be interrupted. So operations that make
-more than they are given are refused beforehand, all others are done on what is small, and between
-them the time is looked at. That is for mistakes and for simple traps: for a file of a stranger
-there is safe mode, which has no Python.
+The content of ``${…}`` and ``$(eval …)`` is evaluated by Python itself, where one operation can
+keep the machine busy for ever: ``9**9**9**9`` cannot even be interrupted. So operations whose
+result would be too large are refused beforehand, all others work on small values, and the time is
+checked between them. This protects against mistakes and simple traps: untrusted files need safe
+mode, which has no Python.
 """
 
 from __future__ import annotations
@@ -25,7 +25,7 @@ from teleopctl.base.expression import ExpressionError
 
 _LOOKS_EVERY = 64
 
-# What makes as much as a number says.
+# Functions whose result is as large as a number among their arguments.
 _SIZED = frozenset(
     (
         *("bytearray", "bytes", "to_bytes", "comb", "factorial", "perm"),
@@ -33,12 +33,12 @@ _SIZED = frozenset(
     )
 )
 _LARGEST_SIZE = 10_000
-# A width with six digits, or one that stands elsewhere.
+# A width in a format with six digits, or one that is taken from an argument.
 _WIDE = re.compile(r"\d{6}|%[^A-Za-z%]*\*|[:.][^{}]*\{")
-# Names, parts, sums and quotients grow by what is written there; most expressions are no more, and
-# one that is looked at takes three times as long to read.
+# Names, attributes, sums and quotients are only as large as the text; most expressions have nothing
+# else, and compiling one with guards takes three times as long.
 _PLAIN = re.compile(r"(?!.*\b(?:for|lambda)\b)[\w\s.,'\"\[\]+/-]*", re.DOTALL)
-# Those of Python's functions that evaluate, or wait for somebody.
+# Python's functions that evaluate code or wait for input.
 _NEVER = ("breakpoint", "compile", "eval", "exec", "input")
 
 _OPERATORS: dict[type[ast.operator], str] = {
@@ -50,7 +50,7 @@ _OPERATORS: dict[type[ast.operator], str] = {
 }
 
 
-# Any, here and below: whatever values a file has.
+# Any, here and below: values of expressions have any type.
 class BoundedPython:
     """Evaluator of the Python expressions in xacro files, with limits on size and time."""
 
@@ -77,7 +77,7 @@ class BoundedPython:
         """Return the value of the expression in a ``${…}``; replaces xacro's ``safe_eval``.
 
         Raises:
-            BudgetError: It takes too long, or becomes too large.
+            BudgetError: The evaluation takes too long, or a value is too large.
         """
         names.update(__builtins__=self._guards)
         return self._evaluate(_compiled(text.strip(), inner=False), names, local)
@@ -86,13 +86,13 @@ class BoundedPython:
         """Return the value of the expression in a ``$(eval …)``; replaces Python's ``eval``.
 
         Raises:
-            BudgetError: It takes too long, or becomes too large.
+            BudgetError: The evaluation takes too long, or a value is too large.
         """
         names.update(__builtins__=self._builtins)
         try:
             return self._evaluate(_compiled(text.strip(), inner=True), names, local)
         except (BudgetError, ExpressionError) as error:
-            # In xacro's words, which it has for ${…} alone.
+            # xacro adds this text only for ${…}.
             raise type(error)(f"{error}\nwhen evaluating expression '{text}'") from error
 
     def _evaluate(self, code: CodeType, names: dict[str, Any], local: Any) -> Any:
@@ -101,14 +101,14 @@ class BoundedPython:
         except RecursionError as error:
             if any(isinstance(part, CodeType) for part in code.co_consts):
                 raise BudgetError("a function of it recurses without end") from error
-            raise  # it is files or macros that do
+            raise  # the recursion is in files or macros
         _size(value)
         return value
 
-    # -- what an expression does -------------------------------------------------------------------
+    # -- guarded operations ------------------------------------------------------------------------
 
     def _note(self) -> None:
-        """Count an operation, and look at the time now and then."""
+        """Count an operation, and check the time after every `_LOOKS_EVERY` operations."""
         self._operations += 1
         if self._operations > budget.MOST_OPERATIONS:
             raise BudgetError(f"it takes more than {budget.MOST_OPERATIONS:,} operations")
@@ -118,7 +118,7 @@ class BoundedPython:
             )
 
     def _noted(self, value: Any) -> Any:
-        """Count an operation, and what it has made."""
+        """Count an operation and the size of its result; return the result."""
         self._note()
         self._made += _size(value)
         if self._made > budget.MOST_MADE:
@@ -186,8 +186,8 @@ class BoundedPython:
     ) -> Any:
         """Sum, multiply or take the least common multiple of values, one after another.
 
-        Python's own functions copy what they have for each list or large number that is added, so
-        that their time grows with the square of what they are given.
+        Python's own functions copy the intermediate result for each list or large number, so that
+        their time grows with the square of the size of the arguments.
         """
         if function is math.lcm:
             return reduce(lambda left, right: self._noted(math.lcm(left, right)), args, 1)
@@ -199,7 +199,7 @@ class BoundedPython:
 
 
 class _Guarding(ast.NodeTransformer):
-    """Has the functions above do what an expression does."""
+    """AST transformer that replaces operations of an expression by calls of the guards above."""
 
     def visit_BinOp(self, node: ast.BinOp) -> ast.expr:
         self.generic_visit(node)
@@ -228,7 +228,7 @@ class _Guarding(ast.NodeTransformer):
 
 
 def _hidden(name: str) -> str:
-    """A name that no expression can have."""
+    """Return a name that no expression can contain."""
     return f" {name}"
 
 
@@ -238,10 +238,10 @@ def _call_of(name: str, *args: ast.expr, keywords: list[ast.keyword] | None = No
 
 @lru_cache(maxsize=8192)
 def _compiled(text: str, *, inner: bool) -> CodeType:
-    """The code of an expression; ``inner`` ones see Python's own functions, and have no ``__``."""
+    """Return the guarded code of an expression; unless ``inner``, names must not start with __."""
     code = compile(text, "<expression>", "eval")
     if not inner and (names := [name for name in code.co_names if name.startswith("__")]):
-        # As xacro has it.
+        # The message is xacro's.
         raise ExpressionError(f"Use of invalid name(s): {', '.join(names)}")
     if _PLAIN.fullmatch(text):
         return code
@@ -250,10 +250,10 @@ def _compiled(text: str, *, inner: bool) -> CodeType:
 
 
 def _size(value: Any) -> int:
-    """How many characters or parts something has; it stops at what is too much.
+    """Return the number of characters or parts of a value; raise if the limit is exceeded.
 
     Raises:
-        BudgetError: It is too large.
+        BudgetError: The value is too large.
     """
     if isinstance(value, int):
         _limit_bits(value.bit_length())
@@ -277,7 +277,7 @@ def _size(value: Any) -> int:
 
 
 def _size_of_integer(value: int) -> int:
-    """Parts that an integer counts as: one, or a part for each 64 bits."""
+    """Return the number of parts that an integer counts as: one, plus one for each 64 bits."""
     return 1 + value.bit_length() // 64
 
 

@@ -1,7 +1,7 @@
 """Source files and lines of the elements in an expanded robot description (xacro or SDF).
 
-xacro forgets lines. Here each element gets an attribute with its place as its file is read; macros
-copy it with the element, and it is taken out of what they have made.
+xacro does not keep line numbers. So each element gets an attribute with its place when its file is
+read; macros copy the attribute with the element, and it is removed from the result.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from typing import Any
 
 from lxml import etree
 
-# By line of a text: the file and the line in it.
+# Source file and line, by line of a text.
 Places = Mapping[int, tuple[Path, int]]
 
 _NOTE = "teleopctl-place"
@@ -51,19 +51,19 @@ class SourceLines:
     """Recorder of the file and line of each element that xacro reads.
 
     Attributes:
-        files: The files, whose index is recorded in the elements.
+        files: Files that were read; their indices are recorded in the elements.
     """
 
     def __init__(self) -> None:
         self.files: list[Path] = []
 
-    # Any: documents of minidom, which xacro works on.
+    # Any: minidom documents, as xacro uses them.
     def record(self, document: Any, path: Path) -> None:
         """Store the source file and line in an attribute of each element of a parsed document.
 
         Args:
             document: Document that xacro has parsed.
-            path: The file.
+            path: Path of the document's file.
         """
         parser = etree.XMLParser(resolve_entities=False, remove_comments=True, remove_pis=True)
         try:
@@ -72,11 +72,11 @@ class SourceLines:
             return  # xacro reports it
         self.files.append(path)
         for element, line in zip(document.getElementsByTagName("*"), lines, strict=False):
-            # What is xacro's own is gone afterwards, and refuses what it does not know.
+            # xacro's own elements are not in the result, and raise for unknown attributes.
             if ":" not in element.tagName:
                 element.setAttribute(_NOTE, f"{len(self.files) - 1}:{line}")
 
-    # Any: likewise.
+    # Any: a minidom document.
     def remove(self, document: Any) -> list[tuple[Path, int] | None]:
         """Remove the stored attributes; return each element's file and line, in document order."""
         found: list[tuple[Path, int] | None] = []
@@ -93,7 +93,7 @@ def recorded_lines(xacro: ModuleType) -> Iterator[SourceLines]:
     """Context in which xacro records the source line of each element that it reads."""
     notes, parse = SourceLines(), vars(xacro)["parse"]
 
-    # Any: xacro's own.
+    # Any: as in xacro's `parse`.
     def noting(source: Any, filename: str | None = None) -> Any:
         document = parse(source, filename)
         if source is None and filename is not None:
@@ -113,7 +113,7 @@ def source_places(
     """Return source file and line by line of the expanded XML; elements are in document order.
 
     Args:
-        text: The expanded XML.
+        text: Expanded XML.
         element_places: Source file and line of each element, in document order, as
             `SourceLines.remove` returns them.
     """
