@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class Waitable:
-    """Base of waitables defined by programs (``rclpy.waitable.Waitable``).
+    """Base of waitables defined by programs, which implement its abstract methods.
 
     Args:
         callback_group: Group whose rules decide when `execute` may run.
@@ -38,7 +38,7 @@ class Waitable:
     # Any, here and below: each waitable determines its data, which `execute` receives.
 
     def add_future(self, future: Future[Any]) -> None:
-        """Store a future, as rclpy's waitables do."""
+        """Store a future, without further effect, for rclpy programs."""
         self._futures.append(future)
 
     def remove_future(self, future: Future[Any]) -> None:
@@ -46,23 +46,23 @@ class Waitable:
         self._futures.remove(future)
 
     def is_ready(self, wait_set: WaitSet) -> bool:
-        """Return whether the waitable is ready, by its entities in the wait set."""
+        """Return whether the waitable is ready, by its entities in the wait set; abstract."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def take_data(self) -> Any:
-        """Take the arrived data, to be passed to `execute`."""
+        """Take and return the arrived data, which the executor passes to `execute`; abstract."""
         raise NotImplementedError("Must be implemented by subclass")
 
     async def execute(self, taken_data: Any) -> Any:
-        """Handle the data of `take_data`, in the executor."""
+        """Handle the data that `take_data` returned, called by the executor; abstract."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return how many entities of each kind the waitable adds to a wait set."""
+        """Return how many entities of each kind the waitable adds to a wait set; abstract."""
         raise NotImplementedError("Must be implemented by subclass")
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Add the waitable's entities to a wait set."""
+        """Add the waitable's entities to a wait set, called before each check; abstract."""
         raise NotImplementedError("Must be implemented by subclass")
 
 

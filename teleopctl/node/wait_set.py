@@ -111,7 +111,7 @@ class WaitSet:
         return any(one.pending() for entities in self._entities.values() for one in entities)
 
     def check_ready(self) -> bool:
-        """Record which entities are ready now, for `is_ready`; return whether any is.
+        """Record which entities are ready now, and reset guard conditions; return whether any is.
 
         This resets the triggers of guard conditions.
         """
@@ -151,7 +151,7 @@ class WaitSet:
         return max(0, min(due)) / 1e9 if due else None
 
     def is_ready(self, entity_type: str, index: int) -> bool:
-        """Return whether an entity was ready at the end of the last `wait`.
+        """Return whether an entity was ready at the end of the last `wait` or `check_ready`.
 
         Args:
             entity_type: Kind of the entity, one of `KINDS`.
@@ -212,7 +212,7 @@ class EventHandle(Handle):
         return endpoint.events[-1]
 
     def take_event(self) -> NamedTuple:
-        """Return the event's counters, with the changes since the last call."""
+        """Return the event's counters and changes since the last call, and clear the event."""
         return self.entity.status()
 
 
@@ -325,7 +325,7 @@ def create_polled_client(
     name: str,
     qos: QoSProfile,
 ) -> ClientHandle:
-    """Create a service client whose responses wait until the program takes them.
+    """Create a service client whose responses wait for the program; return its handle.
 
     Raises:
         InvalidServiceNameException: The name is malformed.
@@ -343,7 +343,7 @@ def create_polled_service(
     name: str,
     qos: QoSProfile,
 ) -> ServiceHandle:
-    """Create a service server whose requests wait until the program takes them.
+    """Create a service server whose requests wait for the program; return its handle.
 
     Raises:
         InvalidServiceNameException: The name is malformed.
@@ -354,7 +354,7 @@ def create_polled_service(
 
 
 def create_polled_timer(clock: Clock, period_ns: int, *, autostart: bool = True) -> TimerHandle:
-    """Create a timer without a callback, whose calls the program counts.
+    """Create a timer without a callback, whose calls the program counts; return its handle.
 
     Raises:
         ValueError: The period is negative.
@@ -365,7 +365,7 @@ def create_polled_timer(clock: Clock, period_ns: int, *, autostart: bool = True)
 def create_polled_subscription(
     node: NodeCore, msg_type: type[MessageT], topic: str, qos: QoSProfile
 ) -> SubscriptionHandle:
-    """Create a subscription whose messages wait until the program takes them.
+    """Create a subscription whose messages wait for the program; return its handle.
 
     Raises:
         InvalidTopicNameException: The name is malformed.

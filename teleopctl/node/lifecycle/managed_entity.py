@@ -47,7 +47,7 @@ class ManagedEntity:
         return TransitionCallbackReturn.SUCCESS
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Handle an error of another callback; the base returns SUCCESS, for unconfigured."""
+        """Handle another callback's error; the base returns SUCCESS, leading to unconfigured."""
         return TransitionCallbackReturn.SUCCESS
 
 
@@ -129,6 +129,6 @@ class LifecyclePublisher(SimpleManagedEntity, Publisher[MessageT]):
         Publisher.__init__(self, node, msg_type, topic, qos)
 
     def publish(self, msg: MessageT | bytes | bytearray) -> None:
-        """Publish a message if the publisher is activated; see `Publisher.publish`."""
+        """Publish a message; drop it unless the publisher is activated; see `Publisher.publish`."""
         if self.is_activated:
             Publisher.publish(self, msg)

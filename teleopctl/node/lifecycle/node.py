@@ -74,7 +74,7 @@ class LifecycleNodeMixin(ManagedEntity):
     # -- transitions -----------------------------------------------------------------------------
 
     def trigger_configure(self) -> TransitionCallbackReturn:
-        """Run the transition from unconfigured to inactive; return `on_configure`'s result.
+        """Run `on_configure`, and on success go from unconfigured to inactive; return its result.
 
         Raises:
             TransitionNotPossibleError: The node is in another state; so do the next four methods.
@@ -82,19 +82,19 @@ class LifecycleNodeMixin(ManagedEntity):
         return self._change_state("configure")
 
     def trigger_cleanup(self) -> TransitionCallbackReturn:
-        """Run the transition from inactive to unconfigured; return `on_cleanup`'s result."""
+        """Run `on_cleanup`, and on success go from inactive to unconfigured; return its result."""
         return self._change_state("cleanup")
 
     def trigger_shutdown(self) -> TransitionCallbackReturn:
-        """Run the transition to finalized; return `on_shutdown`'s result."""
+        """Run `on_shutdown`, and go to finalized unless it returns ERROR; return its result."""
         return self._change_state("shutdown")
 
     def trigger_activate(self) -> TransitionCallbackReturn:
-        """Run the transition from inactive to active; return `on_activate`'s result."""
+        """Run `on_activate`, and on success go from inactive to active; return its result."""
         return self._change_state("activate")
 
     def trigger_deactivate(self) -> TransitionCallbackReturn:
-        """Run the transition from active to inactive; return `on_deactivate`'s result."""
+        """Run `on_deactivate`, and on success go from active to inactive; return its result."""
         return self._change_state("deactivate")
 
     def _change_state(self, transition: int | str) -> TransitionCallbackReturn:
@@ -126,27 +126,27 @@ class LifecycleNodeMixin(ManagedEntity):
     # -- callbacks -------------------------------------------------------------------------------
 
     def on_configure(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Call `on_configure` of the managed entities; stop at the first not to succeed."""
+        """Call the managed entities' `on_configure` until one fails; return the last result."""
         return self._call_entities("on_configure", state)
 
     def on_cleanup(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Call `on_cleanup` of the managed entities; stop at the first not to succeed."""
+        """Call the managed entities' `on_cleanup` until one fails; return the last result."""
         return self._call_entities("on_cleanup", state)
 
     def on_shutdown(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Call `on_shutdown` of the managed entities; stop at the first not to succeed."""
+        """Call the managed entities' `on_shutdown` until one fails; return the last result."""
         return self._call_entities("on_shutdown", state)
 
     def on_activate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Call `on_activate` of the managed entities; stop at the first not to succeed."""
+        """Call the managed entities' `on_activate` until one fails; return the last result."""
         return self._call_entities("on_activate", state)
 
     def on_deactivate(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Call `on_deactivate` of the managed entities; stop at the first not to succeed."""
+        """Call the managed entities' `on_deactivate` until one fails; return the last result."""
         return self._call_entities("on_deactivate", state)
 
     def on_error(self, state: LifecycleState) -> TransitionCallbackReturn:
-        """Call `on_error` of the managed entities; stop at the first not to succeed."""
+        """Call the managed entities' `on_error` until one fails; return the last result."""
         return self._call_entities("on_error", state)
 
     def _call_entities(self, name: str, state: LifecycleState) -> TransitionCallbackReturn:
@@ -184,7 +184,7 @@ class LifecycleNodeMixin(ManagedEntity):
         event_callbacks: PublisherEventCallbacks | None = None,
         qos_overriding_options: QoSOverridingOptions | None = None,
     ) -> LifecyclePublisher[MessageT]:
-        """Create a publisher that sends only while the node is active."""
+        """Create and return a publisher that sends after an activation, until a deactivation."""
         publisher = Node.create_publisher(
             self._node,
             msg_type,

@@ -93,7 +93,7 @@ class AsyncParameterClient:
         return all(client.service_is_ready() for client in self._clients)
 
     def wait_for_services(self, timeout_sec: float | None = None) -> bool:
-        """Block until all parameter services are there; return False on timeout."""
+        """Block until all six parameter services are in the graph; False on timeout or shutdown."""
         deadline = None if timeout_sec is None else time.monotonic() + timeout_sec
         for client in self._clients:
             left = None if deadline is None else max(0.0, deadline - time.monotonic())
@@ -107,7 +107,7 @@ class AsyncParameterClient:
         depth: int | None = None,
         callback: DoneCallback[ListParameters.Response] | None = None,
     ) -> ResponseFuture[ListParameters.Response]:
-        """Request parameter names below prefixes, down to a depth (None: unlimited)."""
+        """Request parameter names below prefixes, to a depth (None: unlimited); return a future."""
         return self._send(
             "ListParameters",
             callback,
@@ -210,7 +210,7 @@ def call_parameter_services(
     request: Callable[[AsyncParameterClient], ResponseFuture[ResponseT]],
     timeout_sec: float,
 ) -> dict[str, ResponseT | UnavailableError]:
-    """Send a parameter request to several nodes; wait, and return each response or error.
+    """Send a parameter request to several nodes; return the response or error of each by name.
 
     Example:
         ```python

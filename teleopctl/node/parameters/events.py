@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 @dataclasses.dataclass(frozen=True, eq=False)
 class ParameterCallbackHandle:
-    """Handle of a callback for changes of one parameter."""
+    """Handle of a callback for new and changed values of one parameter."""
 
     parameter_name: str
     node_name: str
@@ -85,7 +85,7 @@ class ParameterEventHandler:
     def get_parameter_from_event(
         event: ParameterEvent, parameter_name: str, node_name: str
     ) -> ParameterMessage | None:
-        """Return a node's new or changed parameter of an event; None if it is not in it."""
+        """Return a node's parameter that an event reports as new or changed; None without one."""
         if event.node != node_name:
             return None
         changed = ParameterEventHandler.get_parameters_from_event(event)
@@ -100,7 +100,7 @@ class ParameterEventHandler:
     def add_parameter_callback(
         self, parameter_name: str, node_name: str, callback: Callable[[ParameterMessage], object]
     ) -> ParameterCallbackHandle:
-        """Register a callback for changes of one parameter of a node; return its handle.
+        """Register a callback for new and changed values of a node's parameter; return a handle.
 
         Args:
             parameter_name: Name of the parameter.

@@ -69,7 +69,7 @@ ChangeListener = Callable[[list[Parameter], list[Parameter], list[Parameter]], N
 
 
 def result(successful: bool, reason: str = "") -> SetParametersResult:
-    """Return a ``rcl_interfaces/msg/SetParametersResult`` message."""
+    """Return a new ``rcl_interfaces/msg/SetParametersResult`` message."""
     message: type[SetParametersResult] = get_message("rcl_interfaces/msg/SetParametersResult")
     return message(successful=successful, reason=reason)
 
@@ -118,7 +118,7 @@ class ParameterStore:
         return list(self._parameters)
 
     def list_names(self, prefixes: Sequence[str], depth: int) -> tuple[list[str], list[str]]:
-        """Return the sorted parameter names below prefixes, and the sorted prefixes of these.
+        """Return sorted names below prefixes, down to a depth, and the sorted parents of these.
 
         Args:
             prefixes: Prefixes of the names; empty for all parameters.
@@ -236,7 +236,7 @@ class ParameterStore:
         self._on_change([], [], [parameter])
 
     def get(self, name: str) -> Parameter:
-        """Return a declared parameter by name; raise if it is undeclared or has no value.
+        """Return a parameter; raise if statically typed but unset, or undeclared unless allowed.
 
         Raises:
             ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
@@ -272,7 +272,7 @@ class ParameterStore:
         }
 
     def descriptor(self, name: str) -> ParameterDescriptor:
-        """Return the descriptor of a parameter, a ``ParameterDescriptor`` message.
+        """Return a parameter's descriptor; if undeclared raise, or return an empty one if allowed.
 
         Raises:
             ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
@@ -289,7 +289,7 @@ class ParameterStore:
     def describe(
         self, name: str, descriptor: ParameterDescriptor, alternative: Parameter | None
     ) -> Parameter:
-        """Replace a parameter's descriptor; return the parameter. See ``Node.set_descriptor``."""
+        """Replace a descriptor; return the parameter, or the alternative if only that fits."""
         with self._lock:
             if name not in self._parameters:
                 raise ParameterNotDeclaredException(name)
@@ -316,14 +316,11 @@ class ParameterStore:
         parameters: Sequence[Parameter],
         check: Callable[[Iterable[Parameter]], None] = lambda _: None,
     ) -> SetParametersResult:
-        """Set all of the parameters, or none if one is rejected.
+        """Set all of the parameters, or none if one is rejected; return a ``SetParametersResult``.
 
         Args:
             parameters: Parameters to set.
             check: Called with the list that the pre-set callbacks returned; raises to reject it.
-
-        Returns:
-            A ``rcl_interfaces/msg/SetParametersResult``.
         """
         wanted = list(parameters)
         for pre_set in reversed(self.pre_set_callbacks):

@@ -46,19 +46,19 @@ class CallbackGroup:
         return ref(entity) in self.entities
 
     def can_execute(self, entity: Any) -> bool:
-        """Return whether a callback of an entity may start now; for subclasses."""
+        """Return whether an entity's callback may start now, called by executors; abstract."""
         raise NotImplementedError
 
     def beginning_execution(self, entity: Any) -> bool:
-        """Record that a callback of an entity starts; False if it may not; for subclasses."""
+        """Record that an entity's callback starts, or return False if it may not; abstract."""
         raise NotImplementedError
 
     def ending_execution(self, entity: Any) -> None:
-        """Record that a callback of an entity has ended; for subclasses."""
+        """Record that an entity's callback has ended, called by executors; abstract."""
         raise NotImplementedError
 
     def run(self, work: Work, submit: Submit) -> None:
-        """Submit a function to a pool as soon as the group allows; here at once."""
+        """Submit a function to a pool as soon as the group allows; in this base class at once."""
         submit(work)
 
 

@@ -18,7 +18,7 @@ class NotInitializedException(TeleopctlError):
 
 
 class ExternalShutdownException(Exception):
-    """A signal shut the context down while a thread was spinning or waiting."""
+    """The context was shut down during a wait, or by a signal during spinning."""
 
 
 class ShutdownBySignalException(NotInitializedException, ExternalShutdownException):
@@ -33,7 +33,7 @@ class ShutdownException(Exception):
 
 
 class ROSInterruptException(ExternalShutdownException):
-    """A rate's sleep was interrupted by a shutdown."""
+    """A rate's sleep was interrupted by a shutdown or by the rate's destruction."""
 
     def __init__(self) -> None:
         super().__init__("rclpy.shutdown() has been called")
@@ -44,7 +44,7 @@ class TimeoutException(Exception):
 
 
 class ConditionReachedException(Exception):
-    """The condition given to `wait_for_ready_callbacks` became true."""
+    """The condition given to `wait_for_ready_callbacks` was true at the call."""
 
 
 class InvalidHandle(Exception):
@@ -79,7 +79,7 @@ class ServiceUnavailableError(UnavailableError):
 
 
 class NameValidationException(TeleopctlError):
-    """A node, topic, service or parameter name violates ROS 2's rules.
+    """A node name, namespace, topic name or service name violates ROS 2's rules.
 
     Args:
         name: The invalid name.
@@ -168,14 +168,14 @@ class ParameterUninitializedException(ParameterException):
 
 
 class ParameterImmutableException(ParameterException):
-    """A read-only parameter was undeclared."""
+    """A read-only parameter was undeclared, or its descriptor replaced."""
 
     def __init__(self, parameters: str | list[str]) -> None:
         super().__init__("Attempted to modify read-only parameter", parameters)
 
 
 class InvalidParameterException(ParameterException):
-    """A parameter name is invalid."""
+    """A parameter name is invalid: it is empty."""
 
     def __init__(self, parameters: str | list[str]) -> None:
         super().__init__("Invalid parameter name", parameters)

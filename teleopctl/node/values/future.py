@@ -77,7 +77,7 @@ class Future(Generic[ResultT]):
         self._finish()
 
     def cancel(self) -> None:
-        """Cancel the future, unless it has ended."""
+        """Cancel the future, unless it has ended, and call the callbacks."""
         with self._lock:
             if self._finished.is_set():
                 return
@@ -103,7 +103,7 @@ class Future(Generic[ResultT]):
                 self._callbacks.remove(callback)
 
     def on_end(self, listener: Callable[[], object]) -> None:
-        """Register a listener, to be called on the thread that ends the future (ours)."""
+        """Register a function to call on the thread that ends the future, or at once (ours)."""
         with self._lock:
             if not self._finished.is_set():
                 self._listeners.append(listener)
@@ -111,7 +111,7 @@ class Future(Generic[ResultT]):
         listener()
 
     def forget_on_end(self, listener: Callable[[], object]) -> None:
-        """Unregister a listener of `on_end`; unknown ones are ignored (ours)."""
+        """Unregister a function of `on_end`; unknown ones are ignored (ours)."""
         with self._lock:
             if listener in self._listeners:
                 self._listeners.remove(listener)

@@ -162,17 +162,17 @@ def effective_level(name: str) -> LoggingSeverity:
 
 
 def add_sink(name: str, sink: Sink) -> None:
-    """Register a function that receives every message of a logger and its children."""
+    """Set the receiver of the messages of a logger and of its children without receivers."""
     _sinks[name] = sink
 
 
 def remove_sink(name: str) -> None:
-    """Unregister the function that receives a logger's messages; unknown names are ignored."""
+    """Unset the function that receives a logger's messages; unknown names are ignored."""
     _sinks.pop(name, None)
 
 
 def emit(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_ns: int) -> None:
-    """Write a log message to the console, and pass it to the nearest registered sink."""
+    """Write a log message, without a level check, to the console and the nearest sink."""
     _console_instance().write(severity, name, text, caller, time_ns)
     owner = name
     while owner:
@@ -270,9 +270,6 @@ class RcutilsLogger:
         **unknown: object,
     ) -> bool:
         """Log a message with a severity; return whether it passed the level and the filters.
-
-        Returns:
-            True if the message passed the level and the filters.
 
         Raises:
             TypeError: A filter is unknown, or lacks a parameter.

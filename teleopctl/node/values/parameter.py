@@ -80,7 +80,7 @@ class ParameterType(enum.IntEnum):
         raise TypeError(f"The elements of a parameter must be of one type, got {names}.")
 
     def check(self, value: object) -> bool:
-        """Return whether a Python value is of this parameter type."""
+        """Return whether a Python value has this type; an empty sequence has every array type."""
         try:
             actual = ParameterType.from_parameter_value(value)
         except TypeError:
@@ -189,7 +189,7 @@ class Parameter:
 
 
 def parameter_value_from_yaml(text: str) -> ParameterValue:
-    """Return the ``ParameterValue`` of a YAML text, as ``param set`` does.
+    """Return the ``ParameterValue`` of a YAML text; the text itself if it is null or fits no type.
 
     ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``[1, 2]`` an integer array; ``"1"``
     and all other texts are strings.

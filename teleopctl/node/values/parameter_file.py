@@ -96,7 +96,7 @@ def _sections(
 
 
 def read_parameter_file(path: Path) -> ParameterFile:
-    """Read and check a parameter file.
+    """Read, check and return a parameter file; raise InvalidFileError if it is invalid.
 
     Raises:
         InvalidFileError: The file cannot be read, is not YAML or has another layout.

@@ -52,7 +52,7 @@ class ParameterRule(NamedTuple):
 
 
 class RosArguments(NamedTuple):
-    """Parsed ROS arguments of a command line."""
+    """Parsed ROS arguments of a command line, and the arguments of the program."""
 
     remaps: tuple[RemapRule, ...] = ()
     # Files and single parameters in the order of the command line: later ones override earlier.
@@ -170,7 +170,7 @@ def _parameter_rule(text: str) -> ParameterRule:
 
 
 def parse_ros_arguments(args: Sequence[str]) -> RosArguments:
-    """Parse the ``--ros-args`` groups of a command line.
+    """Parse the ``--ros-args`` groups of a command line; return them and the other arguments.
 
     Raises:
         UsageError: A rule or an option is malformed; exit status 2.
