@@ -127,10 +127,7 @@ class Executor:
     # -- nodes -----------------------------------------------------------------------------------
 
     def add_node(self, node: NodeEndpoints) -> bool:
-        """Add a node, removing it from its previous executor.
-
-        Returns:
-            False if the executor has the node already.
+        """Add a node, removing it from its previous executor; False if it was here already.
 
         Raises:
             ShutdownException: The executor was shut down.
@@ -168,7 +165,7 @@ class Executor:
     # -- from other threads ----------------------------------------------------------------------
 
     def schedule(self, waitable: Schedulable) -> None:
-        """Queue an entity whose arrivals the spinning thread takes; thread-safe."""
+        """Queue an entity, unless queued, whose arrivals the spinning thread takes; thread-safe."""
         if waitable not in self._queued:
             self._queued.add(waitable)
             self._queue.put(waitable)
@@ -219,7 +216,7 @@ class Executor:
         self._raise_if_ended_by_signal()
 
     def spin_once(self, timeout_sec: float | None = None) -> None:
-        """Wait until a callback is ready or the timeout expires, and run it.
+        """Wait for a ready callback and run it; return without one when the timeout expires.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None or negative waits forever.
@@ -237,7 +234,7 @@ class Executor:
         nodes: object = None,  # noqa: ARG002 -- rclpy has it
         condition: Callable[[], bool] = lambda: False,
     ) -> Ready:
-        """Wait for a ready callback; return its task, entity and node, or raise TimeoutException.
+        """Wait for a custom executor's next callback; return task, entity, node; raise on timeout.
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None or negative waits forever.
@@ -282,7 +279,7 @@ class Executor:
         self._raise_if_ended_by_signal()
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:  # noqa: ARG002 (rclpy has it)
-        """Stop spinning and remove all nodes; return True."""
+        """End spinning and remove all nodes, without waiting; return True."""
         self._is_shutdown = True
         for node in self._nodes:
             self.remove_node(node)
@@ -540,14 +537,11 @@ class MultiThreadedExecutor(Executor):
         return True
 
     def shutdown(self, timeout_sec: float | None = None) -> bool:
-        """Stop spinning; return False if a running callback did not end within the timeout.
+        """End spinning; return whether callbacks ended within the timeout, True at once if None.
 
         Args:
             timeout_sec: Longest wait for running callbacks to end, in seconds of wall time; None
                 does not wait.
-
-        Returns:
-            False if a callback still runs after the wait.
         """
         super().shutdown(timeout_sec)
         self._pool.shutdown(wait=False)

@@ -25,18 +25,18 @@ class GraphView(abc.ABC):
 
     @abc.abstractmethod
     def resolve_topic_name(self, topic: str, *, only_expand: bool = False) -> str:
-        """Return the absolute name of a topic."""
+        """Return the absolute name of a topic, remapped unless ``only_expand``."""
 
     @abc.abstractmethod
     def resolve_service_name(self, service: str, *, only_expand: bool = False) -> str:
-        """Return the absolute name of a service."""
+        """Return the absolute name of a service, remapped unless ``only_expand``."""
 
     def graph(self) -> Graph:
-        """Return a snapshot of the graph (ours)."""
+        """Return a snapshot of the ROS graph, with all nodes and endpoints (ours)."""
         return self._context.watcher.snapshot()
 
     def add_graph_callback(self, callback: Callable[[], None]) -> None:
-        """Register a function to be called after each graph change, on another thread (ours)."""
+        """Register a function to call after each graph change, on the reporting thread (ours)."""
         self._graph_callbacks.append(callback)
         self._context.on_graph_change(callback)
 
@@ -45,7 +45,7 @@ class GraphView(abc.ABC):
             self._context.forget_on_graph_change(callback)
 
     def matched(self, kind: EntityKind, name: str, type_name: str) -> list[EndpointToken]:
-        """Return the endpoints of a kind, name and type, as rmw_zenoh matches them (ours)."""
+        """Return the graph's endpoints of a kind with exactly a given name and type (ours)."""
         return self._context.watcher.matching(kind, name, type_name)
 
     def wait_for_match(
@@ -56,13 +56,13 @@ class GraphView(abc.ABC):
         count: int,
         timeout_s: float | None,
     ) -> bool:
-        """Block until ``count`` endpoints match; return False on timeout or shutdown (ours)."""
+        """Block until ``count`` endpoints of name and type exist; False on timeout or shutdown."""
         return self._context.wait_for_change(
             lambda: len(self.matched(kind, name, type_name)) >= count, timeout_s
         )
 
     def wait_for_subscribers(self, topic: str, count: int, timeout_s: float | None) -> bool:
-        """Block until a topic has ``count`` subscriptions of any type; False on timeout (ours)."""
+        """Block until a topic has ``count`` subscriptions; return False on timeout or shutdown."""
         name = self.resolve_topic_name(topic)
         return self._context.wait_for_change(
             lambda: _count(self._context, EntityKind.MS, name) >= count, timeout_s
@@ -91,14 +91,14 @@ class GraphView(abc.ABC):
     def get_publishers_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """Return the publishers of a topic; ``no_mangle`` uses the name as given."""
+        """Return descriptions of a topic's publishers; ``no_mangle`` takes the name as it is."""
         name = topic_name if no_mangle else _resolved(self.resolve_topic_name, topic_name)
         return _infos(self.graph().publishers(name))
 
     def get_subscriptions_info_by_topic(
         self, topic_name: str, no_mangle: bool = False
     ) -> list[TopicEndpointInfo]:
-        """Return the subscriptions of a topic; ``no_mangle`` uses the name as given."""
+        """Return descriptions of a topic's subscriptions; ``no_mangle`` takes the name as it is."""
         name = topic_name if no_mangle else _resolved(self.resolve_topic_name, topic_name)
         return _infos(self.graph().subscriptions(name))
 
@@ -130,7 +130,7 @@ class GraphView(abc.ABC):
         return [node.full_name for node in self.graph().nodes]
 
     def wait_for_node(self, fully_qualified_node_name: str, timeout: float) -> bool:
-        """Block until a node is in the graph; return False if the timeout, in seconds, expires."""
+        """Block until a node is in the graph; return False on timeout (in seconds) or shutdown."""
         return self._context.wait_for_graph(
             lambda graph: graph.find_node(fully_qualified_node_name) is not None, timeout
         )

@@ -47,12 +47,12 @@ def init(
 
 
 def ok(*, context: Context | None = None) -> bool:
-    """Return whether a context, the default one if None, is initialized and not shut down."""
+    """Return whether a context, the default one if None, is initialized and has not ended."""
     return (context or Context.default()).ok()
 
 
 def shutdown(*, context: Context | None = None, uninstall_handlers: bool | None = None) -> None:  # noqa: ARG001
-    """Shut down a context, the default one if None.
+    """Shut down a context, the default one if None; raise RuntimeError if not initialized.
 
     Raises:
         RuntimeError: The context is not initialized.
@@ -71,7 +71,7 @@ def get_default_context() -> Context:
 
 
 def get_global_executor() -> Executor:
-    """Return the executor that the module-level spin functions use by default."""
+    """Return the process's executor for the module-level spin functions, made on first use."""
     global _executor
     with _executor_lock:
         if _executor is None:
@@ -110,7 +110,7 @@ def create_node(node_name: str, **options: Any) -> Node:  # Any: Node checks its
 
 
 def spin(node: Node, executor: Executor | None = None) -> None:
-    """Run a node's callbacks until its context is shut down.
+    """Run a node's callbacks, in the global executor if None, until the context is shut down.
 
     Raises:
         ExternalShutdownException: A signal shut the context down.
@@ -122,7 +122,7 @@ def spin(node: Node, executor: Executor | None = None) -> None:
 def spin_once(
     node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:
-    """Wait for one callback of a node and run it; see `Executor.spin_once`."""
+    """Wait for one callback of a node or its executor's other nodes, and run it; or time out."""
     with _served(node, executor) as chosen:
         chosen.spin_once(timeout_sec)
 

@@ -176,8 +176,23 @@ class NodeEndpoints(NodeTimers):
     ) -> Subscription[MessageT]:
         """Create and return a subscription, whose callback receives the topic's messages.
 
-        ``content_filter_options`` is unused, for rclpy programs: as under rmw_zenoh all messages
-        are received. ``topic_statistics`` is as in rclcpp: see `TopicStatisticsOptions`.
+        Args:
+            msg_type: Message class.
+            topic: Relative, absolute or private name of the topic.
+            callback: ``callback(msg)`` or ``callback(msg, info)`` with a `MessageInfo`; may be a
+                coroutine function.
+            qos_profile: QoS profile, or history depth.
+            callback_group: Callback group of the callback and of the event callbacks; the node's
+                default group if None.
+            event_callbacks: Callbacks for matched publishers, missed deadlines and other events.
+            qos_overriding_options: QoS policies that parameters may override.
+            content_filter_options: Unused, for rclpy programs: as under rmw_zenoh all messages are
+                received.
+            topic_statistics: Options for publishing message statistics, as in rclcpp; nothing is
+                published if None.
+            raw: Whether the callback receives CDR bytes instead of a message.
+            immediate: Whether to call the callback on Zenoh's receiving thread, without an
+                executor; see `Subscription`.
 
         Raises:
             InvalidTopicNameException: The name is malformed.
@@ -240,7 +255,16 @@ class NodeEndpoints(NodeTimers):
         callback_group: CallbackGroup | None = None,
         immediate: bool = False,
     ) -> Service[RequestT, ResponseT]:
-        """Return a new service server that calls ``callback(request, response)`` for each request.
+        """Create and return a service server, whose callback is called for each request.
+
+        Args:
+            srv_type: Service class with ``Request`` and ``Response``.
+            srv_name: Relative, absolute or private name of the service.
+            callback: ``callback(request, response) -> response``; may be a coroutine function.
+            qos_profile: QoS profile.
+            callback_group: Callback group of the callback; the node's default group if None.
+            immediate: Whether to call the callback on Zenoh's receiving thread, without an
+                executor; see `Service`.
 
         Raises:
             InvalidServiceNameException: The name is malformed.
@@ -267,7 +291,14 @@ class NodeEndpoints(NodeTimers):
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
     ) -> Client[RequestT, ResponseT]:
-        """Create a client of a service, and return it.
+        """Create and return a client of a service.
+
+        Args:
+            srv_type: Service class with ``Request`` and ``Response``.
+            srv_name: Relative, absolute or private name of the service.
+            qos_profile: QoS profile.
+            callback_group: Callback group of the futures' done callbacks; the node's default group
+                if None.
 
         Raises:
             InvalidServiceNameException: The name is malformed.

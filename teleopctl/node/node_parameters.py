@@ -108,7 +108,7 @@ class NodeParameters(NodeEndpoints):
         descriptor: ParameterDescriptor | None = None,
         ignore_override: bool = False,
     ) -> Parameter:
-        """Declare a parameter; an override from the command line or a file replaces the value.
+        """Declare and return a parameter; an override replaces the default value.
 
         Args:
             name: Name of the parameter, parts separated by dots.
@@ -132,7 +132,7 @@ class NodeParameters(NodeEndpoints):
         ],
         ignore_override: bool = False,
     ) -> list[Parameter]:
-        """Declare parameters below a prefix, each as ``(name[, value[, descriptor]])``."""
+        """Declare and return parameters below a prefix, each ``(name[, value[, descriptor]])``."""
         prefix = f"{namespace}." if namespace else ""
         padded = [(*entry, None, None)[:3] for entry in parameters]
         entries = [(prefix + name, value, descriptor) for name, value, descriptor in padded]
@@ -147,7 +147,7 @@ class NodeParameters(NodeEndpoints):
         return [made[name] for name in names]
 
     def undeclare_parameter(self, name: str) -> None:
-        """Undeclare a parameter; raises as `ParameterStore.undeclare`."""
+        """Undeclare a parameter by name; raise if it is undeclared already or read-only."""
         self._parameters.undeclare(name)
 
     def has_parameter(self, name: str) -> bool:
@@ -157,7 +157,7 @@ class NodeParameters(NodeEndpoints):
     # -- reading ---------------------------------------------------------------------------------
 
     def get_parameter(self, name: str) -> Parameter:
-        """Return a declared parameter by name; raise if it is undeclared or has no value.
+        """Return a parameter; raise if statically typed but unset, or undeclared unless allowed.
 
         Raises:
             ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
@@ -170,7 +170,7 @@ class NodeParameters(NodeEndpoints):
         return [self.get_parameter(name) for name in names]
 
     def get_parameter_or(self, name: str, alternative_value: Parameter | None = None) -> Parameter:
-        """Return a parameter, or an alternative if it is undeclared or has no value."""
+        """Return a parameter; if undeclared or without value, the alternative (None: unset one)."""
         parameter = self._parameters.find(name)
         if parameter is not None and parameter.value is not None:
             return parameter
@@ -214,7 +214,7 @@ class NodeParameters(NodeEndpoints):
         return message(names=names, prefixes=parents)
 
     def describe_parameter(self, name: str) -> ParameterDescriptor:
-        """Return the descriptor of a parameter.
+        """Return a parameter's descriptor; if undeclared raise, or return an empty one if allowed.
 
         Raises:
             ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
@@ -231,7 +231,7 @@ class NodeParameters(NodeEndpoints):
         descriptor: ParameterDescriptor,
         alternative_value: ParameterValue | None = None,
     ) -> ParameterValue:
-        """Replace the descriptor of a parameter; return the parameter's value.
+        """Replace a parameter's descriptor, maybe also its value; return the resulting value.
 
         Args:
             name: Name of a declared parameter.
@@ -280,7 +280,7 @@ class NodeParameters(NodeEndpoints):
         )
 
     def add_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:
-        """Register a callback that may change the list of parameters to set, before checks."""
+        """Register a callback that may change the parameters to set; the oldest is called first."""
         self._parameters.pre_set_callbacks.insert(0, callback)
 
     def add_on_set_parameters_callback(self, callback: OnSetCallback) -> None:
@@ -288,7 +288,7 @@ class NodeParameters(NodeEndpoints):
         self._parameters.on_set_callbacks.insert(0, callback)
 
     def add_post_set_parameters_callback(self, callback: PostSetCallback) -> None:
-        """Register a callback to be called after parameters were set."""
+        """Register a callback to call after parameters were set; the newest is called first."""
         self._parameters.post_set_callbacks.insert(0, callback)
 
     def remove_pre_set_parameters_callback(self, callback: PreSetCallback) -> None:

@@ -140,7 +140,7 @@ class NodeTimers(NodeCore):
 
     @property
     def waitables(self) -> list[Waitable]:
-        """Waitables that were added by `add_waitable`."""
+        """Waitables that were added by `add_waitable`, and not removed."""
         return [served.waitable for served in self._waitables]
 
     def destroy_timer(self, timer: Timer) -> bool:
@@ -158,7 +158,7 @@ class NodeTimers(NodeCore):
         return self.destroy_timer(rate.timer)
 
     def destroy_guard_condition(self, guard: GuardCondition) -> bool:
-        """Remove a guard condition from the node; return False if it is not the node's."""
+        """Remove, without destroying, a guard condition of the node; return False if not there."""
         with self._endpoints_lock:
             if guard not in self._guards:
                 return False

@@ -72,7 +72,7 @@ class SubscriberShare:
         self._receive = receive
 
     def undeclare(self) -> None:
-        """Unregister the receiver; a call in progress continues."""
+        """Unregister the receiver; the last one of a key also undeclares the Zenoh subscriber."""
         self._shared_subscribers.remove(self._key, self._receive)
 
 

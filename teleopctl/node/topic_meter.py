@@ -19,7 +19,7 @@ _WINDOW_S = 5.0
 
 
 class Traffic(NamedTuple):
-    """Rate, bandwidth and age of the last message of a topic.
+    """Message rate and bandwidth of a topic, and the age of its last message.
 
     Attributes:
         rate_hz: Messages per second.

@@ -42,7 +42,7 @@ FeedbackCallback = Callable[[FeedbackMessage[FeedbackT]], object]
 
 
 class FeedbackCallbacks(Generic[FeedbackT]):
-    """Feedback callbacks of an action client, one for each goal.
+    """Registry of an action client's feedback callbacks, at most one for each goal.
 
     A goal's feedback ends with its result: messages received before the result are delivered, even
     if they still wait for the executor; later messages are dropped.
@@ -56,14 +56,14 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         self._taken = 0
 
     def add(self, key: bytes, callback: FeedbackCallback[FeedbackT]) -> None:
-        """Register the feedback callback of a goal, which need not be accepted yet."""
+        """Set the feedback callback of a goal, which need not be accepted yet, by `goal_key`."""
         with self._lock:
             self._callbacks[key] = callback
 
     def remove(
         self, key: bytes, queued: int = 0, on_removed: Callable[[], object] = lambda: None
     ) -> None:
-        """Unregister a goal's callback once the ``queued`` pending feedback messages were handled.
+        """Unregister a goal's callback after ``queued`` more messages; then call ``on_removed``.
 
         Args:
             key: Id of the goal, see `goal_key`.
@@ -79,7 +79,7 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         on_removed()
 
     def dispatch(self, message: FeedbackMessage[FeedbackT] | None) -> object:
-        """Call the feedback callback of the message's goal, if any, and return its return value.
+        """Call the callback of the message's goal, if any, and return its result; do due removals.
 
         Returns:
             The callback's return value, which may be a coroutine; None without a callback.
@@ -111,7 +111,7 @@ class GoalResponseMessage(Protocol):
 
     @property
     def stamp(self) -> Time:
-        """Time at which the server accepted the goal."""
+        """Time at which the server accepted the goal, as a ``builtin_interfaces/msg/Time``."""
 
 
 class GoalClient(Protocol[ResultT]):
@@ -123,11 +123,11 @@ class GoalClient(Protocol[ResultT]):
     def request_result(
         self, goal_id: UUID, *, immediate: bool = False
     ) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Send a request for the result of a goal; return a future of the response."""
+        """Request the result of a goal; return a future of the response at the goal's end."""
 
 
 class ClientGoalHandle(Generic[ResultT]):
-    """Handle of a goal that an action client sent, made from the server's response.
+    """Handle of a goal that an action client sent, accepted or rejected by the server.
 
     Args:
         action_client: Action client that sent the goal.
@@ -166,7 +166,7 @@ class ClientGoalHandle(Generic[ResultT]):
 
     @property
     def stamp(self) -> Time:
-        """Time at which the server accepted the goal."""
+        """Time at which the server accepted the goal, as a ``builtin_interfaces/msg/Time``."""
         return self._response.stamp
 
     @property
@@ -176,7 +176,7 @@ class ClientGoalHandle(Generic[ResultT]):
 
     @property
     def status(self) -> int:
-        """Goal status last published by the server, a number of action_msgs/msg/GoalStatus."""
+        """Last received status of the goal, numbered as in GoalStatus; 0 before the first one."""
         return int(self._state)
 
     def update_status(self, state: GoalState) -> None:
@@ -192,7 +192,7 @@ class ClientGoalHandle(Generic[ResultT]):
         return self._client.request_cancel(self._goal_id)
 
     def cancel_goal(self) -> CancelGoal.Response | None:
-        """Send a request to cancel the goal, block until the response, and return it.
+        """Send a cancel request for the goal; block, without a timeout, and return the response.
 
         Raises:
             ExternalShutdownException: The context was shut down during the wait.
@@ -200,7 +200,7 @@ class ClientGoalHandle(Generic[ResultT]):
         return self.cancel_goal_async().wait_until_answered()
 
     def get_result_async(self) -> ResponseFuture[ResultResponse[ResultT]]:
-        """Send a request for the goal's status and result; return a future of the response.
+        """Request the goal's final status and result; return a future of the response.
 
         Returns:
             A future of the response, which completes when the goal has ended and the callbacks of
@@ -209,7 +209,7 @@ class ClientGoalHandle(Generic[ResultT]):
         return self._client.request_result(self._goal_id)
 
     def get_result(self) -> ResultResponse[ResultT] | None:
-        """Request the goal's result, block until the goal has ended, and return the response.
+        """Request the goal's result, block until the goal has ended; return status and result.
 
         Raises:
             ExternalShutdownException: The context was shut down during the wait.
@@ -299,7 +299,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         return self._feedback.topic_name.removesuffix("/_action/feedback")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return the numbers of subscriptions and service clients that the action client has."""
+        """Return the entity numbers of the action client: 2 subscriptions and 3 service clients."""
         return NumberOfEntities(num_subs=2, num_clients=3)
 
     # -- servers ---------------------------------------------------------------------------------
@@ -309,11 +309,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         return self._is_served(self._node.graph())
 
     def wait_for_server(self, timeout_sec: float | None = None) -> bool:
-        """Block until a server of the action is in the graph; return False on timeout or shutdown.
-
-        Returns:
-            True if a server is in the graph; False on timeout or shutdown.
-        """
+        """Block until a server of the action is in the graph; False on timeout or shutdown."""
         timeout_s = None if timeout_sec is None else max(0.0, timeout_sec)
         return self._node.context.wait_for_graph(self._is_served, timeout_s)
 
@@ -332,7 +328,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         feedback_callback: FeedbackCallback[FeedbackT] | None = None,
         goal_uuid: UUID | None = None,
     ) -> ResponseFuture[ClientGoalHandle[ResultT]]:
-        """Send a goal to the action server; return a future of the goal handle.
+        """Send a goal to the action server; return a future of the handle, also if rejected.
 
         Args:
             goal: Goal message of the client's action.
@@ -370,7 +366,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         feedback_callback: FeedbackCallback[FeedbackT] | None = None,
         goal_uuid: UUID | None = None,
     ) -> ResultResponse[ResultT] | None:
-        """Send a goal, block until it has ended, and return its status and result.
+        """Send a goal, block until its end or rejection, and return the status and the result.
 
         Returns:
             The response with final status and result; the status is 0 if the goal was not accepted.
@@ -465,7 +461,7 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         future.mark_unanswered()
 
     def queued_feedback(self) -> int:
-        """Return how many feedback messages wait for the executor (ours)."""
+        """Return how many feedback messages, of all goals, wait for the executor (ours)."""
         return self._feedback.pending()
 
     # -- topics ----------------------------------------------------------------------------------

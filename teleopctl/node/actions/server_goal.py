@@ -40,7 +40,7 @@ class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
         """Action class of the server."""
 
     def publish_status(self) -> None:
-        """Publish the status of all goals of the server."""
+        """Publish the status of all goals that the server still keeps, as one message."""
 
     def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
         """Publish a feedback message for a goal."""
@@ -53,13 +53,13 @@ class GoalServer(Protocol[GoalT, ResultT, FeedbackT]):
         """Schedule a callback that executes a goal; the server's execute callback if None."""
 
     def notify_goal_done(self) -> None:
-        """Start the timer that drops ended goals and their results after the result timeout."""
+        """Start the timer that drops ended goals after the result timeout, unless it is running."""
 
     def now_ns(self) -> int:
         """Return the time of the server's clock in nanoseconds."""
 
     def elapsed_ns(self) -> int:
-        """Return the node clock's count of nanoseconds that time jumps do not affect."""
+        """Return the node clock's `elapsed_ns`, of steady or active simulated time."""
 
 
 class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
@@ -115,7 +115,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def goal_info(self) -> GoalInfo:
-        """Id and acceptance time of the goal (ours)."""
+        """Id and acceptance time of the goal, as a ``GoalInfo`` message (ours)."""
         return self._info
 
     @property
@@ -125,7 +125,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     @property
     def status(self) -> int:
-        """Status number of action_msgs/msg/GoalStatus; 0 after the goal has expired."""
+        """Status of the goal, numbered as in GoalStatus; 0 after the server dropped the goal."""
         return int(self.state)
 
     @property
@@ -141,7 +141,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     def execute(
         self, execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None = None
     ) -> None:
-        """Schedule a callback that executes the goal; the server's execute callback if None.
+        """Set the goal to executing, and schedule its execute callback; the server's if None.
 
         A goal that is canceling stays canceling, and the callback is called nevertheless.
 
@@ -153,7 +153,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         self._server.notify_execute(self, execute_callback)
 
     def publish_feedback(self, feedback: FeedbackT) -> None:
-        """Publish a feedback message for the goal.
+        """Publish feedback for the goal; does nothing after the server has dropped the goal.
 
         Raises:
             TypeError: The feedback is of another type.
@@ -164,7 +164,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             self._server.publish_feedback(self.goal_id, feedback)
 
     def executing(self) -> None:
-        """Set the goal's status to executing, for servers without an execute callback.
+        """Set the goal's status to executing and publish it; `execute` does this too.
 
         Raises:
             InvalidGoalTransitionError: The goal is executing or has ended already.
@@ -175,20 +175,25 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         """End the goal as succeeded, with a result; None takes that of the execute callback.
 
         Raises:
-            InvalidGoalTransitionError: The goal is not executing.
+            InvalidGoalTransitionError: The goal is neither executing nor canceling.
             TypeError: The result is of another type.
         """
         self._end(GoalEvent.SUCCEED, response)
 
     def abort(self, response: ResultT | None = None) -> None:
-        """End the goal as aborted, with a result; None takes that of the execute callback."""
+        """End the goal as aborted, with a result; None takes that of the execute callback.
+
+        Raises:
+            InvalidGoalTransitionError: The goal is neither executing nor canceling.
+            TypeError: The result is of another type.
+        """
         self._end(GoalEvent.ABORT, response)
 
     def canceled(self, response: ResultT | None = None) -> None:
         """End the goal as canceled, with a result; None takes that of the execute callback.
 
         Raises:
-            InvalidGoalTransitionError: No cancel request was accepted for the goal.
+            InvalidGoalTransitionError: The goal is not canceling.
             TypeError: The result is of another type.
         """
         self._end(GoalEvent.CANCELED, response)
@@ -207,7 +212,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
         return True
 
     def finish(self, result: ResultT | None) -> None:
-        """Send the result to all clients that requested one; later calls do nothing (ours)."""
+        """Send status and result to all clients that request them; works only once (ours)."""
         if self._response.ended():
             return
         response = self._server.action_type.Impl.GetResultService.Response()
@@ -218,7 +223,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
 
     # Any: the response of any action.
     def when_finished(self, reply: Callable[[Any], None]) -> None:
-        """Register a function to be called with the result response when the goal ends (ours)."""
+        """Register a function to call with the result response as soon as there is one (ours)."""
 
         def answer(response: Future[ResultResponse[ResultT]]) -> None:
             if not response.cancelled():

@@ -56,12 +56,12 @@ class ResponseFuture(Future[ResultT]):
 
     @transport_callback
     def mark_unanswered(self) -> None:
-        """Record that no server will respond, and wake waiting threads (ours)."""
+        """Record that no server will respond any more; wake waiting threads (ours)."""
         self._settled.set()
         self._notify_if_unanswered()
 
     def wait_until_settled(self, timeout_sec: float | None = None) -> bool:
-        """Block until there is a response, or no server is left to send one (ours).
+        """Block until the future ends or no server is left to respond; False on timeout (ours).
 
         Returns:
             False on timeout, which is in seconds of wall time; the request stays pending.
@@ -69,11 +69,11 @@ class ResponseFuture(Future[ResultT]):
         return self._wait_for(self._settled.wait, timeout_sec)
 
     def is_settled(self) -> bool:
-        """Return whether there is a response, or no server is left to send one (ours)."""
+        """Return whether the future has ended, or no server is left to respond (ours)."""
         return self._settled.is_set()
 
     def on_unanswered(self, listener: Callable[[], object]) -> None:
-        """Call ``listener`` once no server will respond, on a Zenoh thread (ours)."""
+        """Register a function to call (Zenoh thread or at once) if no server responds (ours)."""
         self._when_unanswered.append(listener)
         if self._settled.is_set():
             self._notify_if_unanswered()
@@ -91,7 +91,7 @@ class ResponseFuture(Future[ResultT]):
         self._client.schedule_callback(functools.partial(callback, self))
 
     def wait_for_response(self, timeout_sec: float | None = None) -> ResultT | None:
-        """Block until the response, and return it; raise if no server is left (ours).
+        """Block until the response, and return it; None on timeout; raise without a server (ours).
 
         For commands, which report a missing server; `Client.call` waits as in rclpy.
 
@@ -114,7 +114,7 @@ class ResponseFuture(Future[ResultT]):
         return None
 
     def wait_until_answered(self, timeout_sec: float | None = None) -> ResultT | None:
-        """Block until the response, even while there is no server, and return it (ours).
+        """Block until the response, even without a server, and return it; None on timeout (ours).
 
         Args:
             timeout_sec: Longest wait in seconds of wall time; None waits forever.
@@ -188,11 +188,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         return bool(self.node.matched(EntityKind.SS, self.name, self.type_name))
 
     def wait_for_service(self, timeout_sec: float | None = None) -> bool:
-        """Block until a matching server is in the graph; return False on timeout or shutdown.
-
-        Returns:
-            True if a server is in the graph; False on timeout or shutdown.
-        """
+        """Block until a matching server is in the graph; return False on timeout or shutdown."""
         return self.node.wait_for_match(EntityKind.SS, self.name, self.type_name, 1, timeout_sec)
 
     def is_server_frozen(self) -> bool:
@@ -260,9 +256,6 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         Args:
             request: Request of the client's service type.
             timeout_sec: Longest wait in seconds of wall time; None waits forever.
-
-        Returns:
-            The response; None on timeout.
 
         Raises:
             ExternalShutdownException: The context was shut down during the wait.

@@ -69,7 +69,7 @@ class Watchdog:
         self._is_closed = False
 
     def feed(self) -> None:
-        """Restart the watchdog's period, as a message or assertion has arrived."""
+        """Restart the period, after reporting missed ones; the first call starts the watchdog."""
         with self._changed:
             if self._is_closed:
                 return
@@ -125,7 +125,7 @@ class DeadlineHandler(EventHandler):
         self._watchdog = None if deadline_ns is None else Watchdog(deadline_ns, self._missed)
 
     def on_message(self, gid: bytes, sequence: int) -> None:
-        """Restart the deadline period."""
+        """Restart the endpoint's deadline period, which the first message starts."""
         del gid, sequence
         if self._watchdog is not None:
             self._watchdog.feed()
@@ -160,7 +160,7 @@ class MessageLostHandler(EventHandler):
         self._reported = 0
 
     def on_message(self, gid: bytes, sequence: int) -> None:
-        """Count the numbers missing between a message and its publisher's previous one."""
+        """Count the sequence numbers missing between a message and its publisher's previous one."""
         with self._lock:
             missed = max(0, sequence - self._last.get(gid, sequence - 1) - 1)
             if gid not in self._last and len(self._last) >= _MOST_SENDERS:
@@ -225,7 +225,7 @@ class GraphHandler(EventHandler):
 
 
 class MatchedHandler(GraphHandler):
-    """Event handler that counts the opposite endpoints of the same topic name and type."""
+    """Event handler that counts a publisher's matching subscriptions, or vice versa."""
 
     _reported = (0, 0)
 
@@ -242,7 +242,7 @@ class MatchedHandler(GraphHandler):
 
 
 class IncompatibleTypeHandler(GraphHandler):
-    """Event handler that counts opposite endpoints with another type or type hash.
+    """Event handler that counts a topic's opposite endpoints with another type or type hash.
 
     Such endpoints exchange no messages, and rmw_zenoh does not report them.
     """
@@ -277,7 +277,7 @@ def graph_event_handlers(
 
 
 class LivelinessLostHandler(EventHandler):
-    """Event handler that counts the expired liveliness leases of a publisher."""
+    """Event handler that counts a publisher's expired leases, if its liveliness is manual."""
 
     def __init__(self, endpoint: Endpoint, callback: EventCallback, group: CallbackGroup) -> None:
         super().__init__(endpoint.node, callback, group)
@@ -355,12 +355,12 @@ class LivelinessChangedHandler(GraphHandler):
                 watchdog.feed()
 
     def on_message(self, gid: bytes, sequence: int) -> None:
-        """Mark the message's publisher as alive."""
+        """Mark the message's publisher as alive, and restart its lease."""
         del sequence
         self.on_assertion(gid)
 
     def on_assertion(self, gid: bytes) -> None:
-        """Mark a publisher as alive after its liveliness assertion."""
+        """Mark a publisher as alive after its liveliness assertion, and restart its lease."""
         watchdog = self._watchdogs.get(gid)
         if watchdog is None:
             return

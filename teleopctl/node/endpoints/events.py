@@ -163,7 +163,7 @@ class SubscriptionEventCallbacks:
 
 
 def never_called(info: object) -> None:
-    """Placeholder callback of an event that the program polls; the executor does not serve it."""
+    """Do nothing: placeholder callback of an event that the program polls, not the executor."""
     del info
 
 
@@ -181,7 +181,7 @@ class EventHandler(QueuingEntity):
         group.add_entity(self)
 
     def notify_executor(self) -> None:
-        """Notify the executor of an event, unless the program polls the event."""
+        """Notify the wait set of an event, else the executor unless the program polls the event."""
         if self.is_served or self.listener is not None:
             super().notify_executor()
 
@@ -198,7 +198,7 @@ class EventHandler(QueuingEntity):
             return functools.partial(self._callback, self._status())
 
     def status(self) -> NamedTuple:
-        """Return the event's counters, with the changes since the last call."""
+        """Return the event's counters and changes since the last call, and clear the event."""
         with self._lock:
             self._changed = False
             return self._status()
@@ -219,10 +219,10 @@ class EventHandler(QueuingEntity):
         """Handle a publisher's liveliness assertion without a message; the base does nothing."""
 
     def close(self) -> None:
-        """Stop counting; the base does nothing."""
+        """Stop counting, called once by `destroy`; the base does nothing."""
 
     def destroy(self) -> None:
-        """Stop counting, once. Idempotent."""
+        """Stop the handler's counting, by one call of `close`. Idempotent."""
         if not self.is_destroyed:
             self.is_destroyed = True
             self.close()

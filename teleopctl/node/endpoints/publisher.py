@@ -67,7 +67,7 @@ class Publisher(Endpoint, Generic[MessageT]):
         self._announce()
 
     def add_event_callbacks(self, callbacks: PublisherEventCallbacks, group: CallbackGroup) -> None:
-        """Create an event handler for each callback that is given."""
+        """Create an event handler for each given callback, except ``incompatible_qos``."""
         from teleopctl.node.endpoints.event_handlers import (
             DeadlineHandler,
             LivelinessLostHandler,

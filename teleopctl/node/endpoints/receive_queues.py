@@ -55,12 +55,12 @@ class KeepLastQueue(Generic[ItemT]):
             return None
 
     def close(self) -> None:
-        """Remove all items."""
+        """Remove all items of the queue, which remains usable."""
         self._items.clear()
 
 
 class KeepAllQueue(Generic[ItemT]):
-    """Queue limited in items and bytes that blocks the adding thread while it is full.
+    """Queue limited in items and bytes; adding to a full one blocks for a time or is refused.
 
     The blocked thread is the one that reads the sender's connection, so that the sender is blocked
     in turn: the back-pressure of ROS 2 for reliable endpoints with KEEP_ALL. All other messages on
@@ -92,7 +92,7 @@ class KeepAllQueue(Generic[ItemT]):
         return len(self._items)
 
     def put(self, item: ItemT, size: int) -> bool:
-        """Add an item, blocking while the queue is full; return False if it was refused.
+        """Add an item; a full queue may block for up to 4 s; return False if the item was refused.
 
         Args:
             item: The item to add.
@@ -120,7 +120,7 @@ class KeepAllQueue(Generic[ItemT]):
             return item
 
     def close(self) -> None:
-        """Remove all items, and release blocked threads."""
+        """Remove all items, release blocked threads, and drop items that are added later."""
         with self._changed:
             self._is_closed = True
             self._items.clear()

@@ -49,7 +49,7 @@ class ServiceHandle(Handle):
         self,
         request_type: type[object],  # noqa: ARG002 -- rclpy's; the service has the type
     ) -> tuple[Any, ServiceInfo | None]:
-        """Remove and return the oldest request and its header; None twice if there is none."""
+        """Remove and return the oldest request and its header; a pair of None if there is none."""
         return self.entity.take_request() or (None, None)
 
     def service_send_response(self, response: Any, header: ServiceInfo) -> None:
@@ -129,10 +129,11 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         return None if arrival is None else functools.partial(self._handle, *arrival)
 
     def take_request(self) -> tuple[RequestT, ServiceInfo] | None:
-        """Remove and return the oldest request and its header, without an executor (ours).
+        """Remove and return the oldest request and its header; None without a valid one (ours).
 
         Returns:
-            The request, and its header for `send_response`; None if no request is queued.
+            The request, and its header for `send_response`; None if no request is queued, or the
+            oldest one is malformed.
         """
         arrival = self._queries.take()
         return None if arrival is None else self._read(*arrival)

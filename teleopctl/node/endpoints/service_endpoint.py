@@ -49,7 +49,7 @@ class ServiceInfo(NamedTuple):
 
 
 class ServiceEndpoint(Endpoint):
-    """Common base of service servers and clients.
+    """Common base of service servers and clients, with service introspection.
 
     Attributes:
         srv_type: Service class.
@@ -65,7 +65,7 @@ class ServiceEndpoint(Endpoint):
         service_event_qos_profile: QoSProfile,
         introspection_state: ServiceIntrospectionState,
     ) -> None:
-        """Set level, clock and QoS of the service's events on the topic ``SERVICE/_service_event``.
+        """Set level, clock and QoS of this endpoint's call events on ``SERVICE/_service_event``.
 
         Args:
             clock: Clock of the events' stamps.

@@ -72,7 +72,7 @@ class SubscriptionHandle(Handle):
         msg_type: type[object],  # noqa: ARG002 -- rclpy's; the subscription has the type
         raw: bool,
     ) -> tuple[Any, MessageInfo] | None:
-        """Remove and return the oldest message and its metadata; None if there is none."""
+        """Remove and return the oldest message and its metadata; None without a valid message."""
         return self.entity.take_message(raw=raw)
 
 
@@ -144,7 +144,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
     def add_event_callbacks(
         self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup
     ) -> None:
-        """Create an event handler for each callback that is given."""
+        """Create an event handler for each given callback, except ``incompatible_qos``."""
         from teleopctl.node.endpoints.event_handlers import (
             DeadlineHandler,
             LivelinessChangedHandler,
@@ -243,7 +243,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         return len(self._samples)
 
     def take(self) -> Callable[[], object] | None:
-        """Remove the oldest message; return the call of the callback with it, or None."""
+        """Remove the oldest message; return the callback bound to it, None without a valid one."""
         arrival = self._samples.take()
         # A message may have arrived during the destruction of the subscription.
         if arrival is None or self._destroyed:
@@ -292,13 +292,14 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
     # Any: a message of the subscription's type, or bytes.
     def take_message(self, *, raw: bool = False) -> tuple[Any, MessageInfo] | None:
-        """Remove and return the oldest message and its metadata, without an executor (ours).
+        """Remove and return the oldest message and its metadata; None without a valid one (ours).
 
         Args:
             raw: Whether to return CDR bytes instead of a message.
 
         Returns:
-            The message and its metadata; None if no message is queued.
+            The message and its metadata; None if no message is queued, or the oldest one is
+            malformed or older than the lifespan.
         """
         arrival = self._samples.take()
         if arrival is None or self._has_expired(arrival[0]):

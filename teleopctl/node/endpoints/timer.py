@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class PeriodicTimer:
-    """Timer without a callback, due once per period until `mark_called`.
+    """Base of timers, without a callback: due after each period, until `mark_called`.
 
     Periods are measured by `Clock.elapsed_ns`: in simulated time if a ROS clock follows ``/clock``,
     else by the steady clock. Missed calls are not repeated: after a late call the next one is at
@@ -83,7 +83,7 @@ class PeriodicTimer:
         self.reset()
 
     def reset(self) -> None:
-        """Restart the timer: the next call is due one period from now."""
+        """Restart the timer, also a canceled one: the next call is due one period from now."""
         self._cancelled = self._destroyed
         self._last_call_ns = self.clock.elapsed_ns()
         self._next_call_ns = self._last_call_ns + self._period_ns
@@ -94,7 +94,7 @@ class PeriodicTimer:
         return self.clock.elapsed_ns() - self._last_call_ns
 
     def time_until_next_call(self) -> int | None:
-        """Return the nanoseconds until the timer's next call; None if it is canceled."""
+        """Return the nanoseconds to the timer's next call, negative if late; None if canceled."""
         if self._cancelled:
             return None
         return self._next_call_ns - self.clock.elapsed_ns()
@@ -105,7 +105,7 @@ class PeriodicTimer:
         return isinstance(self.clock, ROSClock) and self.clock.ros_time_is_active
 
     def mark_called(self) -> bool:
-        """Count the due call as made and schedule the next; return False if canceled."""
+        """Count a call as made, due or not, and schedule the next; return False if canceled."""
         if self._cancelled:
             return False
         now_ns = self.clock.elapsed_ns()
@@ -154,7 +154,7 @@ class TimerHandle(Handle):
         return self.entity.is_ready()
 
     def call_timer(self) -> None:
-        """Count the due call as made: the next one is due one period later.
+        """Count a call as made, without calling the callback, and schedule the next one.
 
         Raises:
             TimerCancelledError: The timer was cancelled.
@@ -171,7 +171,7 @@ class TimerHandle(Handle):
         return self.entity.is_canceled()
 
     def reset_timer(self) -> None:
-        """Restart the timer: the next call is due one period from now."""
+        """Restart the timer, also a canceled one: the next call is due one period from now."""
         self.entity.reset()
 
     def time_since_last_call(self) -> int:
@@ -179,7 +179,7 @@ class TimerHandle(Handle):
         return self.entity.time_since_last_call()
 
     def time_until_next_call(self) -> int | None:
-        """Return the nanoseconds until the timer's next call; None if it is canceled."""
+        """Return the nanoseconds to the timer's next call, negative if late; None if canceled."""
         return self.entity.time_until_next_call()
 
     def get_timer_period(self) -> int:
@@ -187,7 +187,7 @@ class TimerHandle(Handle):
         return self.entity.timer_period_ns
 
     def change_timer_period(self, period_nsec: int) -> None:
-        """Set the timer's period in nanoseconds; the next call stays when it is."""
+        """Set the timer's period in nanoseconds; the time of the next call does not change."""
         self.entity.timer_period_ns = period_nsec
 
 
@@ -215,15 +215,11 @@ class Timer(PeriodicTimer):
         return self._node
 
     def take(self) -> Callable[[], object] | None:
-        """Count the due call as made; return the callback for the executor, or None.
-
-        Returns:
-            The callback; None if the timer has none, or was cancelled since it was due.
-        """
+        """Count the due call as made; return the callback, or None if canceled or without one."""
         return self.callback if self.mark_called() else None
 
     def notify_executor(self) -> None:
-        """Notify the executor and the wait set that the timer's next call has changed."""
+        """Notify the executor and the wait set, if any, that the timer's next call has changed."""
         super().notify_executor()
         if (executor := self._node.executor) is not None:
             executor.wake()
@@ -255,6 +251,6 @@ class Rate:
             raise ROSInterruptException
 
     def destroy(self) -> None:
-        """Destroy the timer of the rate, and wake sleeping threads."""
+        """Destroy the timer of the rate, and wake sleeping threads, whose `sleep` then raises."""
         self.timer.destroy()
         self._tick.set()

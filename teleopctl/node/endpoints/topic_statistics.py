@@ -59,7 +59,7 @@ class Measurements:
         self._max = max(self._max, value)
 
     def data_points(self) -> list[tuple[int, float]]:
-        """Return pairs of ``StatisticDataType`` and value, in rclcpp's order.
+        """Return mean, maximum, minimum, count and deviation as pairs of data type and value.
 
         Mean, maximum, minimum, number and standard deviation of the whole window. Without
         measurements all are NaN except the number.
@@ -77,7 +77,7 @@ class Measurements:
 
 
 class TopicStatistics:
-    """Measures a subscription's messages, and publishes the statistics of each time window.
+    """Measurement of a subscription's message ages and periods, published per time window.
 
     Args:
         node_name: Name of the node, published as the measurement source.
