@@ -180,7 +180,7 @@ def did_you_mean(name: str, known: Iterable[str]) -> str | None:
     return f"Did you mean {' or '.join(matches)}?" if matches else None
 
 
-def what_there_is(
+def existing_names_hint(
     kind: str, missing: Iterable[str], known: Iterable[str], others: Iterable[str] = ()
 ) -> str:
     """Return a hint about unknown names: a list of existing ones, then similar ones, if any.

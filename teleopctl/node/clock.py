@@ -24,7 +24,7 @@ class ClockChange(IntEnum):
 
 
 class JumpThreshold:
-    """Thresholds that a time jump must exceed for jump callbacks to be called.
+    """Thresholds that a time jump must reach for jump callbacks to be called.
 
     Args:
         min_forward: Smallest jump forwards, positive; None ignores jumps forwards.
@@ -53,7 +53,7 @@ class JumpThreshold:
         self.on_clock_change = on_clock_change
 
     def is_exceeded_by(self, jump: TimeJump) -> bool:
-        """Return whether a time jump exceeds the threshold (ours)."""
+        """Return whether a time jump reaches the threshold for its kind of jump (ours)."""
         if jump.clock_change in (ClockChange.ROS_TIME_ACTIVATED, ClockChange.ROS_TIME_DEACTIVATED):
             return self.on_clock_change
         if jump.delta.nanoseconds < 0:
@@ -80,12 +80,12 @@ class TimeJump:
 
     @property
     def clock_change(self) -> ClockChange:
-        """Change of the clock's time source that caused the jump."""
+        """Change of the clock's time source at the jump; a value NO_CHANGE if there was none."""
         return self._clock_change
 
     @property
     def delta(self) -> Duration:
-        """Clock time after the jump minus that before."""
+        """Clock time after the jump minus that before; 0 at a change of the time source."""
         return self._delta
 
 
@@ -93,7 +93,7 @@ class JumpingClock(Protocol):
     """Interface of a clock as `JumpHandle` uses it."""
 
     def add_jump_handle(self, handle: JumpHandle) -> None:
-        """Register a jump handle, to be called at each time jump."""
+        """Register a jump handle, whose `begin` and `end` are called at each time jump."""
 
     def remove_jump_handle(self, handle: JumpHandle) -> None:
         """Unregister a jump handle."""
@@ -138,12 +138,12 @@ class JumpHandle:
             clock.remove_jump_handle(self)
 
     def begin(self, jump: TimeJump) -> None:
-        """Call the pre-callback, before a jump that exceeds the threshold (ours)."""
+        """Call the pre-callback, if any, before a jump that reaches the threshold (ours)."""
         if self._pre_callback is not None and self._threshold.is_exceeded_by(jump):
             self._pre_callback()
 
     def end(self, jump: TimeJump) -> None:
-        """Call the post-callback, after a jump that exceeds the threshold (ours)."""
+        """Call the post-callback, if any, after a jump that reached the threshold (ours)."""
         if self._post_callback is not None and self._threshold.is_exceeded_by(jump):
             self._post_callback(jump)
 
@@ -201,7 +201,7 @@ class Clock:
         return time.time_ns()
 
     def elapsed_ns(self) -> int:
-        """Return a count of nanoseconds that jumps of the clock do not affect (ours).
+        """Return the steady clock's nanoseconds, which jumps of this clock do not affect (ours).
 
         It is the steady clock's time: system time may be set, as NTP does on a machine that starts
         without a battery-backed clock. rcl measures periods by the clock's own time, so that after
@@ -220,7 +220,7 @@ class Clock:
         pre_callback: Callable[[], object] | None = None,
         post_callback: Callable[[TimeJump], object] | None = None,
     ) -> JumpHandle:
-        """Register callbacks for the clock's time jumps (a `ROSClock` has them); return a handle.
+        """Register callbacks for time jumps, which only a `ROSClock` reports; return a handle.
 
         The callbacks run on the thread that sets the clock, a thread of Zenoh for ``/clock``: they
         should be quick.
@@ -249,11 +249,7 @@ class Clock:
         self._jump_handles = tuple(other for other in self._jump_handles if other is not handle)
 
     def sleep_until(self, until: Time, context: Context | None = None) -> bool:
-        """Sleep until the clock reaches a time; return False if interrupted.
-
-        Returns:
-            True if the time was reached. False if the context was shut down before, or simulated
-            time was switched on or off.
+        """Sleep until the clock reaches a time; False on shutdown or a change of time source.
 
         Raises:
             NotInitializedException: The context is not running.
@@ -264,10 +260,7 @@ class Clock:
         return self._sleep(self.nanoseconds, until.nanoseconds, context)
 
     def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
-        """Sleep for a duration by the clock; return False if interrupted.
-
-        Returns:
-            As `sleep_until`.
+        """Sleep for a duration by the clock; False on shutdown or a change of time source.
 
         Raises:
             NotInitializedException: The context is not running.
@@ -326,7 +319,7 @@ class ROSClock(Clock):
         return self._simulated_ns if self._source[0] else time.time_ns()
 
     def elapsed_ns(self) -> int:
-        """Return a count of nanoseconds that time jumps and changes of source do not affect (ours).
+        """Return a count of simulated or steady nanoseconds, continuous at a source change (ours).
 
         It counts simulated time while that is active, else the steady clock. It is continuous when
         the source changes, so that a running period keeps its remaining time, as in rcl.
@@ -335,7 +328,7 @@ class ROSClock(Clock):
         return offset_ns + (self._simulated_ns if simulated else time.monotonic_ns())
 
     def set_simulated(self, active: bool) -> None:
-        """Switch the clock to simulated time or back to system time."""
+        """Switch to simulated or system time; a change calls jump callbacks and ends sleeps."""
         switches = active != self.ros_time_is_active
         if switches and self._jump_handles:
             change = ClockChange.ROS_TIME_ACTIVATED if active else ClockChange.ROS_TIME_DEACTIVATED
@@ -344,21 +337,21 @@ class ROSClock(Clock):
             self._switch(active)
         for listener in tuple(self._on_switch) if switches else ():
             listener()
-        self._tell()
+        self._notify_waiting()
 
     def _switch(self, active: bool) -> None:
         count_ns = self._simulated_ns if active else time.monotonic_ns()
         self._source = (active, self.elapsed_ns() - count_ns)
 
     def set_simulated_time(self, nanoseconds: int) -> None:
-        """Set the simulated time in nanoseconds; called for each message on ``/clock``."""
+        """Set the simulated time, active or not, in nanoseconds; called for ``/clock`` messages."""
         if self.ros_time_is_active and self._jump_handles:
             step = nanoseconds - self._simulated_ns
             change = ClockChange.ROS_TIME_NO_CHANGE
             self._jump(change, step, lambda: setattr(self, "_simulated_ns", nanoseconds))
         else:
             self._simulated_ns = nanoseconds
-        self._tell()
+        self._notify_waiting()
 
     def set_ros_time_override(self, time: Time) -> None:
         """Set the time that the clock shows while simulated time is active, as rclpy.
@@ -385,7 +378,7 @@ class ROSClock(Clock):
             handle.end(jump)
 
     def on_time_update(self, listener: Callable[[], None]) -> None:
-        """Register a function to be called whenever simulated time or the time source changes."""
+        """Register a function to call whenever simulated time or the time source is set."""
         self._listeners.append(listener)
 
     def forget_on_time_update(self, listener: Callable[[], None]) -> None:
@@ -393,7 +386,7 @@ class ROSClock(Clock):
         if listener in self._listeners:
             self._listeners.remove(listener)
 
-    def _tell(self) -> None:
+    def _notify_waiting(self) -> None:
         with self._moved:
             self._moved.notify_all()
         for listener in tuple(self._listeners):

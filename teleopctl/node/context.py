@@ -65,7 +65,7 @@ class Context:
         self._on_shutdown: list[Callable[[], None]] = []
         self._on_graph_change: list[Callable[[], None]] = []
         self._graph_changed = threading.Condition()
-        # Texts of this process's tokens; a dict, whose changes are atomic.
+        # Keys of this process's tokens; a dict, whose changes are atomic.
         self._announced: dict[str, None] = {}
         self.domain_id = 0
         self._initialize_logging = True
@@ -90,7 +90,7 @@ class Context:
         signal_handler_options: signals.SignalHandlerOptions | None = None,
         publishes_after_signal: bool = False,
     ) -> None:
-        """Initialize the context from command-line arguments.
+        """Initialize the context from command-line arguments, and install its signal handlers.
 
         Args:
             args: Command line with ``--ros-args`` groups; None takes ``sys.argv``.
@@ -132,7 +132,7 @@ class Context:
         signals.install_signal_handlers(self, options)
 
     def ok(self) -> bool:
-        """Return whether the context is initialized and not shut down."""
+        """Return whether the context is initialized and neither shut down nor ended by a signal."""
         return self._running
 
     @property
@@ -163,7 +163,7 @@ class Context:
 
     @property
     def shared_subscribers(self) -> SharedSubscribers:
-        """Zenoh subscribers that the context's subscriptions share."""
+        """Pool of Zenoh subscribers that the context's subscriptions share; made on first use."""
         session = self.session
         with self._lock:
             if self._shared_subscribers is None:
@@ -189,22 +189,22 @@ class Context:
             self._notify_graph_change()
         return self._watcher
 
-    def announce(self, text: str) -> LivelinessToken:
-        """Declare the liveliness token of a node or endpoint, given its text; return the token."""
+    def announce(self, token_key: str) -> LivelinessToken:
+        """Declare a node's or endpoint's liveliness token, given its key; return the token."""
         # Before declaring: a watcher under construction either finds the token here or receives it.
-        self._announced[text] = None
+        self._announced[token_key] = None
         try:
-            return self.session.liveliness().declare_token(text)
+            return self.session.liveliness().declare_token(token_key)
         except BaseException:
-            self._announced.pop(text, None)
+            self._announced.pop(token_key, None)
             raise
 
-    def withdraw(self, token: LivelinessToken, text: str) -> None:
+    def withdraw(self, token: LivelinessToken, token_key: str) -> None:
         """Undeclare a liveliness token, and remove its entity from the local graph at once."""
-        self._announced.pop(text, None)
+        self._announced.pop(token_key, None)
         token.undeclare()
         if self._watcher is not None:
-            self._watcher.remove_own_token(text)
+            self._watcher.remove_own_token(token_key)
 
     def _start_watcher(self) -> GraphWatcher:
         """Return a watcher that has all tokens of the present graph."""
@@ -214,10 +214,10 @@ class Context:
         present = query_graph(self.session, self.domain_id, _FIRST_QUERY_S)
         watcher = GraphWatcher(self.session, self.domain_id, self._notify_graph_change)
         # Zenoh 1.10 sometimes delivers tokens that the session declared before with a delay.
-        for text in tuple(self._announced):
-            watcher.add_own_token(text)
-            if text not in self._announced:
-                watcher.remove_own_token(text)
+        for token_key in tuple(self._announced):
+            watcher.add_own_token(token_key)
+            if token_key not in self._announced:
+                watcher.remove_own_token(token_key)
         # Only tokens of other sessions: new own tokens would count for others that are missing.
         own = str(self.session.zid())
 
@@ -237,7 +237,7 @@ class Context:
         return watcher
 
     def on_graph_change(self, callback: Callable[[], None]) -> None:
-        """Register a function to be called after each change of the graph, on another thread."""
+        """Register a function to call after each graph change, on the thread that reports it."""
         with self._lock:
             self._on_graph_change.append(callback)
         _ = self.watcher
@@ -258,7 +258,7 @@ class Context:
         return self.wait_for_change(lambda: predicate(watcher.snapshot()), timeout_s)
 
     def wait_for_change(self, predicate: Callable[[], bool], timeout_s: float | None) -> bool:
-        """Block until a predicate, checked at each graph change, holds; False on timeout."""
+        """Block until a predicate holds, checked at graph changes; False on timeout or shutdown."""
         _ = self.watcher
         with self._graph_changed:
             return (
@@ -275,11 +275,11 @@ class Context:
             callback()
 
     def next_id(self) -> int:
-        """Return the next entity id of the session, for a node or an endpoint."""
+        """Return a new entity id, the next number of the session, for a node or an endpoint."""
         return next(self._ids)
 
     def on_shutdown(self, callback: Callable[[], None]) -> None:
-        """Register a function to be called once when the context is shut down."""
+        """Register a function to call once when the context is shut down or ended by a signal."""
         with self._lock:
             self._on_shutdown.append(callback)
 
@@ -290,7 +290,7 @@ class Context:
                 self._on_shutdown.remove(callback)
 
     def add_node_logger(self, name: str) -> None:
-        """Route log records of Python libraries to a node's logger, given its name."""
+        """Register a node's logger by name for Python log records; the oldest one receives them."""
         if not self._initialize_logging:
             return
         with self._lock:
@@ -301,7 +301,7 @@ class Context:
             self._library_logs.nodes.append(name)
 
     def remove_node_logger(self, name: str) -> None:
-        """Stop routing library log records to a node's logger; unknown names are ignored."""
+        """Unregister a logger of `add_node_logger` by name; unknown names are ignored."""
         with self._lock:
             if self._library_logs is not None and name in self._library_logs.nodes:
                 self._library_logs.nodes.remove(name)
@@ -325,7 +325,7 @@ class Context:
         return self.domain_id
 
     def shutdown(self) -> None:
-        """Wake waiting threads and close the Zenoh session; raise RuntimeError if not initialized.
+        """Shut the context down, closing its Zenoh session; raise RuntimeError if not initialized.
 
         Raises:
             RuntimeError: The context was not initialized, or was shut down already.

@@ -31,13 +31,13 @@ def raw_message_class(type_name: str, version: str) -> type[Any]:  # Any: stands
     return type("RawMessage", (), {"TYPE_NAME": type_name, "TYPE_HASH": version})
 
 
-def qos_for_publishers(offers: Sequence[EndpointQos], depth: int) -> QoSProfile:
-    """Return the strictest QoS profile that all of a topic's publishers offer, with a depth.
+def qos_for_publishers(publishers_qos: Sequence[EndpointQos], depth: int) -> QoSProfile:
+    """Return the strictest QoS (reliability, durability) that fits all of a topic's publishers.
 
     Reliable if all publishers are, transient local if all are; reliable and volatile without any.
     """
-    reliable = all(offer.is_reliable for offer in offers)
-    latched = bool(offers) and all(offer.is_transient_local for offer in offers)
+    reliable = all(qos.is_reliable for qos in publishers_qos)
+    latched = bool(publishers_qos) and all(qos.is_transient_local for qos in publishers_qos)
     return QoSProfile(
         depth=depth,
         reliability=ReliabilityPolicy.RELIABLE if reliable else ReliabilityPolicy.BEST_EFFORT,
@@ -54,7 +54,7 @@ def create_generic_subscription(
     qos: QoSProfile | None = None,
     depth: int = 10,
 ) -> Subscription[Any]:  # Any: of any type
-    """Return a new subscription whose callback receives a topic's messages as CDR bytes.
+    """Return a new subscription whose callback gets messages as CDR bytes, on Zenoh's thread.
 
     Args:
         node: Node of the subscription.
@@ -114,7 +114,7 @@ def request_type_description(
     version: str,
     longest_s: float = _WAIT_FOR_ONE_S,
 ) -> TypeDescription | None:
-    """Request a type's description from a node, wait, and return it; None if the node has none.
+    """Request a type's description from a node, wait, and return it; None on refusal or timeout.
 
     Args:
         node: The node that sends the request; it needs no executor.

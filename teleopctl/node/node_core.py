@@ -80,7 +80,7 @@ class NodeCore(GraphView):
         self._context.add_node_logger(self._logger.name)
         self.entity_id = self._context.next_id()
         self._token: zenoh.LivelinessToken | None = None
-        self._token_text = ""
+        self._token_key = ""
         self._graph_callbacks: list[Callable[[], None]] = []
 
     def _arguments_of(
@@ -101,15 +101,15 @@ class NodeCore(GraphView):
             namespace=self._namespace,
             node=self._name,
         )
-        self._token_text = format_token(token)
-        self._token = self._context.announce(self._token_text)
+        self._token_key = format_token(token)
+        self._token = self._context.announce(self._token_key)
 
     def _withdraw(self) -> None:
         """Remove the node from the graph. Idempotent."""
         self._context.remove_node_logger(self._logger.name)
         token, self._token = self._token, None
         if token is not None and self._context.session_is_open:
-            self._context.withdraw(token, self._token_text)
+            self._context.withdraw(token, self._token_key)
 
     @property
     def executor(self) -> Scheduler | None:

@@ -53,7 +53,7 @@ class NodeOptions:
 
     @contextmanager
     def applied_to_next_node(self) -> Iterator[None]:
-        """Apply the options to the next node that this thread constructs in a with block."""
+        """Return a context manager that applies the options to the thread's next new node."""
         outer = take_next_options()
         _next.options = self
         try:
@@ -61,13 +61,13 @@ class NodeOptions:
         finally:
             _next.options = outer
 
-    def command_line(self, own: Sequence[str] | None) -> list[str]:
+    def command_line(self, node_arguments: Sequence[str] | None) -> list[str]:
         """Return the options' arguments, then ``--`` and the node's own command line, if any."""
-        return [*self.arguments, *(["--", *own] if own else ())]
+        return [*self.arguments, *(["--", *node_arguments] if node_arguments else ())]
 
-    def flag(self, name: str, own: bool) -> bool:
-        """Return a flag of the constructor: the options' value if given, else the node's own."""
-        return self.flags.get(name, own)
+    def flag(self, name: str, constructor_value: bool) -> bool:
+        """Return a flag's value in the options, or else that given to the node's constructor."""
+        return self.flags.get(name, constructor_value)
 
 
 class _NextOptions(threading.local):

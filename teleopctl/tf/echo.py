@@ -6,7 +6,7 @@ import time
 from collections.abc import Callable
 
 from teleopctl.base.printable import printable_line
-from teleopctl.errors import what_there_is
+from teleopctl.errors import existing_names_hint
 from teleopctl.interfaces import split
 from teleopctl.node import Duration, Node
 from teleopctl.tf.buffer import Buffer
@@ -159,4 +159,4 @@ def _unknown_frames(buffer: Buffer, *names: str) -> str:
     if not unknown:
         return ""
     listed = " and ".join(f"'{name}'" for name in unknown)
-    return f"No frame {listed} yet. {what_there_is('frames', unknown, known)}"
+    return f"No frame {listed} yet. {existing_names_hint('frames', unknown, known)}"

@@ -103,7 +103,7 @@ class GraphWatcher:
             if token is None or text in self._own_gone or text in self._tokens:
                 return
             self._add(text, token)
-        self._tell()
+        self._notify_change()
 
     def remove_own_token(self, text: str) -> None:
         """Remove a token that this watcher's session has undeclared, without waiting for Zenoh.
@@ -115,7 +115,7 @@ class GraphWatcher:
             if text not in self._tokens:
                 return
             self._remove(text, self._tokens[text])
-        self._tell()
+        self._notify_change()
 
     def close(self) -> None:
         """Unsubscribe from liveliness changes, and wake threads that wait for the graph.
@@ -163,7 +163,7 @@ class GraphWatcher:
                 self._add(text, token)
             else:
                 self._remove(text, token)
-        self._tell()
+        self._notify_change()
 
     def _add(self, text: str, token: NodeToken | EndpointToken) -> None:
         self._tokens[text] = token
@@ -179,7 +179,7 @@ class GraphWatcher:
         self._graph = None
         self._changed.notify_all()
 
-    def _tell(self) -> None:
+    def _notify_change(self) -> None:
         if self._on_change is not None:
             self._on_change()
 

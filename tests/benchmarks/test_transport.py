@@ -68,7 +68,7 @@ class Side:
         self._wanted = case.subscribers
         self._all = threading.Event()
         side = {"raw": raw_side, "hand": hand_side, "node": node_side}[kind]
-        self.publish, self._close = side(case, self._hear)
+        self.publish, self._close = side(case, self._receive_answer)
         script = str(Path(echo_peers.__file__))
         self._peers = [
             subprocess.Popen(
@@ -87,7 +87,7 @@ class Side:
         while self.seconds(every, 0.5) is None:
             assert time.monotonic() < deadline, "the subscribers do not answer"
 
-    def _hear(self, time_ns: int) -> None:
+    def _receive_answer(self, time_ns: int) -> None:
         self._answers.append(time_ns)
         if len(self._answers) == self._wanted:
             self._all.set()

@@ -67,7 +67,7 @@ class Work:
         self.client = self.user.create_client(_ADD, "add")
         assert self.client.wait_for_service(10)
         self.heard = 0
-        self.server.create_subscription(_STRING, "talk", self._hear, 10)
+        self.server.create_subscription(_STRING, "talk", self._count_message, 10)
         self.talk = self.user.create_publisher(_STRING, "talk", 10)
         self.rounds = 0
         self.gone = 0
@@ -78,7 +78,7 @@ class Work:
         response.sum = request.a + request.b
         return response
 
-    def _hear(self, _: object) -> None:
+    def _count_message(self, _: object) -> None:
         self.heard += 1
 
     def round(self) -> None:

@@ -232,7 +232,7 @@ class RecordedTopics:
                 f"No definition of {topic.type_name} is known here and no node explains "
                 f"it: '{topic.name}' is recorded without, and can be played but not read."
             )
-        self._tell(topic, graph, text)
+        self._add_described_topic(topic, graph, text)
         return True
 
     def record_kept_messages(self) -> None:
@@ -250,7 +250,7 @@ class RecordedTopics:
         graph = self._node.graph()
         for topic in self._topics.values():
             if not topic.is_described:
-                self._tell(topic, graph, TypeText())
+                self._add_described_topic(topic, graph, TypeText())
 
     def _wants(self, name: str, types: list[str], graph: Graph) -> bool:
         if not self._selection.chooses(name, types[0]):
@@ -375,9 +375,9 @@ class RecordedTopics:
     def _describe(self, topic: _Topic, graph: Graph) -> None:
         text = self._definitions.find_local(topic.type_name, topic.version)
         if text is not None:
-            self._tell(topic, graph, text)
+            self._add_described_topic(topic, graph, text)
 
-    def _tell(self, topic: _Topic, graph: Graph, text: TypeText) -> None:
+    def _add_described_topic(self, topic: _Topic, graph: Graph, text: TypeText) -> None:
         topic.is_described = True
         offers = dict.fromkeys(p.qos for p in graph.publishers(topic.name, topic.type_name))
         self._add_topic(

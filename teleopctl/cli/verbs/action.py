@@ -16,7 +16,7 @@ from teleopctl.errors import (
     TeleopctlError,
     UnavailableError,
     UsageError,
-    what_there_is,
+    existing_names_hint,
 )
 from teleopctl.wire import action_type as type_of_action
 
@@ -308,7 +308,9 @@ class _Exchange:
             return f"'{name}' has the type {' and '.join(sorted(here))}."
         actions = graph.action_names_and_types()
         served = [action for action, _ in actions if graph.action_servers(action)]
-        return f"No server of '{name}' yet. {what_there_is('actions', [name], served, served)}"
+        return (
+            f"No server of '{name}' yet. {existing_names_hint('actions', [name], served, served)}"
+        )
 
     def _follow(self, sent: "ResponseFuture[ClientGoalHandle[Any]]") -> int:
         # Without a wait for the result the acceptance is waited for all the same.

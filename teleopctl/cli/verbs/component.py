@@ -12,7 +12,7 @@ from teleopctl.errors import (
     UnavailableError,
     UsageError,
     did_you_mean,
-    what_there_is,
+    existing_names_hint,
 )
 from teleopctl.wire import query_graph
 
@@ -121,7 +121,7 @@ def find_container(node: "Node", name: str) -> str:
     if full_name not in known:
         raise NotFoundError(
             f"Unable to find container node '{full_name}'",
-            hint=what_there_is("containers", [full_name], known),
+            hint=existing_names_hint("containers", [full_name], known),
         )
     return full_name
 

@@ -13,7 +13,7 @@ from teleopctl.errors import (
     RefusedError,
     TeleopctlError,
     UnavailableError,
-    what_there_is,
+    existing_names_hint,
 )
 from teleopctl.wire import query_graph
 
@@ -75,10 +75,10 @@ class LifecycleClient:
         name = absolute_name(node_name)
         managed = self.node_names(include_hidden=include_hidden)
         if name not in managed:
-            there_is = what_there_is("managed nodes", [name], managed)
+            hint = existing_names_hint("managed nodes", [name], managed)
             if name in self._graph.node_names(include_hidden):
-                there_is = f"'{name}' is not a managed node. {there_is}"
-            raise NotFoundError(f"Node not found: '{name}'", hint=there_is)
+                hint = f"'{name}' is not a managed node. {hint}"
+            raise NotFoundError(f"Node not found: '{name}'", hint=hint)
         return name
 
     # Any, here and below: requests and responses of lifecycle_msgs, whose classes are made when

@@ -23,7 +23,7 @@ from teleopctl.errors import (
     RefusedError,
     UnavailableError,
     UsageError,
-    what_there_is,
+    existing_names_hint,
 )
 from teleopctl.wire import query_graph
 
@@ -232,8 +232,8 @@ def _explain(client: "Client[Any, Any]") -> str:
     fitting = [name for name, types in services.items() if client.type_name in types]
     name = client.service_name
     kind = f" of {client.type_name}" if fitting else ""
-    there_is = what_there_is("services", [name], fitting or services, services)
-    return f"No service '{name}'{kind} yet. {there_is}"
+    hint = existing_names_hint("services", [name], fitting or services, services)
+    return f"No service '{name}'{kind} yet. {hint}"
 
 
 def _wait_for_server(client: "Client[Any, Any]", longest_wait_s: float | None) -> None:

@@ -80,7 +80,7 @@ AcceptedCallback: TypeAlias = Callable[[ServerGoalHandle[GoalT, ResultT, Feedbac
 def default_handle_accepted_callback(
     goal_handle: ServerGoalHandle[GoalT, ResultT, FeedbackT],
 ) -> None:
-    """Execute an accepted goal at once; the default callback for accepted goals."""
+    """Schedule the execution of an accepted goal; the default callback for accepted goals."""
     goal_handle.execute()
 
 
@@ -112,7 +112,7 @@ class CancelableGoal(Protocol):
 
     @property
     def stamp_ns(self) -> int:
-        """Time at which the server accepted the goal, in nanoseconds since the epoch."""
+        """Time at which the server accepted the goal, in nanoseconds of the node's clock."""
 
     @property
     def state(self) -> GoalState:
@@ -125,7 +125,7 @@ CancelableGoalT = TypeVar("CancelableGoalT", bound=CancelableGoal)
 def goals_to_cancel(
     goals: Iterable[CancelableGoalT], key: bytes, stamp_ns: int
 ) -> tuple[int, list[CancelableGoalT]]:
-    """Return the return code of a CancelGoal response, and the goals that the request selects.
+    """Return a CancelGoal response's return code, and the cancelable goals that are requested.
 
     Args:
         goals: All goals of the server, the oldest first.
@@ -166,19 +166,19 @@ class ExecutionQueue:
         self._waiting = collections.deque()
         self._guard = node.create_guard_condition(self._begin_next, ReentrantCallbackGroup())
 
-    def add(self, begin: Callable[[], Coroutine[object, None, None]]) -> None:
-        """Queue a function that returns a coroutine, to be run by the executor; thread-safe."""
-        self._waiting.append(begin)
+    def add(self, coroutine_function: Callable[[], Coroutine[object, None, None]]) -> None:
+        """Queue a coroutine function, which the node's executor will call and run; thread-safe."""
+        self._waiting.append(coroutine_function)
         self._guard.trigger()
 
     def _begin_next(self) -> Coroutine[object, None, None] | None:
         try:
-            begin = self._waiting.popleft()
+            coroutine_function = self._waiting.popleft()
         except IndexError:
             return None
         if self._waiting:
             self._guard.trigger()
-        return begin()
+        return coroutine_function()
 
     def destroy(self) -> None:
         """Drop the queued functions, and destroy the queue's guard condition."""
@@ -312,7 +312,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         return self._feedback.topic_name.removesuffix("/_action/feedback")
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return the numbers of timers and services that the action server has."""
+        """Return the entity numbers of the action server: 1 timer and 3 services."""
         return NumberOfEntities(num_timers=1, num_services=len(self._services))
 
     # -- callbacks -------------------------------------------------------------------------------
@@ -324,7 +324,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
     def register_handle_accepted_callback(
         self, handle_accepted_callback: AcceptedCallback[GoalT, ResultT, FeedbackT] | None
     ) -> None:
-        """Replace the callback for accepted goals; None executes each goal at once."""
+        """Replace the callback for accepted goals; None schedules each goal's execution at once."""
         self._handle_accepted_callback = (
             handle_accepted_callback or default_handle_accepted_callback
         )
@@ -417,11 +417,11 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         return self._node.get_clock().nanoseconds()
 
     def elapsed_ns(self) -> int:
-        """Return the node clock's count of nanoseconds that time jumps do not affect (ours)."""
+        """Return the node clock's `elapsed_ns`, of steady or active simulated time (ours)."""
         return self._node.get_clock().elapsed_ns()
 
     def publish_status(self) -> None:
-        """Publish the status of all goals, the oldest first (ours)."""
+        """Publish the status of all goals that are still kept, the oldest first (ours)."""
         with self.lock:
             if self._destroyed:
                 return
@@ -430,7 +430,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
             self._status.publish(message)
 
     def publish_feedback(self, goal_id: UUID, feedback: FeedbackT) -> None:
-        """Publish a feedback message for a goal (ours)."""
+        """Publish feedback for a goal, given its id; does nothing after `destroy` (ours)."""
         if not self._destroyed:
             message = self._action_type.Impl.FeedbackMessage(goal_id=goal_id, feedback=feedback)
             self._feedback.publish(message)

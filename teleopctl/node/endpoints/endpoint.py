@@ -66,7 +66,7 @@ class Endpoint(abc.ABC):
         self.type_hash = version or type_hash(type_name)
         self.qos_profile = qos
         self.key = topic_key(context.domain_id, name, type_name, self.type_hash)
-        self._token_text = format_token(
+        self._token_key = format_token(
             EndpointToken(
                 domain=context.domain_id,
                 zid=str(session.zid()),
@@ -82,7 +82,7 @@ class Endpoint(abc.ABC):
                 qos=qos.to_wire(),
             )
         )
-        self.gid = gid(self._token_text)
+        self.gid = gid(self._token_key)
         self.events: tuple[EventHandler, ...] = ()
         self._token: zenoh.LivelinessToken | None = None
         self._destroyed = False
@@ -109,7 +109,7 @@ class Endpoint(abc.ABC):
 
     def _announce(self) -> None:
         """Declare the endpoint's liveliness token."""
-        self._token = self.node.context.announce(self._token_text)
+        self._token = self.node.context.announce(self._token_key)
 
     def _check_alive(self) -> None:
         if self._destroyed:
@@ -125,7 +125,7 @@ class Endpoint(abc.ABC):
         token, self._token = self._token, None
         if self.node.context.session_is_open:
             if token is not None:
-                self.node.context.withdraw(token, self._token_text)
+                self.node.context.withdraw(token, self._token_key)
             self._close()
 
     @abc.abstractmethod

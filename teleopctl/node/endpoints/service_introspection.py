@@ -46,7 +46,7 @@ class ServiceIntrospection:
         self._state = ServiceIntrospectionState.OFF
 
     def configure(self, clock: Clock, qos: QoSProfile, state: ServiceIntrospectionState) -> None:
-        """Set level, clock and QoS of introspection; creates or destroys the publisher."""
+        """Set level and clock; OFF destroys the publisher, other levels create one with the QoS."""
         self._state = ServiceIntrospectionState(state)
         self._clock = clock
         if self._state is ServiceIntrospectionState.OFF:
@@ -60,28 +60,28 @@ class ServiceIntrospection:
             )
 
     def request_sent(self, client_gid: bytes, sequence: int, request: object) -> None:
-        """Publish an event REQUEST_SENT, with the request if contents are enabled.
+        """Publish an event REQUEST_SENT unless OFF, with the request if the level is CONTENTS.
 
         Args:
             client_gid: GID of the client.
             sequence: Sequence number of the request.
             request: Request message.
         """
-        self._tell(_REQUEST_SENT, client_gid, sequence, request=request)
+        self._publish_event(_REQUEST_SENT, client_gid, sequence, request=request)
 
     def request_received(self, client_gid: bytes, sequence: int, request: object) -> None:
         """Publish an event REQUEST_RECEIVED, as `request_sent`."""
-        self._tell(_REQUEST_RECEIVED, client_gid, sequence, request=request)
+        self._publish_event(_REQUEST_RECEIVED, client_gid, sequence, request=request)
 
     def response_sent(self, client_gid: bytes, sequence: int, response: object) -> None:
-        """Publish an event RESPONSE_SENT, with the response if contents are enabled."""
-        self._tell(_RESPONSE_SENT, client_gid, sequence, response=response)
+        """Publish an event RESPONSE_SENT unless OFF, with the response if the level is CONTENTS."""
+        self._publish_event(_RESPONSE_SENT, client_gid, sequence, response=response)
 
     def response_received(self, client_gid: bytes, sequence: int, response: object) -> None:
         """Publish an event RESPONSE_RECEIVED, as `response_sent`."""
-        self._tell(_RESPONSE_RECEIVED, client_gid, sequence, response=response)
+        self._publish_event(_RESPONSE_RECEIVED, client_gid, sequence, response=response)
 
-    def _tell(
+    def _publish_event(
         self,
         event: int,
         client_gid: bytes,

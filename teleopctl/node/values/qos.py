@@ -201,7 +201,7 @@ class QoSProfile:
 
     @property
     def queue_depth(self) -> int | None:
-        """Depth of a receive queue by this profile; None if unlimited."""
+        """Depth of a receive queue by this profile, 42 if unset; None (unlimited) with KEEP_ALL."""
         if self.history == HistoryPolicy.KEEP_ALL:
             return None
         return self.depth or RMW_DEFAULT_DEPTH
@@ -333,7 +333,7 @@ class QoSPresetProfiles(enum.Enum):
 
     @classmethod
     def short_keys(cls) -> list[str]:
-        """Return the lower-case names of the presets, as on the command line."""
+        """Return the lower-case names of the presets except UNKNOWN, as on the command line."""
         return [preset.name.lower() for preset in cls if preset is not cls.UNKNOWN]
 
     @classmethod
@@ -363,7 +363,7 @@ class QoSCompatibility(enum.IntEnum):
 
 
 # For each policy: a value requested by the subscription, and an insufficient publisher's value.
-_LESS_THAN_ASKED: tuple[tuple[str, _Policy, _Policy], ...] = (
+_INSUFFICIENT_VALUES: tuple[tuple[str, _Policy, _Policy], ...] = (
     ("reliability", ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT),
     ("durability", DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE),
     ("liveliness", LivelinessPolicy.MANUAL_BY_TOPIC, LivelinessPolicy.AUTOMATIC),
@@ -374,7 +374,7 @@ _UNDECIDED = frozenset({"SYSTEM_DEFAULT", "UNKNOWN"})
 def qos_check_compatible(
     publisher_qos: QoSProfile, subscription_qos: QoSProfile
 ) -> tuple[QoSCompatibility, str]:
-    """Return whether a publisher and a subscription are compatible, and the reason if not.
+    """Return the compatibility (OK, WARNING, ERROR) of two QoS profiles in DDS, and the reason.
 
     The result is a warning if a policy is unknown or the system default, and could be incompatible.
     """
@@ -388,9 +388,9 @@ def qos_check_compatible(
 
 
 def _errors(publisher: QoSProfile, subscription: QoSProfile) -> Iterator[str]:
-    for name, asked, less in _LESS_THAN_ASKED:
-        if getattr(subscription, name) == asked and getattr(publisher, name) == less:
-            yield f"{name}: {less.name} publisher and {asked.name} subscription"
+    for name, requested, insufficient in _INSUFFICIENT_VALUES:
+        if getattr(subscription, name) == requested and getattr(publisher, name) == insufficient:
+            yield f"{name}: {insufficient.name} publisher and {requested.name} subscription"
     for name in ("deadline", "liveliness_lease_duration"):
         offered, wanted = _bound(getattr(publisher, name)), _bound(getattr(subscription, name))
         if offered > wanted:
@@ -398,10 +398,10 @@ def _errors(publisher: QoSProfile, subscription: QoSProfile) -> Iterator[str]:
 
 
 def _warnings(publisher: QoSProfile, subscription: QoSProfile) -> Iterator[str]:
-    for name, asked, less in _LESS_THAN_ASKED:
+    for name, requested, insufficient in _INSUFFICIENT_VALUES:
         offered, wanted = getattr(publisher, name), getattr(subscription, name)
-        if (offered.name in _UNDECIDED and (wanted == asked or wanted.name in _UNDECIDED)) or (
-            wanted.name in _UNDECIDED and offered == less
+        if (offered.name in _UNDECIDED and (wanted == requested or wanted.name in _UNDECIDED)) or (
+            wanted.name in _UNDECIDED and offered == insufficient
         ):
             yield f"{name}: {offered.name} publisher and {wanted.name} subscription"
 

@@ -242,7 +242,7 @@ class WorldServices:
         self._logger = services.node.get_logger()
         services.offer("LoadWorld", "load_world", self._load)
         services.offer("UnloadWorld", "unload_world", self._unload)
-        services.offer("GetCurrentWorld", "get_current_world", self._tell)
+        services.offer("GetCurrentWorld", "get_current_world", self._get_current_world)
         services.offer("GetAvailableWorlds", "get_available_worlds", self._list)
 
     # Any, here and below: messages, whose classes are made at run time.
@@ -270,7 +270,7 @@ class WorldServices:
         running.load(None)
         self._logger.info("The world is unloaded: there is only the robot")
 
-    def _tell(self, running: RunningSimulation, request: Any, response: Any) -> None:
+    def _get_current_world(self, running: RunningSimulation, request: Any, response: Any) -> None:
         del request
         if running.world is None:
             raise Refusal(_Current.NO_WORLD_LOADED, "There is nothing around the robot")

@@ -52,7 +52,7 @@ def test_the_endpoints_are_those_of_rclpy_in_its_order(node, serve, side, kinds)
         (kind, f"/fib/_action/{name}", type_)
         for kind, (name, type_, _) in zip(kinds.split(), ENDPOINTS, strict=True)
     ]
-    texts = [endpoint._token_text.rpartition("/")[2] for endpoint in node._endpoints[-5:]]
+    texts = [endpoint._token_key.rpartition("/")[2] for endpoint in node._endpoints[-5:]]
     assert texts == [qos for _, _, qos in ENDPOINTS]
     assert SEND_GOAL.endswith(f"/{made[0].type_hash}")
 

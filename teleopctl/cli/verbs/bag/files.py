@@ -24,7 +24,7 @@ from teleopctl.cli.verbs.bag.options import (
     Storage,
     TimeRangeOptions,
 )
-from teleopctl.errors import NotFoundError, UsageError, what_there_is
+from teleopctl.errors import NotFoundError, UsageError, existing_names_hint
 
 if TYPE_CHECKING:
     from teleopctl.bag import Bag, BagTopic, InputBag, OutputBag
@@ -384,7 +384,7 @@ def _require_topics(bags: "Sequence[Bag]", names: Iterable[str]) -> None:
         if name not in known:
             raise NotFoundError(
                 f"{bags[0].path} has no topic '{name}'",
-                hint=what_there_is("topics", [name], known),
+                hint=existing_names_hint("topics", [name], known),
             )
 
 

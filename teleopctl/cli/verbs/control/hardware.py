@@ -7,7 +7,7 @@ from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.control.manager import ManagerOptions, RosArgs, TargetState
-from teleopctl.errors import NotFoundError, RefusedError, what_there_is
+from teleopctl.errors import NotFoundError, RefusedError, existing_names_hint
 
 _STATES = {"unconfigured": 1, "inactive": 2, "active": 3}
 _DOING = {"unconfigured": "cleaning up", "inactive": "stopping", "active": "activating"}
@@ -102,7 +102,7 @@ def set_hardware_component_state(
                 f"Error {_DOING[state]} hardware component, check controller_manager logs",
                 hint=None
                 if component_name in known
-                else what_there_is("hardware components", [component_name], known),
+                else existing_names_hint("hardware components", [component_name], known),
             )
     console.out_done(
         f"Successfully set {component_name} to state {response.state}",
@@ -248,7 +248,7 @@ def _check_known(what: str, wanted: str | None, known: set[str]) -> None:
     if wanted is not None and wanted not in known:
         raise NotFoundError(
             f"{what} ID '{wanted}' not found.",
-            hint=what_there_is(f"{what.lower()} IDs", [wanted], sorted(known)),
+            hint=existing_names_hint(f"{what.lower()} IDs", [wanted], sorted(known)),
         )
 
 

@@ -10,7 +10,7 @@ from teleopctl.errors import (
     TeleopctlError,
     UnavailableError,
     did_you_mean,
-    what_there_is,
+    existing_names_hint,
 )
 from teleopctl.interfaces import get_service, snake_case
 from teleopctl.wire import (
@@ -93,10 +93,10 @@ class GraphParameters:
         if not _offers_parameters(self._graph, name):
             self._known = self._graph_with(name)
         if self._graph.find_node(name) is None:
-            there_is = what_there_is(
+            hint = existing_names_hint(
                 "nodes", [name], self._graph.node_names(), self._graph.node_names(True)
             )
-            raise NotFoundError(f"Node not found: '{name}'", hint=there_is)
+            raise NotFoundError(f"Node not found: '{name}'", hint=hint)
         if not _offers_parameters(self._graph, name):
             raise NotFoundError(
                 f"Wait for service timed out waiting for parameter services for node {name}",

@@ -19,7 +19,7 @@ from teleopctl.errors import (
     RefusedError,
     UnavailableError,
     UsageError,
-    what_there_is,
+    existing_names_hint,
 )
 from teleopctl.wire import EntityKind, flush_to_router, query_graph
 
@@ -154,7 +154,7 @@ def publish(
         for number in _paced(node, rate, count):
             message = messages.at(number, node)
             if print_every and number % print_every == 0:
-                _tell(number, publisher.topic_name, message, as_json)
+                _print_message(number, publisher.topic_name, message, as_json)
             publisher.publish(message)
         if keep_alive is not None:
             time.sleep(keep_alive)
@@ -163,7 +163,7 @@ def publish(
 
 
 # Any: a message of any type.
-def _tell(number: int, topic: str, message: Any, as_json: bool) -> None:
+def _print_message(number: int, topic: str, message: Any, as_json: bool) -> None:
     if as_json:
         from teleopctl.cli.verbs.topic.text import json_value
 
@@ -236,8 +236,8 @@ def _wait_for_subscribers(
         if came := len(graph.subscriptions(topic, type_name)):
             return f"'{topic}' has {came} of {count} subscribers yet."
         heard = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
-        there_is = what_there_is("topics with subscriptions", [topic], heard)
-        return f"No subscription to '{topic}' yet. {there_is}"
+        hint = existing_names_hint("topics with subscriptions", [topic], heard)
+        return f"No subscription to '{topic}' yet. {hint}"
 
     if not wait_with_notice(
         lambda time_s: node.wait_for_match(EntityKind.MS, topic, type_name, count, time_s),

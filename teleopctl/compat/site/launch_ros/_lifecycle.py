@@ -102,12 +102,12 @@ class LifecycleLink:
         node.create_subscription(
             TransitionEvent,
             f"{self._name}/transition_event",
-            self._tell,
+            self._emit_transition,
             10,
         )
         return node.create_client(ChangeStateService, f"{self._name}/change_state")
 
-    def _tell(self, message: TransitionEvent) -> None:
+    def _emit_transition(self, message: TransitionEvent) -> None:
         self._launch.emit(StateTransition(action=self._entity, msg=message))
 
     def _makes(self, transition: int, client: _Client) -> bool:
