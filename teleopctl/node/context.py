@@ -237,7 +237,7 @@ class Context:
         return watcher
 
     def on_graph_change(self, callback: Callable[[], None]) -> None:
-        """Register a function to call after each graph change, on the thread that reports it."""
+        """Register a function to call after each graph change, on the reporting thread."""
         with self._lock:
             self._on_graph_change.append(callback)
         _ = self.watcher
@@ -290,7 +290,7 @@ class Context:
                 self._on_shutdown.remove(callback)
 
     def add_node_logger(self, name: str) -> None:
-        """Register a node's logger by name for Python log records; the oldest one receives them."""
+        """Register a node's logger, by name, for Python log records; the oldest logger gets all."""
         if not self._initialize_logging:
             return
         with self._lock:

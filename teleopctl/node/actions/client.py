@@ -79,7 +79,9 @@ class FeedbackCallbacks(Generic[FeedbackT]):
         on_removed()
 
     def dispatch(self, message: FeedbackMessage[FeedbackT] | None) -> object:
-        """Call the callback of the message's goal, if any, and return its result; do due removals.
+        """Call the callback of the message's goal, if any, and return its result; else None.
+
+        A malformed message, None, is counted too; goals whose last feedback this was are removed.
 
         Returns:
             The callback's return value, which may be a coroutine; None without a callback.

@@ -243,7 +243,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         return len(self._samples)
 
     def take(self) -> Callable[[], object] | None:
-        """Remove the oldest message; return the callback bound to it, None without a valid one."""
+        """Remove the oldest message; return the callback bound to that, None if it is invalid."""
         arrival = self._samples.take()
         # A message may have arrived during the destruction of the subscription.
         if arrival is None or self._destroyed:
