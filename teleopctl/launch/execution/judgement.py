@@ -65,7 +65,11 @@ def find_up_processes(
     waiting: dict[str, str] = {}
     for name in list(up):
         words = said[name]
-        if words is None or words.state not in _NOT_YET:
+        if words is None:
+            continue
+        # A node that has failed stays in the graph until its process has ended.
+        has_failed = words.exit_status not in (None, 0)
+        if words.state not in _NOT_YET and not has_failed:
             continue
         if words.state == progress.WAITING and not graph.publishers(words.detail):
             waiting[name] = words.detail

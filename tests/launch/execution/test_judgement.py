@@ -1,0 +1,49 @@
+"""Which processes of a launch are up, by the graph and their progress files."""
+
+import time
+from pathlib import Path
+
+import pytest
+
+from teleopctl.base import progress
+from teleopctl.base.background import StartTime
+from teleopctl.launch.execution.judgement import find_up_processes
+from teleopctl.launch.execution.status import ProcessStatus
+from teleopctl.wire import Graph
+
+
+@pytest.mark.parametrize(
+    ("reported", "is_up"),
+    [
+        (None, True),
+        ("started", True),
+        ("starting parsing", False),
+        ("ready", True),
+        ("failed no such joint", False),
+        # Its node leaves the graph later, and its exit status is known later.
+        ("ended 1 no such joint", False),
+        ("ended 0", True),
+    ],
+)
+def test_a_node_in_the_graph_is_up_unless_it_reports_that_it_starts_or_has_failed(
+    tmp_path: Path, reported: str | None, is_up: bool
+) -> None:
+    log_file = tmp_path / "arm.log"
+    if reported is not None:
+        progress.progress_file(log_file).write_text(f"{reported}\n")
+    status = ProcessStatus(
+        name="arm-1",
+        pid=1,
+        start=StartTime(time.time()),
+        state="running",
+        exit_status=None,
+        ended_at=0.0,
+        log_file=str(log_file),
+        command=["arm"],
+        node_name="/arm",
+        is_node=True,
+        ends_by_itself=False,
+    )
+    up = find_up_processes([status], {"session": ["/arm"]}, Graph())
+    assert up.names == ({"arm-1": "/arm"} if is_up else {})
+    assert up.waiting == {}
