@@ -158,9 +158,10 @@ class NodeTimers(NodeCore):
         return self.destroy_timer(rate.timer)
 
     def destroy_guard_condition(self, guard: GuardCondition) -> bool:
-        """Remove, without destroying, a guard condition of the node; return False if not there."""
+        """Destroy a guard condition of the node; return False if it is not one of the node's."""
         with self._endpoints_lock:
             if guard not in self._guards:
                 return False
             self._guards.remove(guard)
+        guard.destroy()
         return True

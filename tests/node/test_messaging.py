@@ -409,6 +409,18 @@ def test_a_coroutine_begins_within_the_call_that_made_it(make_node, executor):
     assert steps == ["begun", "ended"]
 
 
+def test_a_guard_condition_that_its_node_destroys_calls_nothing_more(make_node, executor):
+    node, calls = make_node(), []
+    guard = node.create_guard_condition(lambda: calls.append("destroyed"))
+    guard.trigger()
+    assert node.destroy_guard_condition(guard)
+    guard.trigger()
+    assert not node.destroy_guard_condition(guard)
+    node.create_guard_condition(lambda: calls.append("kept")).trigger()
+    executor.spin_once(10.0)
+    assert calls == ["kept"]
+
+
 def test_what_ends_the_making_of_a_node_is_not_hidden_by_its_own_clean_up(context, monkeypatch):
     class Owner(Node):
         def __init__(self):

@@ -183,7 +183,6 @@ class ExecutionQueue:
     def destroy(self) -> None:
         """Drop the queued functions, and destroy the queue's guard condition."""
         self._waiting.clear()
-        self._guard.destroy()
         self._node.destroy_guard_condition(self._guard)
 
 
