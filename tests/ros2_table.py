@@ -121,7 +121,7 @@ def ours_alone(theirs: Iterable[str]) -> list[str]:
     known = {ELSEWHERE.get(name, name) for name in theirs}
     groups = {name.partition(" ")[0] for name in known}
     found = []
-    for name in plugins.VERBS.ours:
+    for name in plugins.VERBS.builtin:
         verb: Verb | VerbGroup = plugins.load(plugins.VERBS, name)
         if name not in groups:
             found.append(name)
@@ -133,7 +133,7 @@ def ours_alone(theirs: Iterable[str]) -> list[str]:
 def declared_flags(name: str) -> list[tuple[str, ...]] | None:
     """Return the flags of a verb of teleopctl; None if the verb does not exist."""
     first, _, second = name.partition(" ")
-    if first not in plugins.VERBS.ours:
+    if first not in plugins.VERBS.builtin:
         return None
     verb: Verb | VerbGroup | None = plugins.load(plugins.VERBS, first)
     if isinstance(verb, VerbGroup):

@@ -37,7 +37,7 @@ def site(tmp_path, monkeypatch):
 
 @pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.noun)
 def test_every_one_of_ours_can_be_loaded_and_is_what_its_kind_has_to_be(kind):
-    for name in kind.ours:
+    for name in kind.builtin:
         found = plugins.load(kind, name)
         assert not kind.bases or lookup._is_one(found, kind), name
 
@@ -49,10 +49,10 @@ def test_every_kind_has_a_noun_and_a_group_of_its_own():
 def test_ours_are_found_without_reading_entry_points(monkeypatch):
     monkeypatch.setattr(lookup, "_installed", None)
     for kind in KINDS:
-        for name in kind.ours:
+        for name in kind.builtin:
             found = plugins.find(kind, name)
             assert found is not None
-            assert (found.name, found.target, found.distribution) == (name, kind.ours[name], "")
+            assert (found.name, found.target, found.distribution) == (name, kind.builtin[name], "")
 
 
 def test_a_strangers_plug_in_is_found_loaded_and_listed(site):

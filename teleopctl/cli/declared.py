@@ -83,7 +83,7 @@ def find_declaration(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
     if found is not None:
         from teleopctl import plugins
 
-        is_ours = path[0] in plugins.VERBS.ours
+        is_ours = path[0] in plugins.VERBS.builtin
         try:
             _write(name, before, _to_plain(found), is_ours=is_ours)
         except ValueError:

@@ -72,7 +72,7 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
 
     position, chosen = _first_word(words)
     # Strangers' verbs are looked for only where none of ours has been chosen.
-    for name in plugins.VERBS.ours if chosen in plugins.VERBS.ours else declared.nouns():
+    for name in plugins.VERBS.builtin if chosen in plugins.VERBS.builtin else declared.nouns():
         root.command(name)(_placeholder)
     tree = get_group(root)
     if chosen in tree.commands:

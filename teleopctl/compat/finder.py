@@ -42,7 +42,7 @@ class _Loader:
     """Loader of the modules of a package that has interface definitions."""
 
     def create_module(self, spec: ModuleSpec) -> ModuleType:
-        """Make the module of a package, of one of its kinds, or of a single definition."""
+        """Return a new module for an interface package, its ``msg`` and so on, or a definition."""
         return InterfaceModule(spec.name) if "." in spec.name else PackageModule(spec.name)
 
     def exec_module(self, module: ModuleType) -> None:
@@ -60,7 +60,7 @@ class _PackageFinder:
     def find_spec(
         self, fullname: str, _path: Sequence[str] | None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Find a package with a Python module or with interface definitions.
+        """Return the import spec of a ROS package, by its Python module or interfaces; or None.
 
         Raises:
             ModuleNotFoundError: The search for definitions fails, and the name is that of a message
@@ -95,7 +95,7 @@ class _KindFinder:
     def find_spec(
         self, fullname: str, path: Sequence[str] | None, _target: ModuleType | None = None
     ) -> ModuleSpec | None:
-        """Find the ``msg``, ``srv`` or ``action`` of a package.
+        """Return the import spec of a package's ``msg``, ``srv`` or ``action`` or below; or None.
 
         Raises:
             ImportError: A package of this finder has no class of that name.

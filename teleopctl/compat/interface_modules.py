@@ -22,7 +22,7 @@ class PackageModule(ModuleType):
 
 
 class InterfaceModule(ModuleType):
-    """Module ``<package>.<kind>``, or that of one definition below it.
+    """Module ``<package>.<kind>``, or ``<package>.<kind>._name``, with interface classes.
 
     Its attributes are the classes; each is created at the first access.
     """

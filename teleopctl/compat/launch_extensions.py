@@ -12,7 +12,7 @@ _GROUP = "launch.frontend.launch_extension"
 
 
 def load() -> None:
-    """Import the modules by which installed distributions extend ROS 2's launch; once only."""
+    """Import the launch extension modules of installed distributions; warn of those that fail."""
     entries = metadata.entry_points(group=_GROUP)
     if entries:
         activate()

@@ -14,13 +14,13 @@ _FUNCTION = "generate_launch_description"
 
 
 def read(path: Path) -> LaunchFile:
-    """Run a Python launch file, and return its launch description.
+    """Run a Python launch file; return its path and the steps of its launch description.
 
     Raises:
         TeleopctlError: The file cannot be read, has no function ``generate_launch_description``, or
             raises an error; the message has file and line.
     """
-    prefer_ours()
+    prefer_own_packages()
     from launch import LaunchDescription
     from launch._entities import steps
     from launch._places import blamed
@@ -55,8 +55,8 @@ def read(path: Path) -> LaunchFile:
         raise blamed(error, str(path)) from error
 
 
-def prefer_ours() -> None:
-    """Make ``launch`` and its like import teleopctl's packages, even beside a real ROS 2.
+def prefer_own_packages() -> None:
+    """Make ``import launch`` and so on load teleopctl's packages, even beside a real ROS 2.
 
     teleopctl evaluates the launch, so the classes have to be teleopctl's.
     """

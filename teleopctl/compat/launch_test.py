@@ -8,7 +8,7 @@ from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
-from teleopctl.compat.launch_file import prefer_ours
+from teleopctl.compat.launch_file import prefer_own_packages
 from teleopctl.errors import SystemFailureError
 
 # Same as in ROS 2's domain_coordinator, so that runs of both use different domains.
@@ -38,7 +38,7 @@ def run_launch_test(
     Raises:
         TeleopctlError: The file cannot be read, or its launch fails; the message has file and line.
     """
-    prefer_ours()
+    prefer_own_packages()
     from launch._places import blamed
     from launch_testing.launch_test import run_file
 
@@ -57,7 +57,7 @@ def run_launch_test(
 
 @contextmanager
 def free_domain() -> Iterator[int]:
-    """Reserve a ROS domain that no other test on this machine uses, for the block.
+    """Yield a ROS domain id that no other launch test here uses during the ``with`` block.
 
     Raises:
         SystemFailureError: All domains are in use.

@@ -11,7 +11,7 @@ from teleopctl.launch.starting import run_in_background
 
 
 def main() -> int:
-    """Run the launch request in the file that the command line names; return the exit status."""
+    """Run the launch of the request file that the command line names; return the exit status."""
     try:
         interrupts.install_sigint_handler()
         outlive_output(log_file=take_log_file())

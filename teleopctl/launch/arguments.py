@@ -51,7 +51,7 @@ class _Declared(NamedTuple):
 
 
 def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str]:
-    """Yield the lines of ``ros2 launch --show-args`` for a launch file and its includes.
+    """Yield the ``--show-args`` lines of a launch file, its includes and given xacro files.
 
     Raises:
         TeleopctlError: The file or an included file cannot be read.
@@ -75,10 +75,10 @@ def describe_arguments(file: Path, arguments: Mapping[str, str]) -> Iterator[str
     if any(declared.may_be_missing for declared in seen.values()):
         yield ""
         yield "* argument(s) which are only used if specific conditions occur"
-    yield from _of_descriptions(arguments.values(), seen)
+    yield from _xacro_argument_lines(arguments.values(), seen)
 
 
-def _of_descriptions(values: Iterable[str], declared: Collection[str]) -> Iterator[str]:
+def _xacro_argument_lines(values: Iterable[str], declared: Collection[str]) -> Iterator[str]:
     """Yield lines for the undeclared xacro arguments of robot descriptions among the values."""
     from teleopctl.robot import xacro_arguments
 
@@ -107,7 +107,7 @@ def argument_names(file: Path) -> list[str]:
 
 
 def undeclared_argument_warnings(file: Path, arguments: Mapping[str, str]) -> list[str]:
-    """Return a warning for each given argument that a launch file and its includes do not declare.
+    """Return a warning for each argument that no launch file or given robot file declares.
 
     Returns no warnings if the files cannot be read. A file that can be evaluated does not need this
     function: the warnings of its plan include these.

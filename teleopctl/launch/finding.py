@@ -21,7 +21,7 @@ _LOOKS = (*SUFFIXES[:-1], "launch.py")
 
 
 def is_launch_file(name: str) -> bool:
-    """Return whether a file name has the ending of a launch file."""
+    """Return whether a file name ends in yaml, yml, xml, launch or launch.py; no package.xml."""
     return name.endswith(_LOOKS) and not name.endswith("package.xml")
 
 
@@ -48,7 +48,7 @@ def _builtin_folder() -> Path:
 
 
 def find_launch_file(package: str | None, name: str) -> Path:
-    """Return the absolute path of a launch file.
+    """Return a launch file's absolute path: by path, in a package, or built in; or raise.
 
     Args:
         package: Name of the package that has the file, or None for a path or a built-in file.
@@ -89,7 +89,7 @@ def _not_found(package: str | None, name: str) -> NotFoundError:
 
 
 def files_in_package(package: str) -> list[str]:
-    """Return the names of the launch files of a package.
+    """Return the sorted names of the launch files below the ``launch`` folder of a package.
 
     Raises:
         TeleopctlError: The package does not exist.

@@ -60,7 +60,7 @@ class CallSequence:
         raise NotImplementedError
 
     def finish(self) -> None:
-        """Clean up after the last call; called on the thread, also after errors."""
+        """Do nothing; a subclass cleans up here after the last call or an error, on the thread."""
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
         """Start to make the calls on a thread; ``report`` is called when all have ended."""
@@ -113,7 +113,7 @@ class CallSequence:
         raise CallsCancelledError
 
     def activate(self, node: Node, name: str) -> None:
-        """Call the services that configure and activate a lifecycle node.
+        """Configure and activate a lifecycle node by service calls; log an error if one is refused.
 
         Raises:
             CallsCancelledError: The launch or the process of the called node ends.
@@ -231,7 +231,7 @@ class ComponentLoading(CallSequence):
             yield f"into {self.node_name}: {' '.join(words)}{then}"
 
     def make_calls(self, node: Node) -> None:
-        """Call the container's load service for each component, after earlier loads have ended."""
+        """Load each component by the container's service, after earlier loads; log the results."""
         if self._before is not None:
             self._before.wait()
         from teleopctl.interfaces import get_service

@@ -45,7 +45,7 @@ def current_log_directory() -> Path | None:
 
 
 def new_log_directory() -> Path:
-    """Return the path of a new log folder, named after time, host and process id."""
+    """Return the path of a log folder to create, named after time, host and process id."""
     stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
     return background.logs_dir() / f"{stamp}-{socket.gethostname()}-{os.getpid()}"
 
@@ -59,9 +59,6 @@ def evaluate_request(
         request: Launch file with its arguments and options.
         log_directory: Log folder of the launch.
         is_shown: Whether the plan is only shown, so that a shutdown before the start is no error.
-
-    Returns:
-        The plan of the first steps, and the evaluation that handles later events.
 
     Raises:
         TeleopctlError: The file cannot be read, is no valid launch file, or cannot be evaluated.
@@ -266,7 +263,7 @@ def launch_name(file: Path) -> str:
 
 
 def unused_launch_name(name: str) -> str:
-    """Return a name that no running launch has: the given one, or with a number appended.
+    """Return an unused launch name, numbered if needed; remove records of dead namesakes.
 
     Records of that name are removed if their processes have died.
     """

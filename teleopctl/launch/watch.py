@@ -53,7 +53,7 @@ _is_installed = False
 
 @contextmanager
 def files_read() -> Iterator[set[Path]]:
-    """Collect the user's files that this thread opens for reading in the ``with`` block.
+    """Yield a set; at the end of the ``with`` block, it gets the user's files that were read.
 
     Files that the block itself writes are left out, since each evaluation would write them again.
     """
@@ -71,16 +71,16 @@ def files_read() -> Iterator[set[Path]]:
     finally:
         _note = None
         paths = {Path(_source(path)).absolute() for path in read - written}
-        found.update(path for path in paths if is_of_user(path) and path.is_file())
+        found.update(path for path in paths if is_user_file(path) and path.is_file())
 
 
-def is_of_user(path: Path) -> bool:
+def is_user_file(path: Path) -> bool:
     """Return whether a file is the user's: not of Python, a library or teleopctl."""
-    return path.name not in _OF_PACKAGES and not any(map(path.is_relative_to, _others()))
+    return path.name not in _OF_PACKAGES and not any(map(path.is_relative_to, _excluded_folders()))
 
 
 @cache
-def _others() -> tuple[Path, ...]:
+def _excluded_folders() -> tuple[Path, ...]:
     installed = sysconfig.get_paths()
     folders = [installed[key] for key in ("stdlib", "platstdlib", "purelib", "platlib")]
     own = Path(__file__).parents[1]
@@ -142,7 +142,7 @@ def sources_of(plan: ProcessPlan, log_directory: Path) -> frozenset[Path]:
             return frozenset()
     found = {*_files_named_by(words, plan.working_directory), *_of_program(words)}
     return frozenset(
-        path for path in found if is_of_user(path) and not path.is_relative_to(log_directory)
+        path for path in found if is_user_file(path) and not path.is_relative_to(log_directory)
     )
 
 
@@ -196,7 +196,7 @@ def _of_module(target: str) -> Iterator[Path]:
         spec = importlib.util.find_spec(re.split("[.:]", target)[0])
     except (ImportError, ValueError):
         return
-    if spec is None or spec.origin is None or not is_of_user(Path(spec.origin)):
+    if spec is None or spec.origin is None or not is_user_file(Path(spec.origin)):
         return
     if spec.submodule_search_locations is None:
         yield Path(spec.origin)
@@ -278,7 +278,7 @@ class Watch:
                 self._keep(changed, str(error))
                 self.watch_sources(())  # the error may be in a file that was not read before
                 return
-        restarts = {**made_from, **{plan.name: plan for plan in self._others(follow_up)}}
+        restarts = {**made_from, **{plan.name: plan for plan in self._changed_plans(follow_up)}}
         self._restarts.log(
             "INFO", f"{_list_names(changed)} saved: {_named_plans(restarts) or 'nothing changes'}"
         )
@@ -321,7 +321,7 @@ class Watch:
             self._read |= read
         return follow_up
 
-    def _others(self, follow_up: FollowUp) -> list[ProcessPlan]:
+    def _changed_plans(self, follow_up: FollowUp) -> list[ProcessPlan]:
         """Return the new plans of those processes whose plans differ from the running ones."""
         now = {plan.name: plan for plan in follow_up.processes}
         return [
@@ -332,12 +332,12 @@ class Watch:
 
 
 def _differs(before: ProcessPlan, now: ProcessPlan, files: Mapping[str, str]) -> bool:
-    if _meant(before.command, {}) != _meant(now.command, files):
+    if _with_parameter_contents(before.command, {}) != _with_parameter_contents(now.command, files):
         return True
     return replace(before, command=[]) != replace(now, command=[])
 
 
-def _meant(command: list[str], files: Mapping[str, str]) -> list[str]:
+def _with_parameter_contents(command: list[str], files: Mapping[str, str]) -> list[str]:
     """Return a command line with the content of parameter files in the place of their paths.
 
     Some launch files write a parameter file with a new name at each evaluation.

@@ -94,7 +94,7 @@ def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[UnsupportedTag
         link: Name of the link that the sensor is on.
     """
     kind, where = sensor.get("type") or "", f"sensor '{sensor.get('name')}'"
-    if kind not in SENSORS.ours and kind not in CAMERA_TYPES:
+    if kind not in SENSORS.builtin and kind not in CAMERA_TYPES:
         return
     for found in of_sensors(kind).findings(sensor):
         if not _is_off(found):

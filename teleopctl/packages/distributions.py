@@ -32,7 +32,7 @@ _DATA_PACKAGES: Final = {
 
 def own_names() -> set[str]:
     """Return the names of teleopctl's built-in packages."""
-    return {*_DATA_PACKAGES, *(name.rpartition("/")[0] for name in plugins.NODES.ours)}
+    return {*_DATA_PACKAGES, *(name.rpartition("/")[0] for name in plugins.NODES.builtin)}
 
 
 def has_files(name: str) -> bool:
@@ -42,7 +42,7 @@ def has_files(name: str) -> bool:
 
 def builtin_package(name: str) -> Package | None:
     """Return teleopctl's built-in package of this name, or None."""
-    programs = executables_of(name, plugins.NODES.ours.items())
+    programs = executables_of(name, plugins.NODES.builtin.items())
     folder = HERE
     if name in _DATA_PACKAGES:
         folder = HERE / "share" / name

@@ -26,7 +26,7 @@ class Kind:
     Attributes:
         noun: Name of such a plug-in in messages.
         group: Entry-point group of other distributions' plug-ins.
-        ours: Plug-ins that are part of teleopctl, as ``module:object`` by name.
+        builtin: Plug-ins that are part of teleopctl, as ``module:object`` by name.
         bases: Base classes of plug-ins, of which one is required, as ``module:Class``; empty for
             any object.
         classes: Whether plug-ins are subclasses of ``bases``; otherwise they are instances.
@@ -35,13 +35,13 @@ class Kind:
             not import the plug-ins; empty for most kinds.
     """
 
-    __slots__ = ("bases", "classes", "direct", "group", "noun", "ours", "summaries")
+    __slots__ = ("bases", "builtin", "classes", "direct", "group", "noun", "summaries")
 
     def __init__(
         self,
         noun: str,
         group: str,
-        ours: dict[str, str],
+        builtin: dict[str, str],
         *,
         bases: tuple[str, ...] = (),
         classes: bool = True,
@@ -50,7 +50,7 @@ class Kind:
     ) -> None:
         self.noun = noun
         self.group = group
-        self.ours = ours
+        self.builtin = builtin
         self.bases = bases
         self.classes = classes
         self.direct = direct
@@ -76,10 +76,10 @@ class Plugin:
 
 def find(kind: Kind, name: str) -> Plugin | None:
     """Return a plug-in, unimported, by name or, if its kind allows, ``module:object``; or None."""
-    if name in kind.ours:
-        return Plugin(name, kind.ours[name])
-    if (stranger := _strangers(kind.group).get(name)) is not None:
-        return stranger
+    if name in kind.builtin:
+        return Plugin(name, kind.builtin[name])
+    if (installed := _installed_plugins(kind.group).get(name)) is not None:
+        return installed
     if kind.direct and ":" in name and "/" not in name:
         return Plugin(name, name)
     return None
@@ -87,9 +87,9 @@ def find(kind: Kind, name: str) -> Plugin | None:
 
 def available(kind: Kind) -> dict[str, Plugin]:
     """Return all plug-ins of a kind by name, not imported: built-in ones, then others sorted."""
-    plugins = {name: Plugin(name, target) for name, target in kind.ours.items()}
-    for name, stranger in _strangers(kind.group).items():
-        plugins.setdefault(name, stranger)
+    plugins = {name: Plugin(name, target) for name, target in kind.builtin.items()}
+    for name, installed in _installed_plugins(kind.group).items():
+        plugins.setdefault(name, installed)
     return plugins
 
 
@@ -114,7 +114,7 @@ def load(kind: Kind, name: str) -> Any:
             f"There is no {kind.noun} '{name}'. Available are:\n{listed}",
             hint=did_you_mean(name, names),
         )
-    if name in kind.ours:
+    if name in kind.builtin:
         return import_object(plugin.target)
     whose = f" of {plugin.distribution}" if plugin.distribution else ""
     what = f"{kind.noun} '{name}'{whose}"
@@ -171,7 +171,7 @@ def forget_entry_points() -> None:
     _installed.cache_clear()
 
 
-def _strangers(group: str) -> dict[str, Plugin]:
+def _installed_plugins(group: str) -> dict[str, Plugin]:
     return _installed().get(group, {})
 
 
@@ -182,7 +182,7 @@ def _installed() -> dict[str, dict[str, Plugin]]:
     Logs a warning for a distribution whose entries cannot be read, and for a name that two
     distributions have; then the first one is used.
     """
-    if not _has_strangers():
+    if not _has_installed_plugins():
         return {}
     from importlib.metadata import distributions
 
@@ -215,7 +215,7 @@ def _installed() -> dict[str, dict[str, Plugin]]:
     return {group: dict(sorted(plugins.items())) for group, plugins in found.items()}
 
 
-def _has_strangers() -> bool:
+def _has_installed_plugins() -> bool:
     """Return whether any installed distribution may have plug-ins for teleopctl.
 
     Most machines have none, and the import of `importlib.metadata` would take 20 ms.

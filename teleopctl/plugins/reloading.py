@@ -30,9 +30,9 @@ def reload(kind: Kind, names: Iterable[str]) -> list[str]:
     """
     from importlib import invalidate_caches
 
-    strangers = [name for name in names if name not in kind.ours]
+    installed = [name for name in names if name not in kind.builtin]
     # The modules of the plug-ins are found among those that are imported now.
-    own = {module for name in strangers for module in _own_modules(kind, name)}
+    own = {module for name in installed for module in _own_modules(kind, name)}
     old = {module: sys.modules[module] for module in sorted(own)}
     forget_entry_points()
     for module, content in old.items():
@@ -40,7 +40,7 @@ def reload(kind: Kind, names: Iterable[str]) -> list[str]:
         del sys.modules[module]
     invalidate_caches()
     try:
-        for name in strangers:
+        for name in installed:
             if _exists(kind, name):
                 load(kind, name)
     except BrokenPluginError:

@@ -44,7 +44,7 @@ GROUP = VerbGroup("Sample verbs.", {"end": Verb(f"{__name__}:end", "End in some 
 
 @pytest.fixture
 def sample(monkeypatch):
-    monkeypatch.setitem(plugins.VERBS.ours, "sample", f"{__name__}:GROUP")
+    monkeypatch.setitem(plugins.VERBS.builtin, "sample", f"{__name__}:GROUP")
     monkeypatch.setitem(plugins.VERBS.summaries, "sample", "Sample verbs.")
     monkeypatch.setattr("teleopctl.base.output.discard_output", lambda: None)
     monkeypatch.delenv("FORCE_COLOR", raising=False)
@@ -58,7 +58,7 @@ def test_python_ends_in_order_unless_nothing_is_left_and_all_is_written_either_w
         "from teleopctl.cli import main\n"
         f"from {__name__} import GROUP\n"
         f"GROUP.leaves_nothing = {leaves_nothing}\n"
-        f"plugins.VERBS.ours['sample'] = '{__name__}:GROUP'\n"
+        f"plugins.VERBS.builtin['sample'] = '{__name__}:GROUP'\n"
         "atexit.register(print, 'in order')\n"
         "print('written', end='.')\n"
         "sys.argv[1:] = ['sample', 'end', 'status']\n"

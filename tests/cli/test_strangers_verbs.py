@@ -168,4 +168,4 @@ def test_a_missing_verb_that_a_stranger_brings_is_there(ros_without_router, site
 
 
 def test_every_verb_has_a_line_for_help():
-    assert set(plugins.VERBS.ours) == set(plugins.VERBS.summaries)
+    assert set(plugins.VERBS.builtin) == set(plugins.VERBS.summaries)

@@ -42,7 +42,7 @@ def test_the_page_lists_the_programs_and_commands_that_there_are():
         f"{package}/{name}" for package, names in rows for name in re.findall("`(.+?)`", names)
     }
     elsewhere = OWN | DEMOS
-    assert listed == {n for n in plugins.NODES.ours if n.partition("/")[0] not in elsewhere}
+    assert listed == {n for n in plugins.NODES.builtin if n.partition("/")[0] not in elsewhere}
     commands = text.partition("where the `PATH` has none:")[2].partition("\n\n")[0]
     assert set(re.findall(r"`(\w+)`", commands)) == COMMANDS.keys()
 

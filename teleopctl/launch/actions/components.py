@@ -45,7 +45,7 @@ class LoadComponents(Action):
         return cls(container=entity.required("target"), components=components)
 
     def evaluate(self, launch: Launch) -> None:
-        """Start the service calls that load the components whose conditions hold.
+        """Add to the launch the service calls that load the components whose conditions hold.
 
         Raises:
             NotFoundError: The container is one of teleopctl's, and a component does not exist.
@@ -76,7 +76,7 @@ class _Planned(Action):
     take: Callable[[ComponentPlan], None]
 
     def evaluate(self, launch: Launch) -> None:
-        """Evaluate the component to a plan, and pass the plan to ``take``."""
+        """Call ``take`` with the component's plan; raise if a checked component does not exist."""
         plan = launch.component(self.part)
         if self.is_looked_for:
             try:
@@ -112,7 +112,7 @@ class NodeContainer(Action):
         return cls(node=Node.parse(entity), components=tuple(_components(entity)))
 
     def evaluate(self, launch: Launch) -> Iterable[Action]:
-        """Add the container's process to the launch; return the action that loads components."""
+        """Add the container's process; return a tuple with the action that loads its components."""
         plan = launch.start(self.node)
         assert plan.node_name is not None, "it has a name"
         return (LoadComponents(container=literal(plan.node_name), components=self.components),)

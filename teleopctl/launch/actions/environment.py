@@ -56,7 +56,7 @@ class AppendEnvironment(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the environment variable to its present value joined with the new one."""
+        """Append or prepend the value to the environment variable, or set it if it is unset."""
         name, value = launch.text(self.name), launch.text(self.value)
         present = launch.environment_value(name)
         with values.at_key("prepend"):
@@ -135,7 +135,7 @@ class SetRosLogDirectory(Action):
         return cls(folder=entity.required("new_log_dir"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Set ``ROS_LOG_DIR`` for the following processes, relative to its present value."""
+        """Set ``ROS_LOG_DIR`` of later processes; a relative folder is below the present one."""
         present = launch.environment_value(_LOG_DIRECTORY) or background.logs_dir()
         folder = Path(present).absolute() / launch.text(self.folder)
         launch.scope.environment[_LOG_DIRECTORY] = str(folder)
@@ -155,5 +155,5 @@ class PopEnvironment(Action):
     """``pop_environment``: restores the environment that was saved last."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Restore the environment on top of the stack, and remove it from there."""
+        """Pop the environment from the stack and restore it; raise if the stack is empty."""
         launch.scope.pop_environment()

@@ -15,7 +15,7 @@ _COMPOSITION = ("container_name", "create_own_container", "use_composition")
 
 @dataclass(frozen=True, slots=True)
 class LaunchFileOf(Action):
-    """Base of launch actions that include a launch file of a package, with their keys as arguments.
+    """Base of launch actions that include a package's launch file, with their keys as arguments.
 
     Attributes:
         arguments: Launch arguments that the entry gives, as key and value.

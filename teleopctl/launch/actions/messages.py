@@ -31,7 +31,7 @@ class Log(Action):
         return cls(level=level, message=entity.required("message"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Log the evaluated message at the evaluated level."""
+        """Log the evaluated message at the evaluated level; raise for an unknown level."""
         level = launch.text(self.level).upper()
         if level == "WARN":
             level = "WARNING"
@@ -51,7 +51,7 @@ class _LogAt(Log):
 
     @classmethod
     def parse(cls, entity: Entity) -> Self:
-        """Return the action that a ``log_debug``, ``log_info`` and so on describes."""
+        """Return the action that an entry such as ``log_debug`` or ``log_info`` describes."""
         return cls(message=entity.required("message"), level=cls.fixed)
 
 
@@ -97,7 +97,7 @@ class Shutdown(Action):
         return cls(reason=entity.optional("reason") or literal("reason not given"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Request the launch's shutdown, with a reason; before the start nothing is started."""
+        """Request the launch's shutdown; if nothing was started yet, the launch fails instead."""
         if isinstance(launch.event, ProcessExited):
             name = launch.event.plan.name
             launch.log("INFO", REQUIRED.format(name=name), "launch")

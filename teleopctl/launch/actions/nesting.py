@@ -87,7 +87,7 @@ class TimedEntities(Action):
         )
 
     def evaluate(self, launch: Launch) -> None:
-        """Start the timer that runs the actions later."""
+        """Add a timer to the launch that runs the actions after the period of wall time."""
         seconds, cancel = self.settings(launch)
         launch.after(seconds, self.steps, self.is_cancelled, outlives_shutdown=not cancel)
 
@@ -131,7 +131,7 @@ class Include(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class IncludeSteps(Action):
-    """Inclusion of a launch description that Python code built, without a file."""
+    """Launch action that includes a launch description built by Python code, without a file."""
 
     steps: tuple[Step, ...]
     arguments: tuple[tuple[Template, Template], ...]
@@ -145,7 +145,7 @@ class IncludeSteps(Action):
 def set_included_arguments(
     arguments: tuple[tuple[Template, Template], ...], launch: Launch
 ) -> None:
-    """Set the launch arguments that an inclusion passes to the included file."""
+    """Evaluate the arguments for an included file, and set them as launch configurations."""
     values = {launch.text(name): value for name, value in arguments}
     for name, value in values.items():
         launch.scope.variables[name] = launch.text(value)
@@ -153,7 +153,7 @@ def set_included_arguments(
 
 
 def included_path(text: str, including: Path) -> Path:
-    """Return the path of the launch file that an ``include`` names.
+    """Return the included file's path: beside the including one, in the cwd, or built in.
 
     A relative path is looked for beside the including file, then in the current folder, then among
     the built-in files. The including file itself is skipped, so that a user's ``sim.yaml`` can

@@ -24,7 +24,7 @@ PARAMETER_TYPES = frozenset(
 
 
 def parameter(entity: Entity, prefix: str = "") -> ParameterEntry:
-    """Read one parameter of a launch file, with ``name``, ``value`` and perhaps ``type``."""
+    """Return the unevaluated parameter that an entry defines, its name after a prefix."""
     type_element = entity.element("type")
     type_name = None if type_element is None else type_element.text()
     if type_element is not None and type_name not in PARAMETER_TYPES:
@@ -42,7 +42,7 @@ def parameter(entity: Entity, prefix: str = "") -> ParameterEntry:
 def parameters(
     element: Element | None, prefix: str = ""
 ) -> Iterator[ParameterEntry | ParameterFileEntry]:
-    """Yield the parameters and parameter files of a launch file's ``param`` list; none for None."""
+    """Yield the parameters (nested: dotted names) and files of a ``param`` list; none for None."""
     if element is None:
         return
     for item in element.items("a list of 'name: …, value: …' or 'from: FILE'"):

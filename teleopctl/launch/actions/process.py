@@ -136,7 +136,7 @@ class LifecycleNode(Action):
         return cls(node=Node.parse(entity), autostart=entity.optional("autostart"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the node's process to the launch; with ``autostart``, activate the node later."""
+        """Add the node's process, and with ``autostart`` service calls that activate the node."""
         plan = launch.start(self.node)
         assert plan.node_name is not None, "it has a name"
         with values.at_key("autostart"):

@@ -21,7 +21,7 @@ class RosTimer(TimedEntities):
     __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
-        """Start the timer that runs the actions later, by ``/clock`` or by wall time."""
+        """Add the timer to the launch: by ``/clock`` if ``use_sim_time`` is set, else wall time."""
         if not launch.scope.use_sim_time:
             super().evaluate(launch)
             return
@@ -61,11 +61,11 @@ class _SimulatedTimer:
         self._ended = threading.Event()
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Start to wait for the period of ``/clock``, on a thread of its own."""
+        """Start a thread that waits for the period of ``/clock`` and then calls ``report``."""
         threading.Thread(target=self._wait, args=(report,), name="ros_timer", daemon=True).start()
 
     def dry_run(self) -> tuple[str, tuple[Step, ...]]:
-        """Return when the timer fires, in words, and its steps, for a dry run."""
+        """Return a text that says when the timer fires, and the timer's steps, for a dry run."""
         return f"after {self._seconds:g} s of /clock", self._steps
 
     def answers(self, event: object, launch: Launch) -> bool:  # noqa: ARG002 -- a handler's form
@@ -73,7 +73,7 @@ class _SimulatedTimer:
         return event == _TimeHasCome(self) or isinstance(event, ShutdownBegan)
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
-        """Return the timer's steps at the end of the period; stop waiting on a shutdown."""
+        """Return the timer's steps at the end of the period; a shutdown may stop the wait."""
         if isinstance(event, ShutdownBegan) and self._ends_with_launch:
             self._ended.set()
         elif event == _TimeHasCome(self) and not self._is_cancelled():

@@ -66,7 +66,7 @@ class DeclareArgument(Action):
         return f"{self.description.removesuffix('.')}. Valid choices are: {choices}"
 
     def evaluate(self, launch: Launch) -> None:
-        """Set the launch argument to its default if none was given; check the valid choices."""
+        """Set an argument not given to its default; raise if it has none or is no valid choice."""
         launch.declare(self.name)
         variables = launch.scope.variables
         if self.name not in variables:
@@ -136,7 +136,7 @@ class Reset(Action):
         return cls(keep=entity.pairs("keep", "name", "value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Remove all settings of the following actions except those to keep."""
+        """Remove configurations (except those to keep), namespace, parameters and remappings."""
         kept = [(launch.text(name), launch.text(value)) for name, value in self.keep]
         launch.scope.reset()
         launch.scope.variables.update(kept)
@@ -156,7 +156,7 @@ class PushNamespace(Action):
         return cls(namespace=entity.required("namespace"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Append to the namespace of the following nodes; an absolute one replaces it."""
+        """Append a namespace to that of the following nodes; an absolute one replaces the old."""
         scope = launch.scope
         scope.namespace = join_namespace(scope.namespace, launch.text(self.namespace))
 
@@ -249,7 +249,7 @@ class PushConfigurations(Action):
     """``push_launch_configurations``: saves the launch configurations on a stack."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Save the present launch configurations on the stack."""
+        """Save launch configurations, parameters and remappings on the stack."""
         launch.scope.push_configurations()
 
 
@@ -258,5 +258,5 @@ class PopConfigurations(Action):
     """``pop_launch_configurations``: restores the launch configurations that were saved last."""
 
     def evaluate(self, launch: Launch) -> None:
-        """Restore the launch configurations on top of the stack, and remove them from there."""
+        """Restore configurations, parameters and remappings from the stack, and drop that entry."""
         launch.scope.pop_configurations()

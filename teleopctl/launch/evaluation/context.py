@@ -105,7 +105,7 @@ class LaunchContext:
             self.file = outer
 
     def moment(self) -> EvaluationPoint:
-        """Return the present scope and launch file, for `at`."""
+        """Return the present scope (itself, no copy) and launch file, which `at` can use later."""
         return EvaluationPoint(self.scope, self.file)
 
     @contextmanager
@@ -129,7 +129,7 @@ class LaunchContext:
 
     @contextmanager
     def reading(self, text: Template) -> Iterator[None]:
-        """Prefix errors raised in the ``with`` block with the launch argument that a text reads."""
+        """Prefix errors in the ``with`` block with NAME if the text is just ``$(var NAME)``."""
         try:
             yield
         except TeleopctlError as error:
@@ -146,13 +146,13 @@ class LaunchContext:
         return {name: value for name, value in merged.items() if value is not None}
 
     def environment_value(self, name: str) -> str | None:
-        """Return an environment variable for a process started at this point; None if unset."""
+        """Return an environment variable's value for processes started now; None if unset."""
         if name in self.scope.environment:
             return self.scope.environment[name]
         return os.environ.get(name)  # ignores letter case on Windows
 
     def count_included(self) -> None:
-        """Count one more included launch file; raise beyond the budget.
+        """Count one more included launch file; raise if the launch includes too many.
 
         Raises:
             LaunchError: Too many files are included, such as files that include each other twice.
@@ -163,12 +163,12 @@ class LaunchContext:
             raise LaunchError(f"the launch takes {error}") from error
 
     def declare(self, name: str) -> None:
-        """Record that the launch file declares an argument; only others go to the robot's xacro."""
+        """Record an argument as declared by the current launch file, not to be passed to xacro."""
         self.declared.add(name)
         self._declared_in.setdefault(self.file, set()).add(name)
 
     def forwarded_arguments(self) -> dict[str, str]:
-        """Return the given launch arguments, by name, that the current file does not declare."""
+        """Return given launch arguments that the current file does not declare, values by name."""
         given = self.scope.given | self.arguments.keys()
         return {
             name: self.scope.variables[name]
@@ -177,7 +177,7 @@ class LaunchContext:
         }
 
     def robot_description(self, file: Path, mappings: Mapping[str, str]) -> str:
-        """Return the URDF of a description file, expanded once per set of xacro arguments.
+        """Return the URDF text of a description file, expanded with xacro arguments; cached.
 
         Raises:
             TeleopctlError: The file is missing, does not parse, or describes no robot.
@@ -185,7 +185,7 @@ class LaunchContext:
         return self._expanded(file, mappings).text
 
     def arguments_for_robot(self, file: Path, mappings: Mapping[str, str]) -> dict[str, str]:
-        """Return the given launch arguments that only the robot's xacro file declares, by name.
+        """Return given launch arguments that only the xacro file declares; note their names.
 
         Args:
             file: Path of the xacro file.
@@ -215,7 +215,7 @@ class LaunchContext:
         return self._robots[key]
 
     def files_of_robot(self, file: Path, mappings: Mapping[str, str]) -> tuple[Path, ...]:
-        """Return the description file and all files that it includes.
+        """Return the paths of a robot description file and of all files that it includes.
 
         Raises:
             TeleopctlError: Same as for `robot_description`.
@@ -229,7 +229,7 @@ class LaunchContext:
         return name in self._live_nodes
 
     def copy_names(self, other: LaunchContext) -> None:
-        """Copy the anonymous names and the known running nodes from another context."""
+        """Take over the anonymous names and the known running nodes of another context."""
         self._anonymous = other._anonymous
         self._live_nodes = other._live_nodes
 
@@ -246,7 +246,7 @@ class LaunchContext:
 
 @contextmanager
 def with_location(place: Place) -> Iterator[None]:
-    """Prefix errors raised in the ``with`` block with the file and line of a launch action."""
+    """Prefix errors in the ``with`` block with file and line, unless they have a place already."""
     try:
         yield
     except TeleopctlError as error:

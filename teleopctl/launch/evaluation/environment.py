@@ -12,7 +12,7 @@ from collections.abc import Mapping
 
 
 class EnvironmentOverlay:
-    """The launch's changes to ``os.environ``, made while launch files are evaluated and undone."""
+    """The launch's changes to ``os.environ``, made only while launch files are evaluated."""
 
     def __init__(self) -> None:
         self._before: dict[str, str | None] = {}
@@ -29,7 +29,7 @@ class EnvironmentOverlay:
             self._set(name, value)
 
     def begin_user_code(self, changes: dict[str, str | None]) -> None:
-        """Apply the launch's changes to ``os.environ``, before code of a launch file runs."""
+        """Apply ``changes`` to ``os.environ`` and note the result, before launch file code runs."""
         if self._depth:
             self._take_in(changes)
         self.show(changes)
@@ -37,7 +37,7 @@ class EnvironmentOverlay:
         self._depth += 1
 
     def end_user_code(self, changes: dict[str, str | None]) -> None:
-        """Add to `changes` what user code changed in ``os.environ``, and leave it set there."""
+        """Add what launch file code changed in ``os.environ`` to ``changes``; keep it set."""
         self._take_in(changes)
         self.show(changes)
         self._depth -= 1

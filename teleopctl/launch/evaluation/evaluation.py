@@ -79,7 +79,7 @@ def missing_resources(dry_run: Iterable[DryRun]) -> Iterator[TeleopctlError]:
 
 
 def undeclared(arguments: Iterable[str], declared: Collection[str]) -> list[str]:
-    """Return a warning for each given launch argument that no launch file declares."""
+    """Return a warning text for each given launch argument that is not in ``declared``."""
     known = ", ".join(sorted(declared)) or "none"
     return [
         f"launch argument '{name}' is not declared by the launch file (declared: {known})"
@@ -98,7 +98,7 @@ def evaluate(
     again: Evaluation | None = None,
     is_shown: bool = False,
 ) -> tuple[LaunchPlan, Evaluation]:
-    """Evaluate a launch file to a plan of its first steps; later events go to the `Evaluation`.
+    """Evaluate a launch file; return the plan of its first steps, and an `Evaluation` for events.
 
     Args:
         file: Parsed launch file.
@@ -108,9 +108,6 @@ def evaluate(
         again: Earlier evaluation of the file, whose processes run. The new evaluation then has no
             effects outside.
         is_shown: Whether the plan is only shown, so that a shutdown before the start is no error.
-
-    Returns:
-        The plan of the first steps, and the evaluation that handles later events.
 
     Raises:
         TeleopctlError: Part of the file cannot be evaluated; the message has file and line.
@@ -205,7 +202,7 @@ class Evaluation:
 
     @property
     def event(self) -> object | None:
-        """The event being handled; None during the first walk over the files."""
+        """The event whose handlers run; None otherwise, such as before the start or in a timer."""
         return self.context.event
 
     def text(self, text: Template) -> str:
@@ -213,7 +210,7 @@ class Evaluation:
         return evaluated_text(text, self.context)
 
     def environment_value(self, name: str) -> str | None:
-        """Return an environment variable for a process started at this point; None if unset."""
+        """Return an environment variable's value for processes started now; None if unset."""
         return self.context.environment_value(name)
 
     def run_file(self, file: LaunchFile) -> None:
@@ -245,7 +242,7 @@ class Evaluation:
         self._shown.show(self.scope.environment)
 
     def begin_user_code(self) -> None:
-        """Record changes of ``os.environ`` by a launch file's code, until `user_code` ends."""
+        """Apply the launch's environment to ``os.environ``, and record changes from now on."""
         self._shown.begin_user_code(self.scope.environment)
 
     @contextmanager
@@ -263,7 +260,7 @@ class Evaluation:
             return values.flag(text) == condition.expected
 
     def run_action(self, action: Action) -> None:
-        """Evaluate an action, and the actions that it returns, without a place in a launch file."""
+        """Evaluate an action and the actions that it returns; errors get no file and line here."""
         try:
             follow_up = tuple(action.evaluate(self) or ())
         except TeleopctlError:
@@ -280,7 +277,7 @@ class Evaluation:
         return self.context.scoped()
 
     def include(self, path: Path) -> None:
-        """Read and evaluate another launch file."""
+        """Read and evaluate another launch file; raise if inclusions are nested too deeply."""
         if self._depth >= DEEPEST_INCLUDES:
             raise LaunchError(f"{path} is included more than {DEEPEST_INCLUDES} levels deep")
         self.context.count_included()
@@ -293,25 +290,25 @@ class Evaluation:
             self._depth -= 1
 
     def declare(self, name: str) -> None:
-        """Record that the launch file declares an argument; only others go to the robot's xacro."""
+        """Record an argument as declared by the current launch file, not to be passed to xacro."""
         self.context.declare(name)
 
     def log(self, level: str, message: str, logger: str = "launch.user") -> None:
-        """Log a line with a level under a logger's name, once the follow-up is executed."""
+        """Queue a log line with level and logger name, written after the present evaluation."""
         self._follow_up.messages.append((level, logger, message))
 
     def start(self, process: ProcessPart) -> ProcessPlan:
-        """Evaluate a ``node`` or ``executable`` to a plan, and add its process to the launch."""
+        """Return a ``node`` or ``executable``'s plan; its process starts after the evaluation."""
         plan = self._builder.build(process)
         self._follow_up.processes.append(plan)
         return plan
 
     def plan_of(self, process: ProcessPart) -> ProcessPlan:
-        """Evaluate a ``node`` or ``executable`` to a plan without adding the process."""
+        """Return the plan of a ``node`` or ``executable``, whose process is not started."""
         return self._builder.copy(self.context).build(process)
 
     def component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate a component's description to a plan for loading it."""
+        """Return the plan for loading a component, evaluated from its description."""
         return self._builder.build_component(part)
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
@@ -330,23 +327,23 @@ class Evaluation:
         *,
         outlives_shutdown: bool = False,
     ) -> None:
-        """Run steps after a delay, in the present scope, unless they are cancelled."""
+        """Add a timer that runs steps after a delay in a copy of the scope, unless cancelled."""
         # The steps get a copy: settings do not pass between them and the actions after the timer.
         moment = EvaluationPoint(self.scope.copy(), self.file)
         timer = TimedSteps(max(0.0, seconds), steps, moment, is_cancelled, outlives_shutdown)
         self._follow_up.timers.append((timer.seconds, timer))
 
     def work(self, work: Work) -> None:
-        """Start work beside the processes, such as service calls; the launch waits for it."""
+        """Add background work, such as service calls; the launch starts and awaits the work."""
         self._follow_up.works.append(work)
 
     def register(self, handler: Handler, *, last: bool = False) -> None:
-        """Register an event handler with the present scope, before the others or after them."""
+        """Register an event handler with the present scope: called first, or last if ``last``."""
         place = len(self._handlers) if last else 0
         self._handlers.insert(place, _Registered(handler, self.context.moment()))
 
     def unregister(self, handler: Handler) -> None:
-        """Unregister an event handler.
+        """Unregister an event handler; raise ValueError if it is not registered.
 
         Raises:
             ValueError: The handler is not registered.
@@ -421,7 +418,7 @@ class Evaluation:
         return self.take_follow_up()
 
     def handle_timer(self, timer: LaunchTimer) -> FollowUp:
-        """Run the steps of a launch timer; return the steps that the supervisor is to execute."""
+        """Run a launch timer's steps unless cancelled; return the steps for the supervisor."""
         assert isinstance(timer, TimedSteps)
         if not timer.is_cancelled():
             with self._evaluating(), self.context.at(timer.moment):

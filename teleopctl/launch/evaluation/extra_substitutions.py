@@ -42,7 +42,7 @@ def _first_file(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def read_parameters(file: str) -> ParameterFile:
-    """Read a parameter file; errors name the parameter file instead of the launch file."""
+    """Return a parsed parameter file; errors name that file instead of the launch file."""
     from teleopctl.node import read_parameter_file
 
     path = resolve_uri(file).absolute()
@@ -64,7 +64,7 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
-    """Return the controllers that a parameter file defines, separated by spaces, in start order.
+    """Return the names of a parameter file's controllers as one text, in start order.
 
     The type of a controller is in the controller manager's section or in the controller's own
     section; ROS 2's spawner reads both. Broadcasters start first, so that states are published
@@ -124,7 +124,7 @@ def defines_controllers(file: ParameterFile) -> bool:
 
 
 def namespaces_of_managers(file: ParameterFile) -> list[str]:
-    """Return the namespaces in which a parameter file has sections of controller managers.
+    """Return the namespaces of a parameter file's controller managers, without wildcard ones.
 
     Sections with wildcards are left out, since they apply to any namespace.
     """

@@ -36,7 +36,7 @@ _QuotingDumper.add_representer(str, _represent_text)
 
 
 def infer_value(text: str) -> object:
-    """Convert a text to the YAML scalar or list that it denotes; other texts stay strings.
+    """Return the YAML scalar or list of one type that a text denotes; other texts unchanged.
 
     ``24`` is an integer, ``1e-3`` a float, ``true`` a boolean, ``[1, 2]`` a list, ``'24'`` a text.
     """
@@ -103,7 +103,7 @@ def convert(text: str, type_name: str) -> object:
 
 # Any: a parameter has one of nine types.
 def unify_types(items: list[Any]) -> list[Any]:
-    """Convert the items of a list parameter to one type: integers beside floats become floats.
+    """Return list items in one type: integers beside floats become floats; other mixes raise.
 
     Raises:
         LaunchError: The items have types that cannot be combined.

@@ -52,12 +52,12 @@ COMMANDS: Final[dict[str, tuple[str, ...]]] = {
 
 
 def find_command(name: str, path: str | None) -> str | None:
-    """Return the path of a command; its name if teleopctl brings a replacement; None if missing."""
+    """Return a command's path; just its name if teleopctl has a replacement; None if missing."""
     return shutil.which(name, path=path) or (name if name in COMMANDS else None)
 
 
 def replace_missing_command(words: Sequence[str], path: str | None) -> list[str]:
-    """Return a command line; a missing Gazebo or ROS command is replaced by teleopctl's own."""
+    """Return a command line; a Gazebo or ROS command not on the path becomes teleopctl's own."""
     name = words[0] if words else ""
     if name not in COMMANDS or shutil.which(name, path=path):
         return list(words)
@@ -65,7 +65,7 @@ def replace_missing_command(words: Sequence[str], path: str | None) -> list[str]
 
 
 def replace_missing_shell_command(line: str, path: str | None) -> str:
-    """Return a shell line; a missing Gazebo or ROS command is replaced by teleopctl's own."""
+    """Return a shell line; a Gazebo or ROS command not on the path becomes teleopctl's own."""
     import shlex
 
     name, space, rest = line.lstrip().partition(" ")
@@ -84,7 +84,7 @@ Value = TypeVar("Value")
 
 
 class ProcessBuilder:
-    """Evaluates ``node`` and ``executable`` actions of a launch to process plans.
+    """Builder of the plans of a launch's processes and components, by evaluation of actions.
 
     Args:
         context: State that substitutions are evaluated with.
@@ -112,7 +112,7 @@ class ProcessBuilder:
         return other
 
     def build(self, action: ProcessPart) -> ProcessPlan:
-        """Evaluate a ``node`` or ``executable`` action to a process plan.
+        """Return the process plan of a ``node`` or ``executable``; record both by process name.
 
         Raises:
             TeleopctlError: The package, the program or a parameter file does not exist, or a value
@@ -169,7 +169,7 @@ class ProcessBuilder:
         return plan
 
     def build_component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate a component to a plan for loading it; add its parameter files to `files`.
+        """Return the plan for loading a component; add its parameter files to `files`.
 
         Raises:
             TeleopctlError: A parameter file does not exist, or a value cannot be read.
@@ -202,14 +202,14 @@ class ProcessBuilder:
         return next((p for p in self._plans.values() if p.node_name == full_name), None)
 
     def notify_action(self, event: ProcessEvent) -> None:
-        """Call the event callback of the action that an event's process was made from."""
+        """Call the ``on_event`` callback, if any, of the action that made the event's process."""
         # The recorder has no action: it is not part of the launch file.
         action = self.actions.get(event.plan.name)
-        if action is not None and action.told is not None:
-            action.told(event)
+        if action is not None and action.on_event is not None:
+            action.on_event(event)
 
     def signals(self, event: SignalRequested) -> list[SignalPlan]:
-        """Return a signal to send to each process that a `SignalRequested` event selects."""
+        """Return a `SignalPlan` for each process that a `SignalRequested` event selects."""
         return [
             SignalPlan(name, event.number)
             for name, action in self.actions.items()

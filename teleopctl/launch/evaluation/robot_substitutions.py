@@ -42,7 +42,7 @@ AS_DESCRIBED = "as_described"
 
 
 def file_and_mappings(words: Sequence[str]) -> tuple[Path, dict[str, str]]:
-    """Split words such as ``FILE name:=value`` into description file and xacro arguments.
+    """Return the description file's path and the xacro arguments in words ``FILE name:=value``.
 
     The file may stand at any position, as on the command line of ``xacro``.
 
@@ -59,7 +59,7 @@ def file_and_mappings(words: Sequence[str]) -> tuple[Path, dict[str, str]]:
 
 
 def expand(words: Sequence[str], context: LaunchContext) -> str:
-    """Return the URDF of a description file, expanded with ``name:=value`` arguments.
+    """Return the URDF of the file in words ``FILE name:=value``, expanded with these arguments.
 
     Raises:
         TeleopctlError: An argument is not ``name:=value``, or the file cannot be expanded.
@@ -93,7 +93,7 @@ def _simulated_robot(words: Sequence[str], context: LaunchContext) -> str:
 
 
 def with_hardware(words: Sequence[str], context: LaunchContext) -> tuple[str, tuple[str, ...]]:
-    """Return a robot's URDF with simulated or other hardware, and remarks on what was changed."""
+    """Return a URDF with the simulator as hardware (unless ``as_described``), and remarks."""
     from teleopctl.robot import simulated
 
     file, hardware, *mappings = words
@@ -407,16 +407,12 @@ def _made_for(
 def chosen_controllers(
     model: Path, arguments: Mapping[str, str], folder: Path
 ) -> ChosenControllers | None:
-    """Return the controllers and parameter file that ``sim.yaml`` would choose for a robot.
+    """Return controllers and file that ``sim.yaml`` would choose; None without ``ros2_control``.
 
     Args:
         model: Path of the robot description.
         arguments: Arguments of ``sim.yaml`` and of the description, by name.
         folder: Folder for generated parameter files.
-
-    Returns:
-        The controllers with their parameter file, or None if the description has no
-        ``<ros2_control>``.
 
     Raises:
         TeleopctlError: The description or a controller file is invalid.

@@ -29,7 +29,7 @@ _COMMAND_TIMEOUT_S = 60.0
 
 
 class _Expression(Substitution):
-    """``$(eval …)``: one quoted argument is the expression, else what stands there.
+    """``$(eval …)``: evaluates a Python expression, quoted as one argument or without quotes.
 
     A second quoted argument lists modules. Only ``math`` is allowed, which every expression can
     use.

@@ -83,14 +83,14 @@ def evaluated_text(template: Template, context: LaunchContext) -> str:
 
 
 def evaluated_words(word: Template, context: LaunchContext) -> list[str]:
-    """Return a word of a command line, evaluated: several words for some substitutions.
+    """Return a command line word evaluated, as a list: several or none for some substitutions.
 
     Raises:
         TeleopctlError: Same as for `evaluated_text`.
     """
     text = evaluated_text(word, context)
     (part, *more) = word.parts or ("",)
-    if more or not isinstance(part, Call) or part.name not in plugins.LAUNCH_SUBSTITUTIONS.ours:
+    if more or not isinstance(part, Call) or part.name not in plugins.LAUNCH_SUBSTITUTIONS.builtin:
         return [text]
     substitution: Substitution = plugins.load(plugins.LAUNCH_SUBSTITUTIONS, part.name)
     return shlex.split(text) if substitution.words else [text]

@@ -37,7 +37,7 @@ class OutputStream:
         self._read: int | None = read
 
     def read(self) -> IO[bytes]:
-        """Open the end from which the child's output is read; the caller closes the file."""
+        """Return the reading end as a binary file, only once; the caller has to close the file."""
         assert self._read is not None
         read, self._read = self._read, None
         return os.fdopen(read, "rb")
@@ -51,7 +51,7 @@ class OutputStream:
 
 @contextmanager
 def stream(*, as_terminal: bool = False) -> Iterator[OutputStream]:
-    """Open a pipe, or a pseudo-terminal, for the ``with`` block in which a child is started."""
+    """Yield a new pipe or pseudo-terminal for a child's output; close the child's end later."""
     opened = OutputStream(*_terminal()) if as_terminal else OutputStream(*os.pipe())
     try:
         yield opened
@@ -124,7 +124,7 @@ class Child:
 
     @property
     def pid(self) -> int | None:
-        """Process id, also after the process has ended; None before the first start."""
+        """Process id of the last start, also after its end; None before the first start."""
         return None if self._process is None else self._process.pid
 
     @property
@@ -134,7 +134,7 @@ class Child:
 
     @property
     def exit_status(self) -> int | None:
-        """Exit status of the process, negative for a signal; None while it runs."""
+        """Exit status of the process, negative for a signal; None if the process has not ended."""
         return None if self._process is None else self._process.returncode
 
     @property
@@ -155,7 +155,7 @@ class Child:
 
     @property
     def ended_cleanly(self) -> bool:
-        """Whether the process ended with status 0, by Ctrl-C, or after a signal of the launch."""
+        """Whether the process ended with 0, by SIGINT, or, if the launch signalled, by SIGTERM."""
         status = self.exit_status
         if status == 0 or status in _ENDED_BY_INTERRUPT:
             return True
@@ -195,7 +195,7 @@ class Child:
         self._log = LogFile(self.log_file, partial(self._screen.log, "WARNING", "launch"))
 
     def relay_output(self) -> None:
-        """Start to relay the process's output to log and screen, until the process ends."""
+        """Start threads that copy the process's output to log and screen until the process ends."""
         threading.Thread(
             target=self._attend,
             args=(self._process, self._log),
@@ -204,7 +204,7 @@ class Child:
         ).start()
 
     def signal(self, number: signal.Signals) -> None:
-        """Send a signal to the process and its descendants, if the process is running."""
+        """Send a signal to the process group of the process, if the process is running."""
         process = self._process
         if process is None or process.poll() is not None:
             return

@@ -33,7 +33,7 @@ class EventLoop:
         return self._events.empty()
 
     def put(self, function: Callable[[], None]) -> None:
-        """Queue a function; other threads and signal handlers may call this."""
+        """Queue a function for the loop's thread; any thread or signal handler may call `put`."""
         self._events.put(function)
 
     def after(self, seconds: float, function: Callable[[], None]) -> None:
@@ -42,7 +42,7 @@ class EventLoop:
         heapq.heappush(self._timers, (due, next(self._numbers), function))
 
     def handle_next(self) -> None:
-        """Wait for the next queued function or timers that are due; call it or them."""
+        """Wait for and call the next queued function, or, with none queued, the due timed ones."""
         timeout = _LONGEST_WAIT_S
         if self._timers:
             left = max(0.0, self._timers[0][0] - time.monotonic())
@@ -93,7 +93,7 @@ class Timers:
         return bool(self._due or self._running_works)
 
     def pending(self) -> int:
-        """Return how many service calls are running and how many timers fire within 30 s.
+        """Return the number of running service calls plus that of timers due within 30 s.
 
         Any thread may call this.
         """

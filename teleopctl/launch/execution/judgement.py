@@ -41,7 +41,7 @@ class UpProcesses(NamedTuple):
 
 
 class Failure(NamedTuple):
-    """First failure of a process: time, process name and text."""
+    """Failure of one process of a launch: its time, the process's name, and a text."""
 
     time: float
     name: str
@@ -51,7 +51,7 @@ class Failure(NamedTuple):
 def find_up_processes(
     statuses: Sequence[ProcessStatus], new_nodes: Mapping[str, list[str]], graph: Graph
 ) -> UpProcesses:
-    """Return which processes are up, by their nodes in the graph and their progress files.
+    """Return which processes are up and which wait for topics, by graph and progress files.
 
     Args:
         statuses: States of all processes of the launch.
@@ -177,7 +177,7 @@ def refusal_text(error: TeleopctlError) -> str:
 
 
 def describe_exit(exit_status: int | None) -> str:
-    """Return the end of a process in words, such as ``exited 1`` or ``killed by SIGSEGV``."""
+    """Return a process's end in words: ``exited 1``, ``killed by SIGSEGV``; ``killed`` for None."""
     if exit_status is None:
         return "killed"
     if exit_status >= 0:
@@ -189,7 +189,7 @@ def describe_exit(exit_status: int | None) -> str:
 
 
 def log_tail(log_file: Path, lines: int = _TAIL_LINES) -> str:
-    """Return the last lines of a log file, indented, or a note that there are none."""
+    """Return the last 15 (or ``lines``) lines of a log file, indented; a note if it has none."""
     try:
         text = log_file.read_text(encoding="utf-8", errors="replace")
     except OSError as error:

@@ -38,8 +38,8 @@ _LOOK_EVERY_S = 0.05
 _SHOWN_EVERY_S = 3.0
 # A process that waits for a topic without publishers counts as up after this time, in seconds: the
 # graph may not show an existing publisher yet.
-_SETTLED_AFTER_S = 0.5
-_SETTLED_ANYWAY_S = 3.0
+_STABLE_AFTER_S = 0.5
+_LONGEST_UNSTABLE_S = 3.0
 
 
 class NewNodes:
@@ -73,7 +73,7 @@ class NewNodes:
         close_session(self._session)
 
     def names_by_session(self, graph: Graph) -> dict[str, list[str]]:
-        """Return the full names of new nodes in a graph, grouped by Zenoh session."""
+        """Return full names of new nodes in a graph by Zenoh session, without hidden nodes."""
         found: dict[str, list[str]] = {}
         for node in graph.nodes:
             if node.zid not in self._known_sessions and not node.is_hidden:
@@ -94,16 +94,16 @@ class RunningLaunch(Protocol):
     """Interface of a launch that runs in this process; all methods are thread-safe."""
 
     def statuses(self) -> list[ProcessStatus]:
-        """Return the state of each process."""
+        """Return the state of each process of the launch."""
 
     def pending(self) -> int:
-        """Return the number of timers that are due soon."""
+        """Return the number of running service calls plus that of timers due within 30 s."""
 
     def log(self, level: str, text: str, shown: str | None = None) -> None:
-        """Log a line in the launch's name; level ERROR makes the launch fail."""
+        """Log a line in the launch's name; level ERROR makes the launch's exit status 1."""
 
 
-class _Settled:
+class _StableCondition:
     """Check that a condition has held while the graph did not change, or for a long time."""
 
     def __init__(self) -> None:
@@ -111,7 +111,7 @@ class _Settled:
         self._began = self._since = 0.0
 
     def holds(self, condition: bool, graph: Graph) -> bool:
-        """Return whether a condition has been true for half a second without a new graph, or 3 s.
+        """Return whether the condition held for 0.5 s without a graph change, or 3 s in all.
 
         On a busy machine, the publisher may appear late in the graph, among other changes.
         """
@@ -123,7 +123,7 @@ class _Settled:
             self._began = now
         if graph is not self._graph:
             self._graph, self._since = graph, now
-        return now - self._since >= _SETTLED_AFTER_S or now - self._began >= _SETTLED_ANYWAY_S
+        return now - self._since >= _STABLE_AFTER_S or now - self._began >= _LONGEST_UNSTABLE_S
 
 
 class _Wait:
@@ -141,8 +141,8 @@ class _Wait:
         self._shown = ""
         self._shown_at_s = 0.0
 
-    def look(self, signs: object, pids: Iterable[int], starting: Iterable[str]) -> str:
-        """Record signs of progress; return why to stop waiting, or an empty text to wait on.
+    def update(self, signs: object, pids: Iterable[int], starting: Iterable[str]) -> str:
+        """Note progress and show what still starts; return why to stop waiting, or an empty text.
 
         Args:
             signs: See `ProgressMonitor.update`.
@@ -171,7 +171,7 @@ def wait_for_node(
     timeouts: StartTimeouts,
     show: Callable[[str], None],
 ) -> list[str]:
-    """Wait until a node started in the background is up; return the full names of its nodes.
+    """Wait until a background node is up; return its node names, none if it ended with status 0.
 
     Args:
         new_nodes: Watcher of the graph, created before the process was started.
@@ -179,15 +179,12 @@ def wait_for_node(
         timeouts: Maximum times in total and without progress.
         show: Called now and then with a line about the present step of the process.
 
-    Returns:
-        The full names of the process's nodes; empty when the process has finished with status 0.
-
     Raises:
         LaunchError: The process died, reported a failure, or made no progress; the message has the
             reason or the end of its log.
     """
     graph = new_nodes.snapshot()
-    settled = _Settled()
+    stable = _StableCondition()
     wait = _Wait(timeouts, show)
     hint = f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`."
     while True:
@@ -205,13 +202,13 @@ def wait_for_node(
             raise LaunchError(f"{record.name}: {said.detail}", hint=f"It keeps running. {hint}")
         nodes = sorted(next(iter(new_nodes.names_by_session(graph).values()), []))
         waits = state == progress.WAITING and not graph.publishers(said.detail if said else "")
-        if nodes and (state in (progress.STARTED, progress.READY) or settled.holds(waits, graph)):
+        if nodes and (state in (progress.STARTED, progress.READY) or stable.holds(waits, graph)):
             return nodes
         work = reported_step(record.log_file)
         if not work:
             work = "" if nodes else "its node has not appeared in the graph"
         signs = (progress_marker(record.log_file), nodes)
-        if reason := wait.look(signs, [record.pid], [_with_work(record.name, work)]):
+        if reason := wait.update(signs, [record.pid], [_with_work(record.name, work)]):
             raise LaunchError(
                 f"{reason}\n{log_tail(record.log_file)}", hint=f"It keeps running. {hint} {_LONGER}"
             )
@@ -226,7 +223,7 @@ def wait_for_launch(
     timeouts: StartTimeouts,
     show: Callable[[str], None],
 ) -> None:
-    """Wait until all processes of a background launch are up, and report each.
+    """Wait until a background launch is up; call ``on_up`` for each process, raise if one fails.
 
     Args:
         new_nodes: Watcher of the graph, created before the launch was started.
@@ -244,7 +241,7 @@ def wait_for_launch(
     """
     folder = status.folder_of(record)
     graph = new_nodes.snapshot()
-    settled = _Settled()
+    stable = _StableCondition()
     wait = _Wait(timeouts, show)
     reported: set[str] = set()
     warned = False
@@ -261,7 +258,7 @@ def wait_for_launch(
         up = find_up_processes(statuses, new_nodes.names_by_session(graph), graph)
         names = dict(up.names)
         all_here = len(names) + len(up.waiting) == len(statuses)
-        if settled.holds(all_here and bool(up.waiting) and failure is None, graph):
+        if stable.holds(all_here and bool(up.waiting) and failure is None, graph):
             names.update((process.name, process.node_name) for process in statuses)
         for process in statuses:
             if process.name in names and process.name not in reported:
@@ -283,7 +280,7 @@ def wait_for_launch(
                 f"The launch ended while it was starting:\n{log_tail(record.log_file)}"
             )
         starting = [process for process in statuses if process.name not in names]
-        if reason := wait.look(
+        if reason := wait.update(
             _signs(record, published, starting, pending),
             _workers(record, statuses, starting),
             _what_starts(record, starting, up.waiting, pending),
@@ -370,7 +367,7 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
 
     def watch() -> None:
         graph = new_nodes.snapshot()
-        settled = _Settled()
+        stable = _StableCondition()
         while not ended.is_set():
             now = launch.statuses()
             failure = first_failure(now)
@@ -381,7 +378,7 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
                 if not any(process.state == "died" for process in now):
                     launch.log("ERROR", failure.text)
                 return
-            if complete and not launch.pending() and (not up.waiting or settled.holds(True, graph)):
+            if complete and not launch.pending() and (not up.waiting or stable.holds(True, graph)):
                 running = [process for process in now if process.state == "running"]
                 if running:
                     text, pages = _what_is_up_now(running), addresses(running)

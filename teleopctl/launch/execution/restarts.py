@@ -25,7 +25,7 @@ class Watcher(Protocol):
 
 
 class Restarts:
-    """Restarts processes of a launch after a change of their source files.
+    """Manager of the restarts of a launch's processes after changes of their source files.
 
     Neither ``respawn`` nor ``on_exit`` nor a handler of the launch file responds to a restart. A
     process that dies after a restart waits for the next save, since the last one may have broken
@@ -90,7 +90,7 @@ class Restarts:
         self._screen.log(level, _LAUNCH, text)
 
     def evaluating(self) -> AbstractContextManager[None]:
-        """Let signals interrupt the ``with`` block, in which code of a launch file runs."""
+        """Return a context for launch file code, which a signal ends early without an exception."""
         return self._interrupts.interruptible()
 
     def plans(self) -> list[ProcessPlan]:
@@ -98,7 +98,7 @@ class Restarts:
         return [child.plan for child in self._children]
 
     def restart(self, plan: ProcessPlan) -> None:
-        """End a process, and start it again with a new plan.
+        """Restart the process of the plan's name with that plan, unless stopped by the user.
 
         A process that has ended is started; a process that the user has stopped is not.
         """
@@ -112,7 +112,7 @@ class Restarts:
             self._begin(child, plan)
 
     def restart_ended(self, child: Child) -> bool:
-        """Start a process again if it ended for a restart; return whether that was so."""
+        """Start a process again if it was terminated for a restart; return False if it was not."""
         plan = self._due.pop(child, None)
         if plan is None:
             return False
@@ -120,14 +120,14 @@ class Restarts:
         return True
 
     def waits_for_save(self, child: Child) -> bool:
-        """Return whether a process that died after a restart waits for the next save."""
+        """Return whether a died process was restarted before, so waits for a save; log it if so."""
         if child not in self._made:
             return False
         self.log("INFO", f"{child.plan.name} waits for the next save")
         return True
 
     def keeps_launch_alive(self) -> bool:
-        """Return whether the launch continues without processes, to wait for a save."""
+        """Return whether file watching keeps a launch without processes alive; log that once."""
         if self._watcher is None:
             return False
         if not self._said_what_it_waits_for:

@@ -48,7 +48,7 @@ class Running(NamedTuple):
 def running(
     folder: Path | None = None, *, include_ended: bool = False, include_foreground: bool = False
 ) -> list[Running]:
-    """Return the processes in the background, each launch followed by its processes.
+    """Return background nodes and launches, each launch followed by its running processes.
 
     Args:
         folder: Runtime folder with the records; by default the user's.
@@ -150,7 +150,7 @@ def _orphans(folder: Path | None) -> list[Running]:
 def find_running(
     name: str, *, include_ended: bool = False, include_foreground: bool = False
 ) -> list[Running]:
-    """Return the processes in the background with a name: of the record, node or executable.
+    """Return the background processes of a record, else node, else executable name; or raise.
 
     Names of a process that a launch started are ``exec-N``, ``launch/exec-N``, its executable's
     name, and its node's name.
@@ -203,7 +203,7 @@ def stop_running(record: ProcessRecord) -> None:
 
 @contextmanager
 def started_in_background(start: Callable[[], ProcessRecord]) -> Iterator[ProcessRecord]:
-    """Start a process in the background; on Ctrl-C in the ``with`` block, stop it again.
+    """Start a background process and yield its record; on Ctrl-C in the block, stop the process.
 
     Args:
         start: Function that starts the process and returns its record at once.

@@ -93,7 +93,7 @@ class LineFormat:
         self.reset()
 
     def reset(self) -> None:
-        """Set the default format, or that of the environment variable."""
+        """Set the default format, or the one in the environment variable if that is set."""
         self._text = self._names["default"]
         self._formatter: Formatter | None = None
         if os.environ.get(self._variable):
@@ -208,7 +208,7 @@ class Screen:
             self._write(process_line(name, line) if self._coloured else _prefixed(name, line))
 
     def close(self) -> None:
-        """Close the log file."""
+        """Close the log file, if there is one."""
         if self._log is not None:
             self._log.close()
 

@@ -75,7 +75,7 @@ class ProcessStatus(NamedTuple):
 
 
 def status_of(child: Child, start: StartTime) -> ProcessStatus:
-    """Return the present state of a child process."""
+    """Return the present state of a child process; ``start`` is the process's start time."""
     state: State = "waiting"
     if child.is_running:
         state = "running"
@@ -128,7 +128,7 @@ def read(folder: Path) -> list[ProcessStatus] | None:
 
 
 def pending(folder: Path) -> int:
-    """Return the number of pending timers and service calls in a launch's status file, or 0."""
+    """Return the count of timers due soon and running calls in a launch's status file, else 0."""
     try:
         return int(_document(folder)["pending"])
     except (OSError, ValueError, LookupError, TypeError):
@@ -192,7 +192,7 @@ def mark_stopped(folder: Path, name: str) -> None:
 
 
 def is_marked_stopped(folder: Path, name: str) -> bool:
-    """Return whether the user stopped a process."""
+    """Return whether `mark_stopped` has recorded that the user stopped a process."""
     return (folder / f"{_STOP_PREFIX}{name}").exists()
 
 
@@ -203,7 +203,7 @@ def mark_death_shown(folder: Path, name: str) -> None:
 
 
 def is_death_shown(folder: Path, name: str) -> bool:
-    """Return whether the reason of a process's death was shown to the user."""
+    """Return whether `mark_death_shown` was called for a process: the user saw why it died."""
     return (folder / f"{_SHOWN_PREFIX}{name}").exists()
 
 
@@ -223,7 +223,7 @@ class LaunchStatus(Protocol):
         """Return the state of each process of the launch."""
 
     def pending(self) -> int:
-        """Return how many service calls are running and how many timers fire soon."""
+        """Return the number of running service calls plus that of timers due within 30 s."""
 
 
 class StatusWriter:

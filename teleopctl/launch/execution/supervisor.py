@@ -41,7 +41,7 @@ _LOOK_EVERY_S = 0.02
 
 
 class Supervisor:
-    """Runs the processes of a launch plan until all have ended or a shutdown is requested.
+    """Runner of a launch plan: starts processes, handles events, and shuts down at the end.
 
     Args:
         plan: Plan of the launch, whose log folder and files have been written.
@@ -110,11 +110,11 @@ class Supervisor:
         ]
 
     def pending(self) -> int:
-        """Return how many service calls are running and how many timers fire soon."""
+        """Return the number of running service calls plus that of timers due within 30 s."""
         return self._timers.pending()
 
     def log(self, level: str, text: str, shown: str | None = None) -> None:
-        """Log a line in the launch's name; level ERROR makes the launch fail; thread-safe.
+        """Log a line unless the launch shuts down; ERROR makes its exit status 1; thread-safe.
 
         Args:
             level: Log level, such as ``INFO``.
@@ -154,9 +154,9 @@ class Supervisor:
 
     @property
     def ros2_exit_status(self) -> int:
-        """Exit status of ``ros2 launch``: 0 also when processes died or after Ctrl-C, else 1.
+        """Exit status as of ``ros2 launch``: 1 after a launch error or a signal but SIGINT, else 0.
 
-        1 when the launch itself failed, or a signal other than Ctrl-C ended it; otherwise 0.
+        A process that died does not count.
         """
         was_ended = self._interrupts.first not in (None, signal.SIGINT)
         return int(self._failed_itself or was_ended)

@@ -33,7 +33,7 @@ class ProcessTerminator:
         self._screen = screen
 
     def terminate(self, child: Child) -> None:
-        """Send SIGINT to a process, and later SIGTERM and SIGKILL while the process still runs."""
+        """Send SIGINT to a process not signalled yet; if it still runs, SIGTERM, then SIGKILL."""
         if not child.was_signalled:
             child.signal(STEPS[0])
             self._loop.after(
@@ -71,7 +71,7 @@ _SAME_REQUEST_S = 1.0
 
 
 class LaunchSignals:
-    """Signal handlers of a launch: SIGINT shuts it down; repeated, SIGTERM, then SIGKILL.
+    """Handlers of SIGINT, SIGTERM, SIGHUP: end the launch; repeated, send SIGTERM, then SIGKILL.
 
     Args:
         loop: Event loop on whose thread the functions below are called.
@@ -119,7 +119,7 @@ class LaunchSignals:
 
     @contextmanager
     def interruptible(self) -> Iterator[None]:
-        """Let a signal interrupt the ``with`` block, in which code of a launch file runs."""
+        """Let a signal end the ``with`` block of launch file code early, without an exception."""
         try:
             self._is_interruptible = True
             yield

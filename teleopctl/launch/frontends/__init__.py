@@ -12,7 +12,7 @@ from teleopctl.launch.model.element import Element
 
 
 def read_launch_file(path: Path) -> LaunchFile:
-    """Read a launch file with the reader that is registered for its suffix.
+    """Return a launch file's path and steps, by the reader registered for its suffix.
 
     Raises:
         TeleopctlError: The file cannot be read or is no valid launch file. The message names file

@@ -24,7 +24,7 @@ from teleopctl.launch.model.template import literal
 
 
 def launch_file(path: Path, actions: Element, deprecated: Element | None = None) -> LaunchFile:
-    """Return the steps of a launch file from its parsed list of actions.
+    """Return the path and the steps of a launch file, from its parsed list of actions.
 
     Args:
         path: Path of the launch file.
@@ -49,7 +49,7 @@ def _steps(element: Element) -> tuple[Step, ...]:
 
 
 def read_step(name: str, content: Element) -> Step:
-    """Return the action of one launch file entry, with its conditions and place.
+    """Return one launch file entry as a `Step`: its action, conditions and place.
 
     Args:
         name: Name of the action.

@@ -32,9 +32,9 @@ class Attribute(Element):
     __slots__ = ()
     noun = "attribute"
 
-    def items(self, what: str) -> Iterator[Element]:
+    def items(self, expected: str) -> Iterator[Element]:
         """Yield the items of an attribute that ``NAME-sep`` splits; raise for other attributes."""
-        del what  # describes YAML
+        del expected  # describes YAML
         if not isinstance(self.value, list):
             name = self.path.rpartition(".")[2]
             raise self.error(f"expected tags <{name}>, got an attribute with {self.describe()}")
@@ -316,7 +316,7 @@ def _is_of_ros_2(tag: XmlTag) -> bool:
 
 
 def parse_file(path: Path) -> LaunchFile:
-    """Read an XML launch file, and return its steps.
+    """Read an XML launch file, and return its path and steps; raise for one of ROS 1.
 
     Attributes of ``<launch>`` itself are ignored, as in ROS 2, except ``deprecated``.
 

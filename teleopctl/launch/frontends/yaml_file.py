@@ -27,7 +27,7 @@ def _load(path: Path) -> Element:
 
 
 def parse_yaml(text: str, path: Path) -> Element:
-    """Parse the text of a YAML file, and return its root value with line numbers.
+    """Parse the text of a YAML file; return its root as an `Element` with line numbers.
 
     Raises:
         LaunchError: The text is not YAML; the message has the line.
@@ -67,7 +67,7 @@ def _element(loader: Any, node: yaml.Node, file: Path, path: str, depth: int) ->
 
 
 def parse_file(path: Path) -> LaunchFile:
-    """Read a YAML launch file, and return its steps.
+    """Read a YAML launch file, and return its path and steps.
 
     Raises:
         TeleopctlError: The file cannot be read or is no valid launch file. The message names file,

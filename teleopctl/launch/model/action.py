@@ -88,7 +88,7 @@ class Entity:
         return None if element is None else element.template()
 
     def pairs(self, key: str, first: str, second: str) -> tuple[tuple[Template, Template], ...]:
-        """Return two keys' unevaluated texts in each mapping of a list; empty without the list."""
+        """Return the ``first`` and ``second`` texts of each mapping in a key's list, if any."""
         element = self._fields.get(key)
         if element is None:
             return ()
@@ -138,10 +138,9 @@ class Action:
         raise NotImplementedError
 
     def evaluate(self, launch: Launch) -> Iterable[Action] | None:
-        """Execute the action: change the launch's scope, add processes, or run follow_up steps.
+        """Execute the action: change scope, add processes, run steps; return more actions or None.
 
-        Returns:
-            Actions to evaluate after this one, or None.
+        The actions that it returns are evaluated after this one.
 
         Raises:
             TeleopctlError: The action fails; the caller puts file and line before the message.
@@ -200,19 +199,19 @@ class Launch(Protocol):
 
     @property
     def event(self) -> object | None:
-        """The event that is being handled; None while the launch files are evaluated."""
+        """The event whose handlers run; None otherwise, such as before the start or in a timer."""
 
     def text(self, text: Template) -> str:
         """Return the text of a template with all substitutions evaluated."""
 
     def environment_value(self, name: str) -> str | None:
-        """Return an environment variable for a process started at this point; None if unset."""
+        """Return an environment variable's value for processes started now; None if unset."""
 
     def run(self, steps: tuple[Step, ...]) -> None:
         """Evaluate steps in order, skipping those whose conditions do not hold."""
 
     def run_action(self, action: Action) -> None:
-        """Evaluate an action, and the actions that it returns, without a place in a launch file."""
+        """Evaluate an action and the actions that it returns; errors get no file and line here."""
 
     def scoped(self) -> AbstractContextManager[None]:
         """Restore the scope (configurations, environment …) at the end of the ``with`` block."""
@@ -221,16 +220,16 @@ class Launch(Protocol):
         """Read and evaluate another launch file."""
 
     def declare(self, name: str) -> None:
-        """Record that the launch file declares an argument; only others go to the robot's xacro."""
+        """Record an argument as declared by the current launch file, not to be passed to xacro."""
 
     def log(self, level: str, message: str, logger: str = "launch.user") -> None:
-        """Log a line with a level under a logger's name."""
+        """Queue a log line with level and logger name, written after the present evaluation."""
 
     def start(self, process: ProcessPart) -> ProcessPlan:
-        """Evaluate a ``node`` or ``executable`` to a plan, and add its process to the launch."""
+        """Return a ``node`` or ``executable``'s plan; its process starts after the evaluation."""
 
     def component(self, part: ComponentPart) -> ComponentPlan:
-        """Evaluate a component's description to a plan for loading it."""
+        """Return the plan for loading a component, evaluated from its description."""
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
         """Return the plan of the process that runs a node, by the node's full name; or None."""
@@ -246,16 +245,16 @@ class Launch(Protocol):
         *,
         outlives_shutdown: bool = False,
     ) -> None:
-        """Run steps after a delay, in the present scope, unless they are cancelled."""
+        """Add a timer that runs steps after a delay in a copy of the scope, unless cancelled."""
 
     def work(self, work: Work) -> None:
-        """Start work beside the processes, such as service calls; the launch waits for it."""
+        """Add background work, such as service calls; the launch starts and awaits the work."""
 
     def register(self, handler: Handler, *, last: bool = False) -> None:
-        """Register an event handler with the present scope, before the others or after them."""
+        """Register an event handler with the present scope: called first, or last if ``last``."""
 
     def unregister(self, handler: Handler) -> None:
-        """Unregister an event handler.
+        """Unregister an event handler; raise ValueError if it is not registered.
 
         Raises:
             ValueError: The handler is not registered.
@@ -289,7 +288,7 @@ class Handler(Protocol):
         """Return whether the handler responds to an event."""
 
     def respond(self, event: object, launch: Launch) -> Iterable[Step]:
-        """Handle an event, and return the steps to run; none for events of others."""
+        """Handle a launch event; return the steps to run, none if the handler ignores the event."""
 
 
 exposed_actions: dict[str, Callable[[str, Element], Step]] = {}

@@ -149,7 +149,7 @@ class ProcessPart:
         sigterm_timeout: Seconds from SIGINT to SIGTERM, or None for 5.
         sigkill_timeout: Seconds from SIGTERM to SIGKILL, or None for 5.
         origin: Object of the front end that created this, for the front end's own use.
-        told: Called with each event of the process, except output, before event handlers.
+        on_event: Called with each event of the process, except output, before event handlers.
     """
 
     node: NodePart | None = None
@@ -171,4 +171,4 @@ class ProcessPart:
     sigkill_timeout: Template | None = None
     origin: object = None
     # object: an event, whose class is in a higher layer.
-    told: Callable[[object], None] | None = None
+    on_event: Callable[[object], None] | None = None

@@ -68,7 +68,7 @@ class Element:
         return next(iter(fields.items()))
 
     def typed(self) -> Element:
-        """Return the element with its value as YAML types it; XML parses the text first."""
+        """Return the element itself, whose value YAML has typed; XML attributes parse a text."""
         return self
 
     def flag(self) -> bool:
@@ -82,28 +82,28 @@ class Element:
             raise self.error(f"expected true or false, got {self.describe()}")
         return value
 
-    def mapping(self, what: str) -> dict[str, Element]:
-        """Return the value as a mapping; raise for anything else.
+    def mapping(self, expected: str) -> dict[str, Element]:
+        """Return the value if it is a mapping; else raise an error that names ``expected``.
 
         Raises:
             TeleopctlError: The value is not a mapping.
         """
         if not isinstance(self.value, dict):
-            raise self.error(f"expected {what}, got {self.describe()}")
+            raise self.error(f"expected {expected}, got {self.describe()}")
         return self.value
 
-    def items(self, what: str) -> Iterator[Element]:
-        """Yield the items of the value as a list; raise for anything else.
+    def items(self, expected: str) -> Iterator[Element]:
+        """Yield the items if the value is a list; else raise an error that names ``expected``.
 
         Raises:
             TeleopctlError: The value is not a list.
         """
         if not isinstance(self.value, list):
-            raise self.error(f"expected {what}, got {self.describe()}")
+            raise self.error(f"expected {expected}, got {self.describe()}")
         yield from self.value
 
     def text(self) -> str:
-        """Return the value as a string; booleans as ``true`` and ``false``.
+        """Return a scalar as a string, booleans as ``true`` or ``false``; raise for other values.
 
         Raises:
             TeleopctlError: The value is not a scalar.
@@ -115,7 +115,7 @@ class Element:
         raise self.error(f"expected a text, got {self.describe()}")
 
     def template(self) -> template.Template:
-        """Parse the value as a template with substitutions.
+        """Return the value as a template with substitutions; numbers and booleans as literal text.
 
         Raises:
             TeleopctlError: The value is not a scalar, or its substitutions are malformed.

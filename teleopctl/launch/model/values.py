@@ -43,7 +43,7 @@ def flag(text: str) -> bool:
 
 
 def boolean(text: str) -> bool:
-    """Convert a text to a boolean: YAML's words for true and false, or 1 or 0.
+    """Convert a text to a boolean: true, yes, on, 1, or false, no, off, 0; raise for others.
 
     Raises:
         LaunchError: The text is none of these.
@@ -85,7 +85,7 @@ def integer(text: str) -> int:
 
 # object: a scalar, or a list of scalars.
 def typed(text: str) -> object:
-    """Convert a text to the YAML scalar or list of scalars that it denotes, else return it."""
+    """Return the YAML scalar or list of scalars that a text denotes; other texts unchanged."""
     # Skips the parser for robot descriptions, which are long and never scalars.
     if "\n" in text.strip():
         return text

@@ -23,7 +23,7 @@ from tests.viewer.displays.test_points import cloud
 
 # Any stands for messages, and for viser's handles of any kind.
 
-DISPLAYS = tuple(plugins.DISPLAYS.ours)
+DISPLAYS = tuple(plugins.DISPLAYS.builtin)
 # What displays listen to besides their topic, by how its name ends.
 BESIDES = {
     "_updates": "map_msgs/msg/OccupancyGridUpdate",

@@ -84,7 +84,7 @@ class ExecuteLocal(Action):
             "respawn_delay": optional(respawn_delay),
             "respawn_max_retries": optional(respawn_max_retries),
             "emulate_tty": optional(emulate_tty) if emulate_tty else None,
-            "told": self._told,
+            "on_event": self._on_event,
         }
         # The launch has a variable of that name, which `ros2 launch` sets.
         self._sigterm_timeout = _seconds(sigterm_timeout, "sigterm_timeout")
@@ -225,7 +225,7 @@ class ExecuteLocal(Action):
         self._written["stdout" if event.from_stdout else "stderr"].append(event.text)
 
     # object: an event of the model.
-    def _told(self, event: object) -> None:
+    def _on_event(self, event: object) -> None:
         """Take in what has happened to the process."""
         if isinstance(event, ProcessStarted):
             self._pid = event.pid
