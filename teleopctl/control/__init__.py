@@ -1,13 +1,12 @@
 """ros2_control in Python: hardware components, controllers and the controller manager.
 
 Classes and methods have the names of hardware_interface, controller_interface, controller_manager
-and realtime_tools, so that what is written about those holds here. A controller derives from
-``ControllerInterface``, or from ``ChainableControllerInterface`` where others may command it, and
-hardware from ``HardwareComponentInterface``. The manager runs in a process as a
-``ControllerManagerNode``; another process calls it by a ``ControllerManagerClient``.
+and realtime_tools, so that their documentation applies here. A controller derives from
+``ControllerInterface``, or from ``ChainableControllerInterface`` if other controllers may command
+it, and hardware from ``HardwareComponentInterface``. The manager runs in a process as a
+``ControllerManagerNode``; another process calls the manager by a ``ControllerManagerClient``.
 
-May import `interfaces`, `node`, `robot` and `tf`, besides `base`, `errors`, `packages` and
-`plugins`.
+May import `base`, `errors`, `interfaces`, `node`, `packages`, `plugins`, `robot` and `tf`.
 """
 
 from __future__ import annotations

@@ -1,7 +1,7 @@
 """Chains of controllers: which commands which, and which reads whose exported states.
 
-In ros2_control's words the controller that commands *precedes*, and the one whose references it
-commands *follows*. An interface is a controller's own where its name begins with the controller's.
+In ros2_control's terms, a *preceding* controller commands the references of a *following* one. An
+interface belongs to a controller if its name begins with the controller's name.
 """
 
 from __future__ import annotations
@@ -24,8 +24,8 @@ class Chains:
     """Chains of the configured controllers, by the interfaces that they export and require.
 
     Args:
-        controllers: The loaded controllers by name.
-        resources: The resource manager, whose interfaces are those of hardware.
+        controllers: Loaded controllers by name.
+        resources: Resource manager with the interfaces of the hardware.
     """
 
     def __init__(
@@ -80,7 +80,7 @@ class Chains:
     def chain_connections(self, spec: ControllerSpec) -> dict[str, list[str]]:
         """Return the names of the references that a controller commands, by exporting controller.
 
-        The references are named without their controllers.
+        The names of the references are without the controller's name.
         """
         found: dict[str, list[str]] = {}
         for interface in spec.required_command_interfaces:
@@ -91,11 +91,11 @@ class Chains:
     def in_update_order(self) -> list[ControllerSpec]:
         """Return all controllers, each before those it commands and after those it reads.
 
-        A controller that both commands another one and reads its states comes before it.
+        A controller that both commands another controller and reads its states is before it.
         Controllers without a chain keep their order.
 
         Raises:
-            ChainCycleError: There is no such order.
+            ChainCycleError: Controllers command each other in a cycle.
         """
         graph: dict[str, list[str]] = {name: [] for name in self._controllers}
         specs = list(self._controllers.values())
@@ -120,7 +120,7 @@ class Chains:
         """Return the reason why a switch cannot activate a controller; None if it can.
 
         Args:
-            spec: The controller.
+            spec: Controller to activate.
             starting: Controllers that the same switch activates.
             stopping: Controllers that the same switch deactivates.
         """

@@ -21,15 +21,15 @@ from teleopctl.node import (
 )
 
 STRICT = 2
-# The graph wakes a thread that waits for a service; the manager's log is checked this often.
+# The graph wakes a thread that waits for a service; the manager's log is polled with this period.
 _POLL_PERIOD_S = 0.1
-# After so long without a response, check whether the manager's process runs at all: a call that
+# Time without a response after which to check that the manager's process runs at all: a call that
 # runs users' controllers and hardware may take longer.
 _NOT_FROZEN_S = 4.0
 # The graph wakes a thread that waits for a restart; Windows delivers signals to running threads.
 _WAKE_PERIOD_S = 1.0
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: message classes are generated at run time from definitions.
 
 
 class ControllerManagerUnavailableError(UnavailableError):
@@ -40,10 +40,10 @@ class ControllerManagerClient:
     """Client of a controller manager's services, with retries and logged error causes.
 
     Args:
-        node: The node that sends the requests.
-        manager: The manager's name; a relative one is in the node's namespace.
-        call_timeout: Seconds for one attempt of one call.
-        attempts: How often a call is tried.
+        node: Node that sends the requests.
+        manager: Name of the controller manager; a relative name is in the node's namespace.
+        call_timeout: Timeout of each attempt of a call, in seconds.
+        attempts: Number of attempts for each call.
     """
 
     def __init__(
@@ -70,13 +70,13 @@ class ControllerManagerClient:
         """Wait until the controller manager offers its services; raise when the time is over.
 
         Args:
-            timeout: Seconds; 0 waits for ever.
-            log_waiting: Whether to log on the node's logger what is being waited for.
+            timeout: Time limit in seconds; 0 waits for ever.
+            log_waiting: Whether to log the awaited service on the node's logger.
 
         Raises:
             ControllerManagerUnavailableError: The time is over, or the manager refuses the robot
                 description, without which it has no services.
-            ExternalShutdownException: The context was shut down meanwhile.
+            ExternalShutdownException: The context was shut down while waiting.
         """
         client, service = self._list_client, f"{self.name}/list_controllers"
         deadline = time.monotonic() + timeout if timeout else None
@@ -84,7 +84,7 @@ class ControllerManagerClient:
         while True:
             if client.service_is_ready():
                 return
-            log = self._log  # subscribes before the log line, which may lead a user to interrupt
+            log = self._log  # subscribes before the log line, after which a user may interrupt
             if log_waiting:
                 logger.info(f"waiting for service {service} to become available...")
             left = 10.0 if deadline is None else min(10.0, deadline - time.monotonic())
@@ -127,7 +127,7 @@ class ControllerManagerClient:
         """Wait until a Zenoh session other than the given ones offers the manager's services.
 
         Raises:
-            ExternalShutdownException: The context was shut down meanwhile.
+            ExternalShutdownException: The context was shut down while waiting.
         """
         context = self._node.context
         while not context.wait_for_change(lambda: bool(self.sessions() - sessions), _WAKE_PERIOD_S):
@@ -184,8 +184,8 @@ class ControllerManagerClient:
             fields: Fields of the request.
 
         Raises:
-            ControllerManagerUnavailableError: There is no response; for a suspended process of the
-                manager this is raised after five seconds.
+            ControllerManagerUnavailableError: No response arrived; if the manager's process is
+                suspended, raised after five seconds.
         """
         full_type = type_name if "/" in type_name else f"controller_manager_msgs/srv/{type_name}"
         client = self._client(service, full_type)

@@ -9,9 +9,9 @@ from typing import Any
 from teleopctl.errors import InvalidFileError
 from teleopctl.node import ParameterFile, read_parameter_file
 
-# Any stands for parameters: one has one of nine types, and files decide which.
+# Any: a parameter has one of nine types, which depends on the file.
 
-# Parameters of the controller manager, below the controller's name, that a file may give.
+# Parameters of the controller manager, below the controller's name, that a file may set.
 _FROM_FILES = ("type", "fallback_controllers")
 MANAGER_PARAMETERS = frozenset((*_FROM_FILES, "params_file", "node_options_args"))
 """Parameters below a controller's name that are the controller manager's own."""
@@ -23,13 +23,13 @@ def controller_load_parameters(
     """Return ``type``, ``fallback_controllers`` and ``params_file`` of a controller from files.
 
     Args:
-        controller: The controller's name.
-        manager: The manager's full name; its namespace is the controller's too.
-        files: Parameter files, later ones win.
+        controller: Name of the controller.
+        manager: Full name of the manager; its namespace is that of the controller, too.
+        files: Paths of parameter files; later files have precedence.
 
     Returns:
-        Values by name, without the controller's: ``params_file`` and what a file says of it in
-        its own section or in the manager's.
+        Values by parameter name, without the controller's name: ``params_file``, and parameters
+        from the controller's own section or the manager's.
 
     Raises:
         InvalidFileError: A file is missing, is no parameter file, or names the controller only

@@ -1,9 +1,10 @@
 """Controller manager without ROS: the loaded controllers and their life cycles.
 
-``services`` offers it to the graph, ``cycle`` runs it. Requests come from service threads, one at a
-time; the control loop runs in another thread. What both use, the tuple of active controllers and
-the ownership of interfaces, changes only under ``cycle_lock``, which the loop holds during a cycle.
-So a switch happens between two cycles, also when no cycle is due because the simulation is paused.
+``services`` offers the manager to the graph, ``cycle`` runs it. Requests arrive in service threads,
+one at a time; the control loop runs in another thread. Their shared data, the tuple of active
+controllers and the ownership of interfaces, changes only under ``cycle_lock``, which the loop holds
+during a cycle. So a switch happens between two cycles, also while the simulation is paused and no
+cycle is due.
 """
 
 from __future__ import annotations
@@ -59,11 +60,11 @@ def string_list_parameter(node: ManagerNode, name: str) -> list[str]:
     """Return a manager's parameter, a string or a list, as a list of strings; empty if undeclared.
 
     Args:
-        node: The manager's node.
-        name: Name of the parameter; undeclared, it is an empty list.
+        node: Node of the manager.
+        name: Name of the parameter.
 
     Raises:
-        InvalidParameterError: It is neither.
+        InvalidParameterError: The value is neither a string nor a list of strings.
     """
     value = node.parameter(name)
     strings = [value] if isinstance(value, str) and value else value or []
@@ -76,17 +77,17 @@ class ControllerManager:
     """Core of a controller manager, without ROS services: holds controllers, changes their states.
 
     Args:
-        resource_manager: The robot's hardware.
-        node: The manager's node.
-        logger: The manager's logger.
-        update_rate: Cycles per second.
+        resource_manager: Resource manager with the robot's hardware.
+        node: Node of the manager.
+        logger: Logger of the manager.
+        update_rate: Update rate in Hz.
 
     Attributes:
-        controllers: Loaded controllers by name, in the order in which they are updated: that in
-            which they were loaded, but what another controller commands or reads after that one.
-        active_controllers: The active controllers, in the order in which they are updated.
+        controllers: Loaded controllers by name, in update order: the order of loading, but each
+            controller before those it commands and after those it reads.
+        active_controllers: Active controllers, in update order.
         loaded_types: Types of the controllers that have been loaded so far, as keys.
-        cycle_lock: Held by the loop during a cycle.
+        cycle_lock: Lock that the loop holds during a cycle.
     """
 
     def __init__(
@@ -350,7 +351,7 @@ class ControllerManager:
         self, controller: ControllerInterface, function: Callable[[], CallbackReturn | None]
     ) -> CallbackReturn:
         """Call a lifecycle callback of a controller; return its result, or ERROR if it raises."""
-        # A bound method has a name; what is put together for one call has none.
+        # A bound method has a name; a `partial` has none.
         where = getattr(function, "__name__", "its interface configuration")
         self._causes.pop(controller.name, None)
         try:
@@ -380,9 +381,9 @@ class ControllerManager:
         """Set a controller's state after a failed callback: `after_failure`, or by ``on_error``.
 
         Args:
-            controller: The controller.
-            outcome: What the callback returned.
-            after_failure: Its state when that was FAILURE.
+            controller: Controller with the failed callback.
+            outcome: Result of the callback: FAILURE or ERROR.
+            after_failure: State to set for FAILURE.
         """
         if outcome is CallbackReturn.FAILURE:
             controller.lifecycle_state = after_failure

@@ -24,7 +24,7 @@ from teleopctl.node import AllowableParameterValue, Clock, Executor, Node, qos_p
 from teleopctl.robot import RobotDescription
 
 DEFAULT_UPDATE_RATE = 100
-# Part of a period by which states may come early or late before it is worth a warning.
+# Part of a period by which the states' period may differ without a warning.
 _RATE_TOLERANCE = 0.01
 
 
@@ -32,9 +32,9 @@ class ControllerManagerNode:
     """Controller manager as a ROS node: waits for the robot description, runs the cycle.
 
     Args:
-        node: The manager's node.
-        executor: Serves the nodes of controllers too.
-        ros_arguments: The process's ROS arguments, as words; they apply to controllers' nodes too.
+        node: Node of the manager.
+        executor: Executor that the nodes of controllers are added to.
+        ros_arguments: ROS arguments of the process; they apply to controllers' nodes, too.
     """
 
     def __init__(self, node: Node, executor: Executor, ros_arguments: Sequence[str]) -> None:
@@ -89,7 +89,7 @@ class ControllerManagerNode:
             "Waiting for data on 'robot_description' topic to finish initialization"
         )
 
-    # ---- what the manager needs of its node
+    # ---- implementation of ManagerNode
 
     def parameter(self, name: str) -> AllowableParameterValue:
         """Return the value of a parameter of the manager's node; None if undeclared."""
@@ -133,9 +133,9 @@ class ControllerManagerNode:
         )
 
     def _declare_manager_parameters(self, node: Node) -> None:
-        """Declare a controller's parameters that files give among the manager's.
+        """Declare a controller's parameters that files set in the manager's section; log a warning.
 
-        It belongs into a section of the controller's, which wins; ROS 2 reads nothing else.
+        The controller's own section has precedence. ROS 2 reads only that section.
         """
         name = node.get_name()
         below = self._node.get_parameters_by_prefix(name)
@@ -230,7 +230,7 @@ class ControllerManagerNode:
         """Set the cycle function of hardware in lockstep, before it is started."""
         for component in self._resource_manager.components.values():
             if component.hardware.drives_cycle:
-                # One component's states time the cycles; the others are read and written with it.
+                # One component's states trigger the cycles; the others are read and written then.
                 self._lockstep = True
                 component.hardware.set_cycle(self._run_lockstep_cycle)
                 self._logger.info(
@@ -239,7 +239,7 @@ class ControllerManagerNode:
                 return
 
     def _run_lockstep_cycle(self, time_ns: int) -> None:
-        """Run the control cycle for a received state of this time."""
+        """Run a control cycle for a received state with a time stamp in nanoseconds."""
         last_ns, self._last_state_ns = self._last_state_ns, time_ns
         if not self._rate_compared and last_ns is not None and time_ns > last_ns:
             self._rate_compared = True
@@ -256,7 +256,7 @@ class ControllerManagerNode:
             )
 
     def _start_cycling(self) -> None:
-        """Run cycles on the wall clock, unless hardware does."""
+        """Start the control loop on the wall clock, unless hardware triggers the cycles."""
         if self._lockstep:
             return
         self._publish_queue.start_thread()
@@ -287,7 +287,7 @@ def without_node_name(arguments: Sequence[str]) -> list[str]:
     """Return ROS arguments without remap rules of the node's name (``__node``, ``__name``).
 
     Args:
-        arguments: A command line with ``--ros-args`` groups.
+        arguments: Command line with ``--ros-args`` groups.
     """
     kept: list[str] = []
     words = iter(arguments)

@@ -1,4 +1,4 @@
-"""Loaded controllers, as the controller manager keeps them."""
+"""Records of loaded controllers in the controller manager."""
 
 from __future__ import annotations
 
@@ -22,16 +22,16 @@ class ControllerSpec:
     """Record of a loaded controller: type, fallbacks, required interfaces and statistics.
 
     Attributes:
-        controller: The controller.
-        type: Its plug-in's name.
-        fallback_controllers: Controllers that take over when its update fails.
-        command_interface_configuration: What it commands, known once it is configured.
-        state_interface_configuration: What it reads, likewise.
-        required_command_interfaces: Full names of the command interfaces that follow from it.
-        required_state_interfaces: Full names of the state interfaces, likewise.
-        last_update_cycle_time_ns: Time of its last update on the clock that triggers the cycles,
-            or None since its activation.
-        statistics: Of its updates since its activation.
+        controller: Instance of the controller.
+        type: Name of the controller's plug-in.
+        fallback_controllers: Controllers activated when the controller's update fails.
+        command_interface_configuration: Command interfaces to claim; set on configuring.
+        state_interface_configuration: State interfaces to read; set on configuring.
+        required_command_interfaces: Full names of the command interfaces of that configuration.
+        required_state_interfaces: Full names of the state interfaces of that configuration.
+        last_update_cycle_time_ns: Time of the last update on the clock that triggers the cycles;
+            None before the first update after activation.
+        statistics: Statistics of the updates since activation.
     """
 
     controller: ControllerInterface

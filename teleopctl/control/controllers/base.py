@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot import JointLimits
 
-# Parameters that the manager reads, or every node has.
+# Parameters that the manager reads or that every node has.
 _OF_ANY_CONTROLLER = re.compile(
     r"(type|update_rate|is_async|async_parameters|thread_priority|params_file|fallback_controllers"
     r"|node_options_args|use_sim_time|use_global_arguments|robot_description|qos_overrides"
@@ -37,9 +37,9 @@ _OF_ANY_CONTROLLER = re.compile(
 T = TypeVar("T", bound="AllowableParameterValue")
 
 
-# Any, here and below: goals, results and feedback of whatever action it is.
+# Any, here and below: goals, results and feedback of any action.
 def _make_action_server(*args: Any, **options: Any) -> ActionServer[Any, Any, Any]:
-    """An action server; the import costs what most controllers do without."""
+    """Return an action server; imports its module only here, since most controllers have none."""
     from teleopctl.node import ActionServer
 
     return ActionServer(*args, **options)
@@ -50,15 +50,16 @@ class ControllerInterfaceParams:
     """Constructor argument of controllers (node, limits, URDF), made by the controller manager.
 
     Attributes:
-        controller_name: The controller's name, which is its node's too.
-        node: The controller's own node; its parameters are the controller's.
-        update_rate: The manager's rate, Hz.
-        joint_limits: Limits of the robot's joints, by name.
-        continuous_joints: Joints that turn without end.
-        robot_description: The URDF.
-        publish_queue: For the controller's realtime publishers.
-        now_ns: Present time on the clock that ``update`` is given, nanoseconds.
-        action_server: Makes the controller's action servers, with the arguments of `ActionServer`.
+        controller_name: Name of the controller and of its node.
+        node: Node of the controller, with the controller's parameters.
+        update_rate: Update rate of the manager, Hz.
+        joint_limits: Limits of the robot's joints, by joint name.
+        continuous_joints: Names of the continuous joints.
+        robot_description: URDF of the robot.
+        publish_queue: Queue for the controller's realtime publishers.
+        now_ns: Function that returns the present time in nanoseconds, on the clock of ``update``.
+        action_server: Function that creates the controller's action servers, with the arguments
+            of `ActionServer`.
     """
 
     controller_name: str
@@ -90,8 +91,8 @@ class InterfaceConfiguration:
     """Selection of the command or state interfaces that a controller claims.
 
     Attributes:
-        type: ALL means those that are available when the controller is activated.
-        names: Full names, for INDIVIDUAL; all of them must be available at activation.
+        type: Kind of the selection. ALL selects the interfaces available at activation.
+        names: Full names for INDIVIDUAL; all of them must be available at activation.
 
     Example:
         >>> one = InterfaceConfigurationType.INDIVIDUAL
@@ -106,15 +107,15 @@ class InterfaceConfiguration:
 class ControllerInterface:
     """Base class of controllers, with the methods of ros2_control's ControllerInterface.
 
-    A lifecycle callback that returns None has succeeded, one that raises has failed. ``update``
-    runs in the control cycle: no input or output, no waiting. Publish with a
-    ``RealtimePublisher``.
+    A lifecycle callback that returns None has succeeded, a callback that raises has failed.
+    ``update`` runs in the control cycle, where input, output and waiting are not allowed: publish
+    with a ``RealtimePublisher``.
 
     Args:
         params: Name, node, description and other arguments from the controller manager.
 
     Attributes:
-        params: The arguments from the controller manager.
+        params: Arguments from the controller manager.
         name: Name of the controller and of its node.
         logger: Logger of the controller's node.
         state_interfaces: Claimed state interfaces, in the order of
@@ -159,12 +160,12 @@ class ControllerInterface:
         """Declare a parameter of the controller if undeclared; return the parameter's value.
 
         Args:
-            name: Dotted name.
-            default: Value (and so the type) where neither file nor command line sets it.
-            read_only: Whether it can only be set at the start.
+            name: Dotted name of the parameter.
+            default: Default value, which also defines the type.
+            read_only: Whether the parameter can only be set at startup.
 
         Raises:
-            InvalidParameterError: Its value is of another type than the default.
+            InvalidParameterError: The value is of another type than the default.
         """
         node = self.get_node()
         self._known_parameters.add(name)
@@ -181,8 +182,8 @@ class ControllerInterface:
     def unread_parameters(self) -> list[str]:
         """Return the names of parameters that are set but that the controller never declared.
 
-        Called after ``on_configure``; empty for controllers of others, which may read the node's
-        parameters themselves.
+        Called after ``on_configure``. Empty for controllers from other packages, which may read the
+        node's parameters directly.
         """
         if not type(self).__module__.startswith(f"{__package__}."):
             return []
@@ -204,17 +205,17 @@ class ControllerInterface:
     ) -> ActionServer[GoalT, ResultT, FeedbackT]:
         """Create and return an action server, which ``on_cleanup`` has to destroy.
 
-        The callbacks run beside the control loop, as those of subscriptions do. A goal is followed
-        by ``update``, and what ``update`` finds out leaves through a ``RealtimePublisher``.
+        The callbacks run outside the control loop, like those of subscriptions. ``update`` executes
+        the goal, and publishes its results through a ``RealtimePublisher``.
 
         Args:
             action_type: Action class.
-            name: Its name, ``~/follow_joint_trajectory`` say.
-            goal_callback: Accepts or rejects a goal.
-            handle_accepted_callback: Takes the handle of an accepted goal, and calls its
-                ``executing`` when the work begins.
-            cancel_callback: Accepts or refuses to cancel; a goal that is to be cancelled says so
-                by ``is_cancel_requested``, for ``update`` to see.
+            name: Name of the action, for example ``~/follow_joint_trajectory``.
+            goal_callback: Function called with a goal request; accepts or rejects the goal.
+            handle_accepted_callback: Function called with the handle of an accepted goal; calls the
+                handle's ``executing`` when the execution begins.
+            cancel_callback: Function called for a cancel request; accepts or rejects it. ``update``
+                reads ``is_cancel_requested`` of the goal.
         """
         return self.params.action_server(
             self.get_node(),
@@ -240,8 +241,8 @@ class ControllerInterface:
     def on_restart(self) -> None:
         """Called in the cycle after a simulation reset: reset plans; the base class does nothing.
 
-        A simulation was reset, or its clock went back. Called in the control cycle, with the states
-        as they are now and commands that are NaN, which hardware takes as "stay where you are".
+        A simulation was reset, or its clock jumped back. Called in the control cycle, with the
+        present states, and with commands of NaN, for which hardware holds its position.
         """
 
     def on_cleanup(self) -> CallbackReturn | None:
@@ -265,14 +266,14 @@ class ControllerInterface:
         """Called in each cycle: read ``state_interfaces`` and write ``command_interfaces``.
 
         Args:
-            time_ns: Time of this cycle, nanoseconds.
+            time_ns: Time of the control cycle, in nanoseconds.
             period: Seconds since this controller's last update; the nominal period at first.
         """
         raise NotImplementedError
 
 
 def _of_type(name: str, value: object, default: object) -> object:
-    """A parameter's value, if it is of its default's type; integers serve as floats."""
+    """Return a parameter's value, checked for its default's type; integers become floats."""
     if isinstance(default, (list, tuple)):
         if isinstance(value, Iterable) and not isinstance(value, (str, bytes)):
             return list(value)

@@ -20,14 +20,14 @@ class InvalidExportError(Exception):
 class ChainableControllerInterface(ControllerInterface):
     """Base class of controllers that export reference and state interfaces to other controllers.
 
-    It exports *reference interfaces*, which a preceding controller commands as if they were a
-    joint's, and *state interfaces*, which any controller reads. Both exist while it is configured
-    and can be used while it is active. While another controller has claimed its references it is
-    in chained mode: these come from there, and not from its own topics.
+    A preceding controller commands the *reference interfaces* like a joint's command interfaces;
+    any controller can read the *state interfaces*. Both exist while the controller is configured,
+    and can be used while it is active. While another controller has claimed the references, the
+    controller is in chained mode and ignores its own topics.
 
     Attributes:
-        reference_interfaces: What it has exported for others to command.
-        exported_state_interfaces: What it has exported for others to read.
+        reference_interfaces: Exported references, which other controllers command.
+        exported_state_interfaces: Exported states, which other controllers read.
     """
 
     base_class: ClassVar[str] = "controller_interface::ChainableControllerInterface"
@@ -43,7 +43,7 @@ class ChainableControllerInterface(ControllerInterface):
     def on_export_reference_interfaces_list(self) -> Sequence[CommandInterface]:
         """Called on configuring: return new reference interfaces for other controllers; here none.
 
-        ``CommandInterface(f"{self.name}/joint_1", "position")`` is one.
+        An example is ``CommandInterface(f"{self.name}/joint_1", "position")``.
         """
         return ()
 
@@ -54,7 +54,7 @@ class ChainableControllerInterface(ControllerInterface):
     def on_set_chained_mode(self, chained_mode: bool) -> bool:
         """Called before activation and after deactivation: return False to refuse a chained mode.
 
-        Called before it is activated.
+        The controller is never active when this is called.
         """
         del chained_mode
         return True
@@ -66,7 +66,7 @@ class ChainableControllerInterface(ControllerInterface):
         """Called in each cycle: read states and references, write commands.
 
         Args:
-            time_ns: Time of this cycle, nanoseconds.
+            time_ns: Time of the control cycle, in nanoseconds.
             period: Seconds since this controller's last update; the nominal period at first.
         """
         raise NotImplementedError
@@ -97,7 +97,8 @@ class ChainableControllerInterface(ControllerInterface):
         """Create and check all exported interfaces; raise if a name is invalid or there are none.
 
         Raises:
-            InvalidExportError: A name is another's, or there twice; or there is none at all.
+            InvalidExportError: A name does not begin with the controller's name or is repeated, or
+                no interface is exported.
         """
         self.reference_interfaces = self._checked(
             self.on_export_reference_interfaces_list(), "reference"

@@ -119,7 +119,7 @@ class MultiInterfaceForwardCommandController(ForwardCommandController):
 
 
 class _JointGroupController(ForwardCommandController):
-    """A forward command controller whose interface is fixed."""
+    """Base of forward command controllers for one fixed kind of interface."""
 
     interface: ClassVar[str]
 

@@ -21,7 +21,7 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 if TYPE_CHECKING:
     from teleopctl.node import CancelResponse, GoalResponse, ServerGoalHandle
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: message classes are generated at run time from definitions.
 
 
 @dataclass(frozen=True)
@@ -29,9 +29,9 @@ class _Command:
     """Command of a gripper.
 
     Attributes:
-        position: rad or m.
+        position: Position, rad or m.
         effort: Largest effort, N·m or N.
-        velocity: Largest velocity, rad/s or m/s; only with an interface for it.
+        velocity: Largest velocity, rad/s or m/s; used only with a velocity interface.
     """
 
     position: float
@@ -42,9 +42,10 @@ class _Command:
 class _GripperController(ControllerInterface):
     """Common base of the gripper action controllers.
 
-    A goal has been reached within ``goal_tolerance``. A gripper that has not moved for
-    ``stall_timeout`` seconds has stalled, on something between its fingers perhaps: that is a
-    success where ``allow_stalling`` says so. A new goal aborts the one before; cancelling holds.
+    A goal is reached within ``goal_tolerance``. A gripper that has not moved for ``stall_timeout``
+    seconds has stalled, for example on an object between its fingers: with ``allow_stalling`` the
+    goal then succeeds, else it is aborted. A new goal aborts the previous one; a cancelled goal
+    holds the present position.
     """
 
     action_type: ClassVar[str]
@@ -216,7 +217,7 @@ class _GripperController(ControllerInterface):
         if goal is not None:
             goal.abort(**self._result(self.state_interfaces[0].value))
 
-    # -- what differs ------------------------------------------------------------------------------
+    # -- implemented by subclasses -----------------------------------------------------------------
 
     def _problem(self, goal: Any) -> str | None:
         """Return why a goal cannot be accepted; None if it can."""
@@ -238,7 +239,7 @@ class _GripperController(ControllerInterface):
 
 
 class _GripperCommandController(_GripperController):
-    """Grippers behind control_msgs/action/GripperCommand."""
+    """Base of controllers with the action control_msgs/action/GripperCommand."""
 
     action_type = "control_msgs/action/GripperCommand"
 
@@ -312,7 +313,7 @@ class ParallelGripperActionController(_GripperController):
     """
 
     action_type = "control_msgs/action/ParallelGripperCommand"
-    # N; upstream's.
+    # In N, as in ROS 2.
     default_max_effort = 10.0
 
     def on_configure(self) -> CallbackReturn | None:

@@ -49,7 +49,7 @@ class JointStateBroadcaster(ControllerInterface):
                 "will be published."
             )
         joint_state = get_message("sensor_msgs/msg/JointState")
-        # Messages are made once and reused.
+        # Messages are created once and reused.
         self._message: Any = joint_state()
         self._message.header.frame_id = self._frame_id
         prefix = "~/" if self.auto_declare("use_local_topics", False) else ""
@@ -105,7 +105,7 @@ class JointStateBroadcaster(ControllerInterface):
         ]
         extra = [joint for joint in self._extra_joints if joint not in joints]
         self._message.name = [*joints, *extra]
-        # A quantity that no joint has stays NaN for all: the interface below is never written.
+        # The value of a missing interface stays NaN: the interface below is never written.
         unknown = StateInterface("", "unknown")
         zero = StateInterface("", "zero", initial_value=0.0)
         self._columns = [

@@ -17,8 +17,9 @@ class PassthroughController(ChainableControllerInterface):
 
     Plug-in type ``passthrough_controller/PassthroughController``, of ros2_control's demonstrations.
 
-    For each of its ``interfaces`` it exports a reference of that name, whose value it writes to the
-    interface. Where no other controller commands it, the references are the data of ``~/commands``.
+    For each of its ``interfaces`` the controller exports a reference of that name, and writes the
+    reference's value to the interface. Outside chained mode the references are the data of
+    ``~/commands``.
     """
 
     def on_configure(self) -> CallbackReturn | None:
@@ -64,7 +65,7 @@ class PassthroughController(ChainableControllerInterface):
         """Discard commands and set references to NaN, after a simulation reset."""
         self.on_activate()
 
-    # Any: a message, whose class is made at run time.
+    # Any: message classes are generated at run time.
     def _received(self, message: Any) -> None:
         data = [float(value) for value in message.data]
         if len(data) != len(self._names):

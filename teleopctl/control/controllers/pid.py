@@ -23,12 +23,12 @@ class PidGains:
         ff_velocity_scale: Feed-forward factor on the desired velocity.
         u_clamp_max: Largest output.
         u_clamp_min: Smallest output.
-        i_clamp_max: Largest integral part.
-        i_clamp_min: Smallest integral part.
-        antiwindup_strategy: What happens to the integral part while the output is clamped. With
-            ``legacy`` an error counts at once, otherwise from the next step on.
-        tracking_time_constant: How fast ``back_calculation`` takes the integral part back, s; 0
-            chooses it from the gains.
+        i_clamp_max: Largest integral part of the output.
+        i_clamp_min: Smallest integral part of the output.
+        antiwindup_strategy: Treatment of the integral part while the output is clamped. With
+            ``legacy`` an error is integrated before the output is computed, otherwise afterwards.
+        tracking_time_constant: Time constant of ``back_calculation`` for reducing the integral
+            part, s; 0 to compute it from the gains.
         error_deadband: Largest error that is not integrated.
     """
 
@@ -75,7 +75,7 @@ class PidGains:
                 "AntiWindupStrategy 'back_calculation' requires a valid positive tracking time "
                 "constant (tracking_time_constant)"
             )
-        # Comparisons that a NaN fails too.
+        # Negated comparisons, so that NaN is a problem, too.
         if not self.i_clamp_min <= 0.0:
             return f"PID requires i_min to be smaller or equal to 0 (i_min: {self.i_clamp_min:g})"
         if not self.i_clamp_max >= 0.0:
@@ -89,12 +89,12 @@ class PidGains:
 class Pid:
     """PID controller of one value: output = p·error + i·∫error + d·error rate, clamped.
 
-    A step whose errors are not finite (a measurement that is missing) gives the last output again
-    and is otherwise left out.
+    A step with an error that is not finite (a missing measurement) returns the last output and
+    changes nothing.
 
     Attributes:
-        integral: The integral part of the output.
-        error_rate: The error rate of the last step.
+        integral: Integral part of the output.
+        error_rate: Error rate of the last step.
     """
 
     def __init__(self, gains: PidGains) -> None:
@@ -123,7 +123,7 @@ class Pid:
     def update_by_error(self, error: float, period: float) -> float:
         """Run a PID step, with the error rate from the last error; return the clamped output.
 
-        After a reset the error is taken to have been 0.
+        After a reset the last error counts as 0.
 
         Args:
             error: Desired minus measured value.
@@ -159,7 +159,7 @@ class Pid:
         return output
 
     def _integrated(self, error: float, wanted: float, output: float, period: float) -> float:
-        """Return what a step adds to the integral part."""
+        """Return the change of the integral part in a step."""
         gains = self._gains
         step = gains.i * error * period
         if gains.antiwindup_strategy == BACK_CALCULATION:

@@ -17,14 +17,14 @@ from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: message classes are generated at run time from definitions.
 
-# Gains of the PID that the trajectory controller has alone.
+# Gains that only the PIDs of the joint trajectory controller have.
 _NOT_HERE = ("ff_velocity_scale",)
 
 
 class _InvalidPidError(Exception):
-    """The parameters do not make a controller; the text says why."""
+    """Raised when the controller's parameters are invalid; the message says why."""
 
 
 class _Options(NamedTuple):
@@ -40,12 +40,12 @@ class PidController(ChainableControllerInterface):
 
     Plug-in type ``pid_controller/PidController``.
 
-    Of each degree of freedom it measures one quantity and perhaps its derivative, and commands
-    ``PID(reference - measured)``. With feed-forward enabled ``feedforward_gain`` times the
-    reference is added, or times the reference of the derivative where there is one. As long as a
-    reference or a measurement is not a number nothing is commanded.
+    For each degree of freedom the controller measures one quantity and optionally its derivative,
+    and commands ``PID(reference - measured)``. Feed-forward adds ``feedforward_gain`` times the
+    reference, or times the reference of the derivative if it is used. While a reference or
+    measurement is NaN, no command is written.
 
-    The references are interfaces for other controllers; without one that claims them they come from
+    The references are exported for other controllers; outside chained mode they are received on
     ``~/reference``. The measured values are exported as states.
     """
 
@@ -104,7 +104,7 @@ class PidController(ChainableControllerInterface):
             )
 
     def _read_gains(self) -> list[tuple[PidGains, _Options]]:
-        """The gains as the parameters have them now."""
+        """Return the gains and options of each degree of freedom from the parameters."""
         read, found = self.auto_declare, []
         defaults = PidGains()
         for dof in self._dofs:
@@ -122,7 +122,7 @@ class PidController(ChainableControllerInterface):
                 )
             if problem := gains.problem():
                 raise _InvalidPidError(f"Gains of '{dof}': {problem}")
-            # Of old: whether the integral or its part of the output is clamped, which is the same.
+            # Deprecated: clamping the integral or its part of the output, which is the same here.
             read(f"gains.{dof}.antiwindup", False)
             options = _Options(
                 read(f"gains.{dof}.feedforward_gain", 0.0),
@@ -133,7 +133,7 @@ class PidController(ChainableControllerInterface):
         return found
 
     def _parameters_changed(self, parameters: Sequence[Any]) -> None:
-        """Take new gains over, outside the control cycle; gains that cannot be are left out."""
+        """Set new gains, outside the control cycle; log an error and skip invalid gains."""
         if not self._pids:
             return
         try:
@@ -240,7 +240,7 @@ class PidController(ChainableControllerInterface):
             for command in self.command_interfaces:
                 command.value = 0.0
 
-    # -- what comes in -----------------------------------------------------------------------------
+    # -- callbacks ---------------------------------------------------------------------------------
 
     def _set_feedforward(self, request: Any, response: Any) -> Any:
         self._feedforward = bool(request.data)

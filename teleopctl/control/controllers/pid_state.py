@@ -13,7 +13,7 @@ if TYPE_CHECKING:
     from teleopctl.control.controllers.pid import PidGains
     from teleopctl.node import Node
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: message classes are generated at run time from definitions.
 
 
 class PidStep(NamedTuple):
@@ -23,12 +23,12 @@ class PidStep(NamedTuple):
         reference: Reference value.
         feedback: Measured value.
         feedback_dot: Derivative of the measured value.
-        error: Reference minus measured value, the short way round for angles.
+        error: Reference minus measured value, the shortest rotation for angles.
         error_dot: Reference minus measured derivative.
         output: Commanded value, the previous one if the step commanded nothing.
-        integral: The integral part.
-        error_rate: The error rate that the PID used.
-        gains: The gains.
+        integral: Integral part of the output.
+        error_rate: Error rate that the PID used.
+        gains: Gains of the PID.
     """
 
     reference: float
@@ -46,11 +46,11 @@ class PidStatePublisher:
     """Realtime publisher of ``~/controller_state`` and, if configured, ``~/DOF/pid_state``.
 
     Args:
-        node: The controller's node.
-        queue: The queue of the control loop.
-        names: Of the degrees of freedom, as states.
-        own: The degrees of freedom, as commands, with a topic of their own.
-        dofs: All of them.
+        node: Node of the controller.
+        queue: Publish queue of the control loop.
+        names: State names of the degrees of freedom.
+        own: Command names of the degrees of freedom with a topic ``~/DOF/pid_state``.
+        dofs: Command names of all degrees of freedom.
     """
 
     def __init__(
@@ -61,7 +61,7 @@ class PidStatePublisher:
         own: Sequence[str],
         dofs: Sequence[str],
     ) -> None:
-        # Messages are made once and reused.
+        # Messages are created once and reused.
         kind: Any = get_message("control_msgs/msg/MultiDOFStateStamped")
         state: Any = get_message("control_msgs/msg/SingleDOFState")
         self._node = node
@@ -92,7 +92,7 @@ class PidStatePublisher:
         set_stamp(message.header.stamp, time_ns)
         for state, step in zip(message.dof_states, steps, strict=True):
             state.reference, state.feedback, state.error = step.reference, step.feedback, step.error
-            # As ROS 2 has it: nought where there is no derivative.
+            # As in ROS 2: 0 without a derivative.
             state.feedback_dot = 0.0 if math.isnan(step.feedback_dot) else step.feedback_dot
             state.error_dot = 0.0 if math.isnan(step.error_dot) else step.error_dot
             state.time_step, state.output = period, step.output

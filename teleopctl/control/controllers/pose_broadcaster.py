@@ -20,7 +20,7 @@ _INTERFACES = tuple(
     for part, axes in (("position", "xyz"), ("orientation", "xyzw"))
     for axis in axes
 )
-# How far the square of a quaternion's length may be from 1, as in ROS 2.
+# Tolerance of the square of a quaternion's length, as in ROS 2.
 _TOLERANCE = 0.01
 
 
@@ -29,9 +29,9 @@ class PoseBroadcaster(ControllerInterface):
 
     Plug-in type ``pose_broadcaster/PoseBroadcaster``.
 
-    Publishes the pose of ``pose_name`` in ``frame_id`` with each update, and, unless ``tf.enable``
-    is false, as a transform to ``tf.child_frame_id``, which is ``pose_name`` by default. A pose
-    that is none (not a number, or no unit quaternion) is no transform.
+    Publishes the pose of ``pose_name`` in ``frame_id`` in each update, and, unless ``tf.enable`` is
+    false, as a transform to ``tf.child_frame_id``, which is ``pose_name`` by default. An invalid
+    pose (NaN, or no unit quaternion) is not published as a transform.
     """
 
     def on_configure(self) -> CallbackReturn | None:
@@ -55,7 +55,7 @@ class PoseBroadcaster(ControllerInterface):
                 "0.0. The publish rate of TF messages should not be limited."
             )
         self._period_ns = round(NANOSECONDS_PER_SECOND / rate) if rate else 0
-        # Messages are made once and reused. Any: their classes are made at run time.
+        # Messages are created once and reused. Any: their classes are generated at run time.
         pose: Any = get_message("geometry_msgs/msg/PoseStamped")
         self._pose: Any = pose()
         self._transform: Any = get_message("geometry_msgs/msg/TransformStamped")()

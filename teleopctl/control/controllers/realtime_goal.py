@@ -13,20 +13,20 @@ if TYPE_CHECKING:
     from teleopctl.node import ServerGoalHandle
 
 
-# Any: goals, results and feedback of whatever action it is.
+# Any: goals, results and feedback of any action.
 class RealtimeServerGoalHandle:
     """Action goal handle for use in ``update``, as in realtime_tools; never blocks there.
 
-    The methods whose names begin with ``try_`` return at once and take effect through the publish
-    queue. The first of several ends counts.
+    Methods whose names begin with ``try_`` return at once and take effect through the publish
+    queue. If the goal is ended several times, the first end takes effect.
 
     Args:
-        handle: The goal's handle.
+        handle: Handle of the goal.
         action_type: Action class.
-        queue: The queue of the control loop, ``params.publish_queue`` of a controller.
+        queue: Publish queue of the control loop, ``params.publish_queue`` of a controller.
 
     Attributes:
-        handle: The goal's handle.
+        handle: Handle of the goal.
     """
 
     def __init__(
@@ -46,7 +46,7 @@ class RealtimeServerGoalHandle:
 
     def start(self) -> None:
         """Set the goal's status to executing; must not be called in ``update``."""
-        # A request to cancel may have been quicker.
+        # A cancel request may arrive first.
         with contextlib.suppress(InvalidGoalTransitionError):
             if not self.handle.is_cancel_requested:
                 self.handle.executing()
@@ -56,7 +56,7 @@ class RealtimeServerGoalHandle:
         self._end_publisher.try_publish(("succeed", result))
 
     def try_abort(self, **result: object) -> None:
-        """Let the goal end as aborted after this control cycle, with the given result fields."""
+        """End the goal as aborted after the control cycle, with a result of given fields."""
         self._end_publisher.try_publish(("abort", result))
 
     def try_cancel(self, **result: object) -> None:
@@ -69,6 +69,6 @@ class RealtimeServerGoalHandle:
 
     def _end(self, ending: tuple[str, dict[str, object]]) -> None:
         event, fields = ending
-        # It may have ended meanwhile, by a new goal or by ``update``.
+        # A new goal or ``update`` may have ended the goal already.
         with contextlib.suppress(InvalidGoalTransitionError):
             getattr(self.handle, event)(self._action.Result(**fields))

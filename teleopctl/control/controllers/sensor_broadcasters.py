@@ -21,7 +21,7 @@ _WRENCH = tuple((part, axis) for part in ("force", "torque") for axis in _AXES)
 
 
 class _SensorBroadcaster(ControllerInterface):
-    """Reads state interfaces and publishes them as one message with each update."""
+    """Base of broadcasters that publish state interfaces as one message in each update."""
 
     message_type: ClassVar[str]
     topic: ClassVar[str]
@@ -33,7 +33,7 @@ class _SensorBroadcaster(ControllerInterface):
 
     def create_publisher(self) -> None:
         """Create the sensor message, which is reused, and its publisher."""
-        # Any: message classes are made at run time. Made once and reused.
+        # Any: message classes are generated at run time. The message is reused.
         kind: Any = get_message(self.message_type)
         self._message: Any = kind()
         self._message.header.frame_id = self.auto_declare("frame_id", "")
@@ -76,8 +76,8 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
 
     Plug-in type ``imu_sensor_broadcaster/IMUSensorBroadcaster``.
 
-    Its parameters ``rotation_offset.roll``, ``pitch`` and ``yaw`` turn what is measured: they are
-    the sensor's mounting in the frame of ``frame_id``.
+    The parameters ``rotation_offset.roll``, ``pitch`` and ``yaw`` rotate the measured values: they
+    are the sensor's mounting in ``frame_id``.
     """
 
     message_type = "sensor_msgs/msg/Imu"
@@ -103,7 +103,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
         self._mounting = _quaternion(roll, pitch, yaw)
         self.create_publisher()
         for part, values in covariances.items():
-            # The orientation is measured against the world: its mounting changes nothing there.
+            # The orientation's covariance is in the world frame, independent of the mounting.
             turned = values if part == "orientation" else _turned_matrix(values, self._mounting)
             setattr(self._message, f"{part}_covariance", [float(value) for value in turned])
         return None
@@ -125,7 +125,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
         orientation, rate, acceleration = values[:4], values[4:7], values[7:]
         x, y, z, w = self._mounting
         if w != 1.0:
-            # The frame's orientation: that of the sensor, turned back by its mounting.
+            # Orientation of `frame_id`: that of the sensor, rotated back by its mounting.
             orientation = _product(orientation, (-x, -y, -z, w))
             rate, acceleration = (_turned(v, self._mounting) for v in (rate, acceleration))
         message = self._message
@@ -143,8 +143,8 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
 
     Plug-in type ``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``.
 
-    Published is ``(measured + offset) * multiplier`` for each axis; one without an interface is
-    not a number.
+    The published value of each axis is ``(measured + offset) * multiplier``; NaN for an axis
+    without an interface.
     """
 
     message_type = "geometry_msgs/msg/WrenchStamped"
@@ -194,7 +194,7 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
 
 
 def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """The rotation about x, then y, then z of a fixed frame; x y z w."""
+    """Return the quaternion (x y z w) of rotations about fixed axes x, then y, then z."""
     (sr, cr), (sp, cp), (sy, cy) = (
         (math.sin(angle / 2.0), math.cos(angle / 2.0)) for angle in (roll, pitch, yaw)
     )
@@ -207,7 +207,7 @@ def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, fl
 
 
 def _product(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float, float]:
-    """The rotation b followed by a; x y z w."""
+    """Return the quaternion (x y z w) of rotation b followed by a."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     return (
@@ -224,7 +224,7 @@ def _turned(vector: Sequence[float], rotation: Sequence[float]) -> Sequence[floa
 
 
 def _turned_matrix(matrix: Sequence[float], rotation: Sequence[float]) -> Sequence[float]:
-    """``R M R^T`` of a 3 by 3 matrix, row by row."""
+    """Return ``R M R^T`` of a 3 by 3 matrix M, row by row."""
     columns = [
         _turned([matrix[3 * row + column] for row in range(3)], rotation) for column in range(3)
     ]

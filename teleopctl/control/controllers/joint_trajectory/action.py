@@ -24,19 +24,20 @@ if TYPE_CHECKING:
     from teleopctl.control.controllers.base import ControllerInterface
     from teleopctl.node import ServerGoalHandle
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: message classes are generated at run time from definitions.
 
 
 class FollowJointTrajectoryServer:
     """Action server ``~/follow_joint_trajectory`` of a joint trajectory controller.
 
-    A new goal ends the one before. Cancelling takes effect in the next update, which holds.
+    A new goal aborts the previous one. A cancel request takes effect in the next update, which
+    holds the position.
 
     Args:
-        controller: The controller.
-        settings: Its parameters.
-        inputs: Checks trajectories and hands them to the control loop.
-        default_tolerances: Tells what a goal is judged by that says nothing itself.
+        controller: Joint trajectory controller.
+        settings: Settings of the controller.
+        inputs: Inputs that check trajectories and pass them to the control loop.
+        default_tolerances: Function that returns the tolerances for goals without own ones.
     """
 
     def __init__(

@@ -59,10 +59,10 @@ class JointTrajectoryController(ControllerInterface):
 
     Plug-in type ``joint_trajectory_controller/JointTrajectoryController``.
 
-    Commands lead by one period: what is written is where the trajectory will be when the next
-    command can be written. Trajectories come over the action ``~/follow_joint_trajectory`` and the
-    topics ``~/joint_trajectory`` and ``~/commands``. One that comes over a topic replaces the one
-    that is followed, but does not end its goal, which is judged by the new one.
+    Commands lead by one period: each command is the trajectory's state at the time of the next
+    command. Trajectories are received by the action ``~/follow_joint_trajectory`` and the topics
+    ``~/joint_trajectory`` and ``~/commands``. A trajectory from a topic replaces the present one
+    without ending its goal, which is then judged by the new trajectory.
     """
 
     def __init__(self, params: ControllerInterfaceParams) -> None:
@@ -121,7 +121,7 @@ class JointTrajectoryController(ControllerInterface):
         self._state_publisher = TrajectoryStatePublisher(
             self.get_node(), self.params.publish_queue, settings
         )
-        # Logging is output: not inside the cycle.
+        # Logging is output, which the control cycle must not do.
         self._log = realtime_log(self.params.publish_queue)
         self.logger.info(
             f"Command interfaces are [{' '.join(settings.command_interfaces)}] and "
@@ -166,7 +166,7 @@ class JointTrajectoryController(ControllerInterface):
             held = last
         self._incoming.clear()
         self._goal = None
-        # A trajectory that comes before the first update goes on from what is commanded, too.
+        # A trajectory received before the first update starts from the commanded state, too.
         self._has_command = held is last
         self._commanded_state = TrajectoryPoint(held)
         # A paused simulation may not have published joint states yet: hold the first ones.
@@ -175,7 +175,7 @@ class JointTrajectoryController(ControllerInterface):
         self._inputs.active = True
 
     def _sort_interfaces(self) -> None:
-        """Sort the joints' interfaces by quantity, so that ``update`` only walks lists."""
+        """Sort the joints' interfaces by quantity into the lists that ``update`` reads."""
         settings = self._settings
         count = len(settings.state_interfaces)
         by_state: dict[str, list[StateInterface]] = {
@@ -211,7 +211,7 @@ class JointTrajectoryController(ControllerInterface):
         self._stop(positions, [])
 
     def _stop(self, positions: list[float], velocities: list[float]) -> None:
-        """Replace the trajectory: hold, or slow down first if the parameters say so."""
+        """Replace the trajectory: hold a position, after slowing down if decelerations are set."""
         self._trajectory = Trajectory(
             stopping_points(positions, velocities, self._settings.decelerations)
         )
@@ -245,7 +245,7 @@ class JointTrajectoryController(ControllerInterface):
         now = self._trajectory_ns
         desired = trajectory.sample(now, method)
         ahead = now + round(NANOSECONDS_PER_SECOND * self._scaling / self.update_rate)
-        # A slower pace shortens the lead; what has been commanded is not taken back.
+        # A smaller scaling shortens the lead; the command must not go back in time.
         self._commanded_ns = ahead = ahead if first else max(ahead, self._commanded_ns)
         command = trajectory.sample(ahead, method, advance=False)
         if desired is None or command is None:
@@ -297,7 +297,7 @@ class JointTrajectoryController(ControllerInterface):
                 if last is None
                 else replace(self._commanded_state, positions=last)
             )
-            # The last command was for now: commands lead by one period.
+            # The last command was for this time: commands lead by one period.
             trajectory.set_point_before(time_ns, before, self._wrap)
             return
         before = TrajectoryPoint(positions, velocities, self._acceleration_states.read())
@@ -354,7 +354,7 @@ class JointTrajectoryController(ControllerInterface):
             log((self.logger.info, "Goal reached, success!"))
             goal.try_succeed(error_code=SUCCESSFUL, error_string="Goal successfully reached!")
             self._goal = None
-            # The last point is commanded for ever, with its velocity, and judged no more.
+            # The last point stays commanded, with its velocity, and is not checked any more.
             self._holding = True
 
     def _abort_goal(self, error_code: int, error_string: str) -> None:

@@ -30,14 +30,14 @@ class FollowedGoal(RealtimeServerGoalHandle):
     """FollowJointTrajectory goal for the control cycle, with tolerances and periodic feedback.
 
     Args:
-        handle: The goal's handle.
-        queue: The control loop's publish queue.
-        tolerances: What the goal is judged by.
-        joints: The controller's joints.
-        monitor_rate: Feedback per second of the controller's time.
+        handle: Handle of the goal.
+        queue: Publish queue of the control loop.
+        tolerances: Tolerances of the goal.
+        joints: Names of the controller's joints.
+        monitor_rate: Rate of feedback messages in Hz, in the controller's time.
     """
 
-    # Any: messages, whose classes are made at run time.
+    # Any: message classes are generated at run time.
     def __init__(
         self,
         handle: ServerGoalHandle[Any, Any, Any],

@@ -23,9 +23,9 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND, to_nanoseconds
 if TYPE_CHECKING:
     from teleopctl.node import Node, RcutilsLogger
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: message classes are generated at run time from definitions.
 
-# A start so far ahead (s) is rather a stamp of another clock than a plan.
+# A start further ahead (s) is probably a stamp of another clock.
 _FAR_AHEAD = 60.0
 
 
@@ -34,10 +34,11 @@ class ReceivedTrajectory:
     """Validated trajectory that is passed to the control cycle, with its action goal if any.
 
     Attributes:
-        points: Its points, given where the joints are commanded to be now.
-        start_ns: Time of its start, or 0 for now.
-        from_command: Whether it begins at the last command, whatever the parameters say.
-        goal: The goal that it belongs to; None where it came over a topic.
+        points: Function that returns the points for the joints' commanded positions.
+        start_ns: Start time in nanoseconds, or 0 for now.
+        from_command: Whether the trajectory starts from the last command, regardless of the
+            parameters.
+        goal: Goal of the trajectory; None for a trajectory from a topic.
     """
 
     points: Callable[[Sequence[float]], list[TrajectoryPoint]]
@@ -50,8 +51,8 @@ class TrajectoryFollower(Protocol):
     """Interface of a joint trajectory controller as `TrajectoryInputs` uses it.
 
     Attributes:
-        logger: Its logger.
-        params: What its manager gives it.
+        logger: Logger of the controller.
+        params: Arguments from the controller manager.
     """
 
     logger: RcutilsLogger
@@ -79,12 +80,12 @@ class TrajectoryInputs:
     """Subscriptions and ``~/query_state`` service of a joint trajectory controller.
 
     Args:
-        controller: The controller.
-        settings: Its parameters.
-        incoming: Where checked trajectories go; holds the latest one.
+        controller: Joint trajectory controller.
+        settings: Settings of the controller.
+        incoming: Queue for valid trajectories, which holds only the latest.
 
     Attributes:
-        active: Whether the controller is active; otherwise messages are refused.
+        active: Whether the controller is active; otherwise messages are ignored.
     """
 
     def __init__(
@@ -158,8 +159,8 @@ class TrajectoryInputs:
         """Pass a valid trajectory message, with its action goal if any, to the control cycle.
 
         Args:
-            message: The trajectory.
-            goal: The goal that it belongs to.
+            message: Trajectory message.
+            goal: Goal of the trajectory; None for a trajectory from a topic.
         """
         joints = self._settings.joints
         start_ns = to_nanoseconds(message.header.stamp)
@@ -175,7 +176,7 @@ class TrajectoryInputs:
         )
 
     def _replace_waiting(self, incoming: ReceivedTrajectory) -> None:
-        """Replace a trajectory that the loop has not taken yet; keep the goal of that one."""
+        """Replace the trajectory that waits for the control cycle; keep the goal of that one."""
         try:
             waiting = self._incoming[-1].goal
         except IndexError:
@@ -197,7 +198,7 @@ class TrajectoryInputs:
             return
         limits = controller.params.joint_limits
         positions, reports = position_commands.clamp_positions(wanted, joints, limits)
-        # As for the limiter of the control loop: one report until the joint is obeyed again.
+        # As in the control loop's limiter: one report until a command is within the limits again.
         for joint, report in reports.items():
             if joint not in self._reported_joints:
                 self._logger.warning(report)

@@ -21,9 +21,9 @@ class CommandOutputs:
     """Command interfaces of a joint trajectory controller, written directly or through PIDs.
 
     Args:
-        settings: The controller's parameters.
-        interfaces: As claimed: joint by joint, each with all its quantities.
-        pids: Per joint of the trajectories; used where commands come from the error.
+        settings: Settings of the controller.
+        interfaces: Claimed command interfaces, joint by joint, each with all quantities.
+        pids: PID of each joint of the trajectories; used if PIDs compute the commands.
     """
 
     def __init__(
@@ -71,9 +71,9 @@ class CommandOutputs:
         """Write a trajectory's state, or PID outputs for its errors, to the command interfaces.
 
         Args:
-            state: Where the trajectory will be at the next update.
-            errors: Desired minus measured positions, per joint.
-            velocity_errors: The same of velocities, or empty.
+            state: State of the trajectory at the next update.
+            errors: Desired minus measured position of each joint.
+            velocity_errors: Desired minus measured velocity of each joint, or empty.
             period: Seconds since the last update.
         """
         for name, values in (

@@ -1,7 +1,7 @@
 """Position commands on ``~/commands``, as trajectories within the velocity limits.
 
-ROS 2 gives the topic ``~/commands`` to the forward command controllers, which write the numbers at
-once. Here the same message moves the joints along a spline that keeps within their velocity limit.
+In ROS 2 the topic ``~/commands`` belongs to the forward command controllers, which write the values
+at once. Here the same message moves the joints along a spline within their velocity limits.
 """
 
 from __future__ import annotations
@@ -15,7 +15,7 @@ from teleopctl.robot import JointLimits, clamped_command_text
 
 # A cubic from rest to rest has its largest speed half-way: 3/2 of the mean.
 _PEAK = 1.5
-# Speed where neither URDF nor <ros2_control> limits it, rad/s or m/s.
+# Speed if neither URDF nor <ros2_control> limits it, rad/s or m/s.
 _DEFAULT_SPEED = 1.0
 
 
@@ -27,7 +27,7 @@ def check_positions(data: Sequence[float], joints: Sequence[str]) -> list[float]
     """Return a command message's positions; raise if their number or a value is invalid.
 
     Raises:
-        InvalidCommandError: Their number is wrong, or one is not finite.
+        InvalidCommandError: The number of positions is wrong, or a position is not finite.
     """
     if len(data) != len(joints):
         raise InvalidCommandError(
@@ -45,7 +45,7 @@ def clamp_positions(
     """Return positions clamped to the joints' limits, and a warning for each clamped joint by name.
 
     Returns:
-        The positions, and by joint a sentence for each that had to be changed.
+        The positions, and a sentence for each clamped joint by joint name.
     """
     clamped, reports = [], {}
     for joint, position in zip(joints, positions, strict=True):
@@ -69,11 +69,11 @@ def trajectory_to_positions(
     """Return a one-point trajectory to positions whose duration respects the velocity limits.
 
     Args:
-        positions: Targets, rad or m.
-        current: Where the joints are.
-        joints: Their names.
-        limits: Limits by joint.
-        period: The controller's period, s; no motion is shorter.
+        positions: Target positions, rad or m.
+        current: Present positions, rad or m.
+        joints: Names of the joints.
+        limits: Limits by joint name.
+        period: Period of the controller in seconds, which is the shortest duration.
     """
     duration = period
     for joint, target, position in zip(joints, positions, current, strict=True):

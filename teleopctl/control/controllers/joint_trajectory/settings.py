@@ -23,13 +23,13 @@ _COMMANDS = (
 )
 _STATES = ({POSITION}, {POSITION, VELOCITY}, {POSITION, VELOCITY, ACCELERATION})
 
-# Parameters of ROS 2's controller that change how the robot moves there and do nothing here.
+# Parameters that change the motion in ROS 2's controller and have no effect here.
 UNSUPPORTED = (
     "positions_upsampling.enable",
     "speed_scaling.command_interface",
 )
 
-# Hz; as upstream.
+# In Hz, as in ROS 2.
 _SLOWEST_MONITOR = 0.1
 
 T = TypeVar("T", bound="AllowableParameterValue")
@@ -39,7 +39,7 @@ class ReadParameter(Protocol):
     """Interface of a function that returns a parameter's value; the default gives the type."""
 
     def __call__(self, name: str, default: T, /) -> T:
-        """The parameter's value, or the default where it has none."""
+        """Return the parameter's value, or the default if unset."""
 
 
 class InvalidSettingsError(Exception):
@@ -53,20 +53,20 @@ class TrajectorySettings:
     Attributes:
         joints: Joints of the trajectories.
         command_joints: Joints that are commanded.
-        command_interfaces: What is commanded of each.
-        state_interfaces: What is measured of each.
+        command_interfaces: Command interfaces of each joint.
+        state_interfaces: State interfaces of each joint.
         partial_goals: Whether a trajectory may name only some joints.
         integration: Whether positions may be left out.
-        open_loop: Whether new trajectories begin at the last command, not at the measured state.
+        open_loop: Whether new trajectories start from the last command, not the measured state.
         hold_last_command: Whether activation continues from the last command.
-        final_velocity: Whether the last point may still be moving.
-        method: Interpolation.
-        cmd_timeout: Seconds after the last point until the robot is held; 0 is never.
-        initial_scaling: Speed scaling at first.
+        final_velocity: Whether the last point may have a velocity other than zero.
+        method: Interpolation method.
+        cmd_timeout: Seconds after the last point until the position is held; 0 for never.
+        initial_scaling: Initial speed scaling factor.
         scaling_state_interface: State interface that scales the speed, or "".
-        action_monitor_rate: Feedback of a goal per second.
-        decelerations: Per joint, how a trajectory that is given up ends: slowing down at this rate,
-            rad/s² or m/s²; empty to stop on the spot.
+        action_monitor_rate: Rate of goal feedback in Hz.
+        decelerations: Deceleration of each joint when a trajectory is stopped early, rad/s² or
+            m/s²; empty to stop on the spot.
     """
 
     joints: tuple[str, ...]
@@ -201,8 +201,8 @@ def read_tolerances(joints: tuple[str, ...], parameter: ReadParameter) -> Tolera
     """Return the default tolerances of the joints, from the parameters ``constraints``.
 
     Args:
-        joints: The joints.
-        parameter: Reads a parameter.
+        joints: Names of the joints.
+        parameter: Function that returns a parameter's value.
     """
     stopped = parameter("constraints.stopped_velocity_tolerance", 0.01)
     return Tolerances(
@@ -220,10 +220,10 @@ def read_gains(joint: str, parameter: ReadParameter) -> PidGains:
     """Return the PID gains of a joint, from the parameters ``gains``.
 
     Args:
-        joint: The joint.
-        parameter: Reads a parameter.
+        joint: Name of the joint.
+        parameter: Function that returns a parameter's value.
     """
-    # One number for both ends until ROS 2 Jazzy; 0 stands for none.
+    # Until ROS 2 Jazzy one number clamps the integral on both sides; 0 means no clamp.
     clamp = abs(parameter(f"gains.{joint}.i_clamp", 0.0))
     defaults = PidGains(i_clamp_max=clamp, i_clamp_min=-clamp) if clamp else PidGains()
     names = (field.name for field in fields(PidGains))

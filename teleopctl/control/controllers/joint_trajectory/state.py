@@ -31,7 +31,7 @@ class MeasuredValues:
     """Reader of one quantity of all joints, which keeps the last finite value of each.
 
     Args:
-        interfaces: Where the values come from, joint by joint.
+        interfaces: State interface of each joint.
     """
 
     def __init__(self, interfaces: Sequence[StateInterface]) -> None:
@@ -51,9 +51,9 @@ class TrajectoryStatePublisher:
     """Realtime publisher of ``~/controller_state`` of a joint trajectory controller.
 
     Args:
-        node: The controller's node.
-        publish_queue: The controller's, for what leaves the control loop.
-        settings: The controller's parameters.
+        node: Node of the controller.
+        publish_queue: Publish queue of the control loop.
+        settings: Settings of the controller.
     """
 
     def __init__(
@@ -63,7 +63,7 @@ class TrajectoryStatePublisher:
 
         self._node = node
         kind: Any = get_message("control_msgs/msg/JointTrajectoryControllerState")
-        # Made once and reused.
+        # The message is created once and reused.
         self._message: Any = kind(joint_names=list(settings.joints))
         self._publisher = node.create_publisher(kind, "~/controller_state", 10)
         self._realtime_publisher = RealtimePublisher(publish_queue, self._publish)
@@ -85,9 +85,9 @@ class TrajectoryStatePublisher:
 
         Args:
             time_ns: Time of the update.
-            reference: What is desired now.
-            feedback: What is measured.
-            error: The difference.
+            reference: Desired state.
+            feedback: Measured state.
+            error: Desired minus measured state.
             output: Values on the command interfaces, by interface name.
             scaling: Speed scaling factor.
         """

@@ -13,9 +13,9 @@ from teleopctl.control.controllers.joint_trajectory.trajectory import (
 )
 from teleopctl.interfaces import Stamp, to_nanoseconds, to_seconds
 
-# control_msgs/msg/JointTolerance: this value takes a tolerance away.
+# Value in control_msgs/msg/JointTolerance that removes a tolerance.
 _ERASE = -1.0
-# float32 resolution, as upstream compares it.
+# float32 resolution, as in ROS 2's comparison.
 _SAME = 1.2e-7
 
 
@@ -24,9 +24,9 @@ class StateTolerance:
     """Allowed position, velocity and acceleration errors of one joint; 0 is unlimited.
 
     Attributes:
-        position: rad or m.
-        velocity: rad/s or m/s.
-        acceleration: rad/s² or m/s².
+        position: Largest position error, rad or m.
+        velocity: Largest velocity error, rad/s or m/s.
+        acceleration: Largest acceleration error, rad/s² or m/s².
     """
 
     position: float = 0.0
@@ -39,9 +39,9 @@ class Tolerances:
     """Tolerances of a trajectory: errors on the path and at the goal, and lateness at the goal.
 
     Attributes:
-        path: Per joint, while the trajectory runs.
-        goal: Per joint, once it has ended.
-        goal_time: Seconds that the goal may be late; 0 waits for ever.
+        path: Tolerances of each joint while the trajectory runs.
+        goal: Tolerances of each joint after the last point.
+        goal_time: Seconds after the last point in which the goal must be reached; 0 for no limit.
     """
 
     path: tuple[StateTolerance, ...]
@@ -74,12 +74,12 @@ def tolerances_of_goal(defaults: Tolerances, goal: GoalLike, joints: Sequence[st
     """Return the tolerances of a goal, with the controller's defaults where it specifies none.
 
     Args:
-        defaults: The controller's.
-        goal: The goal.
-        joints: The controller's joints.
+        defaults: Default tolerances of the controller.
+        goal: Goal message.
+        joints: Names of the controller's joints.
 
     Raises:
-        IllegalToleranceError: A joint is unknown, or a value below 0 that is not -1.
+        IllegalToleranceError: A joint is unknown, or a value is below 0 and not -1.
     """
     goal_time = to_seconds(to_nanoseconds(goal.goal_time_tolerance))
     try:
@@ -138,9 +138,9 @@ def tracking_error(
     """Return desired minus measured state; quantities missing in one of them are empty.
 
     Args:
-        desired: What is desired now.
-        measured: What is measured now.
-        wraparound: Which joints turn without end; their error is the shortest way round.
+        desired: Desired state.
+        measured: Measured state.
+        wraparound: Whether each joint is continuous; its error is then the shortest rotation.
     """
     return TrajectoryPoint(
         [
@@ -166,9 +166,9 @@ def first_violation(
     """Return a sentence about the first joint that exceeds a tolerance; None if none does.
 
     Args:
-        tolerances: Per joint.
-        joints: The joints.
-        errors: Desired minus measured; a quantity that is not checked is empty.
+        tolerances: Tolerances of each joint.
+        joints: Names of the joints.
+        errors: Desired minus measured state; a quantity that is not checked is empty.
     """
     for index, tolerance in enumerate(tolerances):
         for quantity, values, allowed in (
@@ -207,15 +207,15 @@ def check_tolerances(
     """Check the errors of one update; return the verdict and a sentence on the violation.
 
     Args:
-        tolerances: What is allowed.
-        joints: The joints.
-        errors: Desired minus measured; a quantity that is not checked is empty.
-        seconds_past_end: Seconds since the last point, or None before it.
-        cmd_timeout: Seconds after the last point until the trajectory is given up; 0 is never.
+        tolerances: Tolerances of the trajectory.
+        joints: Names of the joints.
+        errors: Desired minus measured state; a quantity that is not checked is empty.
+        seconds_past_end: Seconds since the last point, or None before the last point.
+        cmd_timeout: Seconds after the last point until the trajectory times out; 0 for never.
         first: Whether this is the trajectory's first update.
 
     Returns:
-        The verdict, and which joint is to blame for a violation.
+        The verdict, and a sentence about the first joint that exceeds a tolerance, or "".
     """
     if seconds_past_end is None or first:
         failure = first_violation(tolerances.path, joints, errors)

@@ -1,10 +1,10 @@
 """Joint trajectories: their points, splines between points, sampling, and points to stop on.
 
-Plain floats, not numpy: for the handful of joints of an arm, numpy's overhead for each call costs
-more than the arithmetic. Times are nanoseconds on the controller's clock. A trajectory begins at
-the "point before": where the robot is when the trajectory takes over. The degree of a segment
-(linear, cubic or quintic) follows from what both of its points give; its coefficients are computed
-once.
+Plain floats, not numpy: for the few joints of an arm, numpy's overhead for each call costs more
+than the arithmetic. Times are nanoseconds on the controller's clock. A trajectory begins at the
+"point before": the robot's state when it starts to follow the trajectory. The degree of a segment
+(linear, cubic or quintic) depends on the derivatives that both its points have; its coefficients
+are computed once.
 """
 
 from __future__ import annotations
@@ -33,10 +33,10 @@ class TrajectoryPoint:
     """Positions, velocities, accelerations and efforts of all joints at one time.
 
     Attributes:
-        positions: rad or m, one for each joint.
-        velocities: rad/s or m/s.
-        accelerations: rad/s² or m/s².
-        effort: N·m or N.
+        positions: Position of each joint, rad or m.
+        velocities: Velocity of each joint, rad/s or m/s; may be empty.
+        accelerations: Acceleration of each joint, rad/s² or m/s²; may be empty.
+        effort: Effort of each joint, N·m or N; may be empty.
         time_ns: Nanoseconds since the start of the trajectory.
     """
 
@@ -77,10 +77,10 @@ class TrajectorySegment:
     """Interpolation between two trajectory points: linear, cubic or quintic.
 
     Args:
-        begin_ns: Time of the first end, nanoseconds on any clock.
-        begin: State at that time; must have positions.
-        end_ns: Time of the second end on the same clock.
-        end: State at that time; must have positions.
+        begin_ns: Begin of the segment, nanoseconds on any clock.
+        begin: State at the begin; must have positions.
+        end_ns: End of the segment, nanoseconds on the same clock.
+        end: State at the end; must have positions.
     """
 
     __slots__ = ("_begin_ns", "_coefficients", "_degree", "_duration", "_effort")
@@ -189,13 +189,15 @@ def stopping_points(
 ) -> list[TrajectoryPoint]:
     """Return points of a trajectory that brakes each joint at a constant deceleration to rest.
 
-    A joint at speed v stops after ``|v| / d`` seconds, ``v |v| / 2d`` further on. A point stands
-    where a joint has stopped; the cubics in between are then the parabolas that are meant.
+    A joint at speed v stops after ``|v| / d`` seconds, ``v |v| / 2d`` further on. There is a point
+    for each time at which a joint stops, so that the cubics between the points equal the parabolas
+    of constant deceleration.
 
     Args:
-        positions: Where the joints are, rad or m.
-        velocities: How fast they move, rad/s or m/s; empty to stop on the spot.
-        decelerations: Per joint, rad/s² or m/s², all above 0; empty to stop on the spot.
+        positions: Present positions, rad or m.
+        velocities: Present velocities, rad/s or m/s; empty to stop on the spot.
+        decelerations: Deceleration of each joint, rad/s² or m/s², above 0; empty to stop on the
+            spot.
     """
     if not velocities or not decelerations:
         return [TrajectoryPoint(list(positions))]
@@ -216,9 +218,9 @@ def stopping_points(
 def _slowed(
     position: float, velocity: float, deceleration: float, time: float
 ) -> tuple[float, float]:
-    """Position and velocity of a joint that has been slowing down for so many seconds."""
+    """Return position and velocity of a joint after a time of constant deceleration in seconds."""
     slowing = -deceleration if velocity > 0.0 else deceleration
-    # Points are whole nanoseconds: the last one must be at rest all the same.
+    # Times are rounded to nanoseconds, but the last point must be at rest.
     time_to_stop = abs(velocity) / deceleration
     if time >= time_to_stop - 1.0 / NANOSECONDS_PER_SECOND:
         return position + velocity * time_to_stop / 2.0, 0.0
@@ -236,10 +238,10 @@ class TrajectorySample(NamedTuple):
     """State sampled from a trajectory, with the indices of the points before and after.
 
     Attributes:
-        state: The desired state.
-        start_index: Index of the point that begins the running segment.
-        end_index: Index of the point being approached; both are 0 before the first point, and
-            ``end_index`` is the number of points after the last.
+        state: Desired state.
+        start_index: Index of the point at the begin of the present segment.
+        end_index: Index of the point at the end of the present segment; both are 0 before the
+            first point, and ``end_index`` is the number of points after the last point.
     """
 
     state: TrajectoryPoint
@@ -251,9 +253,9 @@ class Trajectory:
     """Trajectory points with a start time; returns interpolated states.
 
     Args:
-        points: The points, their times strictly increasing. They are filled in where derivatives
-            are integrated, so the trajectory owns them.
-        start_ns: Time at which the points' clocks start, or 0 for "when first sampled".
+        points: Points with strictly increasing times. The trajectory owns the points: it completes
+            those whose derivatives are to be integrated.
+        start_ns: Start time that the points' times are relative to; 0 for the first sampling.
     """
 
     def __init__(self, points: Sequence[TrajectoryPoint] = (), start_ns: int = 0) -> None:
@@ -265,7 +267,7 @@ class Trajectory:
     def update(self, points: Sequence[TrajectoryPoint], start_ns: int = 0) -> None:
         """Replace the trajectory's points and start time; keep the state set as point before."""
         self._points = list(points)
-        # Segment i ends at point i; the first one begins at the point before.
+        # Segment i ends at point i; the first segment begins at the point before.
         self._segments = [None] * len(self._points)
         self.start_ns = start_ns
         self._completed = 0
@@ -288,10 +290,10 @@ class Trajectory:
         """Set the robot's state when it starts to follow the trajectory, before the first point.
 
         Args:
-            time_ns: The time of that state; the trajectory cannot be sampled before it.
-            point: The state; it must have positions.
-            wraparound: Per joint, whether a whole turn leads back to the same place. Such a
-                joint's position before is shifted by turns, so that it takes the shortest way.
+            time_ns: Time of that state; earlier times cannot be sampled.
+            point: State of the robot; must have positions.
+            wraparound: Whether each joint is continuous. The position of a continuous joint is
+                shifted by whole turns, so that the joint takes the shortest way.
         """
         before = replace(point, time_ns=time_ns)
         if any(wraparound) and self._points and self._points[0].positions:
@@ -311,12 +313,10 @@ class Trajectory:
     ) -> TrajectorySample | None:
         """Return the desired state at a time; None without points or before the start state.
 
-        There is none without points and before the point before.
-
         Args:
-            time_ns: The time; never earlier than that of the last call that advanced.
-            method: How to interpolate.
-            advance: Whether later calls may begin their search here.
+            time_ns: Time of the state; not earlier than that of the last call with ``advance``.
+            method: Interpolation method.
+            advance: Whether later calls may start their search at this time.
         """
         if not self.sampled_already:
             self.sampled_already = True
@@ -366,9 +366,9 @@ class Trajectory:
         return self.start_ns + point.time_ns, point
 
     def _complete(self, segment: int) -> None:
-        """Integrate what the ends of all segments up to this one lack.
+        """Integrate missing derivatives at the end of all segments up to this one.
 
-        Also of those that no sample has fallen into: at 10 Hz a sample may step over several.
+        Segments without a sample are included: at 10 Hz a sample may skip several of them.
         """
         for index in range(self._completed, segment + 1):
             target = self._points[index]
@@ -381,12 +381,12 @@ class Trajectory:
 def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> None:
     """Set missing positions and velocities of a segment's end point by integration, in place.
 
-    Velocity and acceleration run linearly over the segment; those that ``begin`` lacks count as 0.
+    Velocity and acceleration are linear over the segment; those that ``begin`` lacks count as 0.
 
     Args:
-        begin: State at the beginning, with positions.
-        end: State to be completed.
-        duration: Seconds between them.
+        begin: State at the begin, with positions.
+        end: State at the end, which is completed.
+        duration: Duration of the segment in seconds.
     """
     if end.positions or not (end.velocities or end.accelerations):
         return
@@ -410,9 +410,9 @@ def shift_to_nearest_turn(
     """Return positions; those of continuous joints shifted by turns nearest to their targets.
 
     Args:
-        current: Positions, rad.
-        target: Where they are to go, rad.
-        wraparound: Which joints turn without end.
+        current: Present positions, rad.
+        target: Target positions, rad.
+        wraparound: Whether each joint is continuous.
     """
     return [
         end - shortest_angle(begin, end) if flag else begin
@@ -424,8 +424,8 @@ def shortest_angle(begin: float, end: float) -> float:
     """Return the shortest signed rotation from one angle to another, in rad.
 
     Args:
-        begin: Angle, rad.
-        end: Angle, rad.
+        begin: First angle, rad.
+        end: Second angle, rad.
     """
     difference = math.remainder(end - begin, 2.0 * math.pi)
     if abs(abs(difference) - math.pi) < 1e-12:
@@ -434,7 +434,7 @@ def shortest_angle(begin: float, end: float) -> float:
 
 
 def _padded(begin: TrajectoryPoint, target: TrajectoryPoint) -> TrajectoryPoint:
-    """Give the point before the derivatives that the first point has; they count as 0."""
+    """Return the point before, with zeros for derivatives that only the first point has."""
     zeros = [0.0] * len(begin.positions)
     return replace(
         begin,

@@ -10,7 +10,7 @@ from typing import Protocol
 from teleopctl.control.controllers.joint_trajectory.trajectory import PointLike, TrajectoryPoint
 from teleopctl.interfaces import Stamp, to_nanoseconds, to_seconds
 
-# float32 resolution: what a planner that works in single precision calls zero.
+# float32 resolution: zero of a planner that works in single precision.
 _STILL = 1.2e-7
 
 
@@ -37,11 +37,11 @@ class TrajectoryRules:
     """Rules for the trajectory messages that a controller accepts: joints, fields, final velocity.
 
     Attributes:
-        joints: The controller's joints.
-        partial_joints: Whether a trajectory may name only some of them.
+        joints: Names of the controller's joints.
+        partial_joints: Whether a trajectory may name only some of the joints.
         integration: Whether positions may be left out, to be integrated.
-        final_velocity: Whether the last point may still be moving.
-        effort: Whether points may carry effort.
+        final_velocity: Whether the last point may have a velocity other than zero.
+        effort: Whether points may have efforts.
     """
 
     joints: tuple[str, ...]
@@ -55,12 +55,12 @@ def validate(trajectory: TrajectoryLike, rules: TrajectoryRules, now_ns: int) ->
     """Raise InvalidTrajectoryError if a trajectory message breaks the controller's rules.
 
     Args:
-        trajectory: The message.
-        rules: What the controller accepts.
-        now_ns: Present time on the controller's clock.
+        trajectory: Trajectory message.
+        rules: Rules of the controller.
+        now_ns: Present time on the controller's clock, in nanoseconds.
 
     Raises:
-        InvalidTrajectoryError: With the reason; the trajectory must not be used.
+        InvalidTrajectoryError: The message breaks a rule, which the text names.
     """
     _check_joints(trajectory, rules)
     _check_end(trajectory, rules, now_ns)
@@ -159,9 +159,9 @@ def to_points(
     """Return a message's points in the controller's joint order; missing joints hold positions.
 
     Args:
-        trajectory: A valid trajectory.
-        joints: The controller's joints.
-        held_positions: Positions of all joints, for those that the trajectory leaves out.
+        trajectory: Valid trajectory message.
+        joints: Names of the controller's joints.
+        held_positions: Positions of all joints, used for joints that the trajectory leaves out.
     """
     names = list(trajectory.joint_names)
     if len(names) == len(joints):

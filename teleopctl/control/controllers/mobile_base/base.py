@@ -26,8 +26,8 @@ class InvalidBaseError(Exception):
 class MobileBaseController(ControllerInterface):
     """Base class of controllers that command a mobile base's wheels and publish odometry.
 
-    It stands still until a velocity comes, and when none has come for the timeout. Its odometry
-    starts at the origin when it is activated for the first time.
+    The base is at rest until a velocity command arrives, and after the timeout without one. The
+    odometry starts at the origin on the first activation.
     """
 
     command_topic: ClassVar[str] = "~/cmd_vel"
@@ -76,7 +76,7 @@ class MobileBaseController(ControllerInterface):
 
         Args:
             values: Values of the state interfaces.
-            last_values: Their values at the last update.
+            last_values: Values of the state interfaces at the last update.
             period: Seconds since the last update.
         """
         raise NotImplementedError
@@ -195,8 +195,8 @@ class MobileBaseController(ControllerInterface):
 class ChainableBase(MobileBaseController, ChainableControllerInterface):
     """Base class of mobile base controllers whose velocity other controllers can command.
 
-    In chained mode the references are the velocity at each update, however old they are; while one
-    of them is not a number the base stands still.
+    In chained mode the references are the velocity at each update, however old they are; while a
+    reference is NaN the base is at rest.
     """
 
     references: ClassVar[Sequence[str]] = ("linear", "angular")

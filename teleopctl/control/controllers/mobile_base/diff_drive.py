@@ -65,7 +65,7 @@ class DiffDriveController(ChainableBase):
         outcome = super().on_configure()
         self._limited: Any = None
         if outcome is None and self.auto_declare("publish_limited_velocity", False):
-            # Any: message classes are made at run time.
+            # Any: message classes are generated at run time.
             kind: Any = get_message("geometry_msgs/msg/TwistStamped")
             self._limited_message: Any = kind()
             self._limited = self.get_node().create_publisher(kind, "~/cmd_vel_out", 10)

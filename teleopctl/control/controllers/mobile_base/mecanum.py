@@ -15,7 +15,7 @@ from teleopctl.control.realtime_publisher import RealtimePublisher
 from teleopctl.interfaces import get_message, set_stamp
 
 _WHEELS = ("front_left", "front_right", "rear_right", "rear_left")
-# What sideways motion and turning add to each wheel.
+# Signs of the parts that sideways motion and turning add to each wheel.
 _SIDEWAYS = (-1.0, 1.0, -1.0, 1.0)
 _TURNING = (-1.0, 1.0, 1.0, -1.0)
 
@@ -74,7 +74,7 @@ class MecanumDriveController(ChainableBase):
         """Read the parameters; create the topics, with ``~/controller_state``."""
         outcome = super().on_configure()
         if outcome is None:
-            # Any: message classes are made at run time. Made once and reused.
+            # Any: message classes are generated at run time. The message is reused.
             kind: Any = get_message("control_msgs/msg/MecanumDriveControllerState")
             self._state_message: Any = kind()
             self._state_publisher = self.get_node().create_publisher(kind, "~/controller_state", 10)
@@ -95,7 +95,7 @@ class MecanumDriveController(ChainableBase):
         time_ns, speeds, velocity = value
         message = self._state_message
         set_stamp(message.header.stamp, time_ns)
-        # In an open loop nothing is measured.
+        # In open loop there are no measured speeds.
         for wheel, speed in zip(_WHEELS, speeds or [math.nan] * len(_WHEELS), strict=True):
             setattr(message, f"{wheel.replace('rear', 'back')}_wheel_velocity", speed)
         twist = message.reference_velocity

@@ -5,9 +5,9 @@ from __future__ import annotations
 import math
 from collections import deque
 
-# rad: below it an arc is a line to double precision.
+# Turn in rad below which an arc is a line to double precision.
 _STRAIGHT = 1e-6
-# Seconds: a speed over less is noise; as upstream.
+# Period in s below which a computed speed is noise, as in ROS 2.
 _SHORTEST_STEP = 1e-4
 
 
@@ -15,15 +15,15 @@ class Odometry:
     """Pose of a base in the odometry frame, integrated from displacements, and mean velocity.
 
     Args:
-        window: How many steps the speeds are averaged over.
+        window: Number of steps that the velocity is averaged over.
 
     Attributes:
-        x: m.
-        y: m.
-        heading: Yaw, rad.
-        linear_x: m/s forwards, in the base's frame.
-        linear_y: m/s to the left.
-        angular: rad/s, counterclockwise.
+        x: Position along x in the odometry frame, m.
+        y: Position along y in the odometry frame, m.
+        heading: Yaw in the odometry frame, rad.
+        linear_x: Mean forward velocity in the base's frame, m/s.
+        linear_y: Mean velocity to the left in the base's frame, m/s.
+        angular: Mean angular velocity, counterclockwise, rad/s.
     """
 
     def __init__(self, window: int = 1) -> None:
@@ -42,7 +42,7 @@ class Odometry:
         Args:
             forwards: Length along the base's x axis, m.
             turned: Change of heading, rad.
-            period: Seconds that it took.
+            period: Duration of the motion in seconds.
             sideways: Length along the base's y axis, m.
         """
         if period < _SHORTEST_STEP:

@@ -19,15 +19,15 @@ _ROWS = 6
 class OdometryPublisher:
     """Realtime publisher of odometry and transform, at a rate by the controller's time.
 
-    It reads the controller's parameters ``odom_frame_id``, ``base_frame_id``, ``tf_frame_prefix``
+    Reads the controller's parameters ``odom_frame_id``, ``base_frame_id``, ``tf_frame_prefix``
     and ``tf_frame_prefix_enable``, ``pose_covariance_diagonal``, ``twist_covariance_diagonal`` and
     ``enable_odom_tf``.
 
     Args:
-        controller: Whose odometry it is.
-        topic: Of the odometry.
-        transform_topic: Of the transform.
-        publish_rate: Hz; 0 is every update.
+        controller: Controller of the base.
+        topic: Topic of the odometry.
+        transform_topic: Topic of the transform.
+        publish_rate: Publishing rate in Hz; 0 to publish in every update.
     """
 
     def __init__(
@@ -38,8 +38,8 @@ class OdometryPublisher:
         prefix = _prefix(controller)
         odometry = get_message("nav_msgs/msg/Odometry")
         transforms = get_message("tf2_msgs/msg/TFMessage")
-        # Messages are made once and reused.
-        # Any: message classes are made at run time.
+        # Messages are created once and reused.
+        # Any: message classes are generated at run time.
         self._message: Any = odometry()
         self._message.header.frame_id = prefix + read("odom_frame_id", "odom")
         self._message.child_frame_id = prefix + read("base_frame_id", "base_link")
@@ -73,7 +73,7 @@ class OdometryPublisher:
         """Queue odometry and transform for publishing if the publish period has passed."""
         if time_ns < self._due_ns:
             return
-        # Keeps the rate in the mean, also where it is no divisor of the controller's.
+        # Keeps the mean rate, even if the rate is no divisor of the controller's rate.
         late = time_ns - self._due_ns
         self._due_ns = (self._due_ns if late < self._period_ns else time_ns) + self._period_ns
         self._realtime_publisher.try_publish(

@@ -15,14 +15,14 @@ class RateLimits:
     """Limits of one velocity component, its acceleration and its jerk; infinite if unlimited.
 
     Attributes:
-        lowest: Lowest speed (backwards), at most 0.
-        highest: Highest speed.
-        acceleration: Forwards, at least 0.
-        deceleration: While it goes forwards, at most 0.
-        reverse_acceleration: Backwards, at most 0.
-        reverse_deceleration: While it goes backwards, at least 0.
-        lowest_jerk: At most 0.
-        highest_jerk: At least 0.
+        lowest: Lowest velocity (backwards), at most 0.
+        highest: Highest velocity, at least 0.
+        acceleration: Limit of the acceleration forwards, at least 0.
+        deceleration: Limit of the deceleration while moving forwards, at most 0.
+        reverse_acceleration: Limit of the acceleration backwards, at most 0.
+        reverse_deceleration: Limit of the deceleration while moving backwards, at least 0.
+        lowest_jerk: Lowest jerk, at most 0.
+        highest_jerk: Highest jerk, at least 0.
     """
 
     lowest: float = -math.inf
@@ -39,7 +39,7 @@ class RateLimiter:
     """Limiter of one velocity component, its acceleration and its jerk over successive calls.
 
     Args:
-        limits: The limits.
+        limits: Limits of the velocity component.
     """
 
     def __init__(self, limits: RateLimits) -> None:
@@ -54,12 +54,12 @@ class RateLimiter:
         """Return a requested speed limited relative to the previous speeds, and store the result.
 
         Args:
-            speed: What is wanted.
-            period: Seconds since the last one.
+            speed: Requested speed.
+            period: Seconds since the last call.
         """
         last, limits = self._last, self._limits
         step, last_step = speed - last, last - self._before
-        # Easing off is not limited in jerk, or the speed would swing about the one that is wanted.
+        # A shrinking step is not limited in jerk, else the speed would oscillate about the request.
         if (step - last_step) * step > 0.0:
             square = period * period
             change = _clamp(
@@ -81,12 +81,11 @@ def _clamp(value: float, lowest: float, highest: float) -> float:
 def read_limits(controller: ControllerInterface, prefix: str) -> RateLimits:
     """Return limits from parameters such as ``<prefix>.max_velocity``; raise for a wrong sign.
 
-    Not a number is "no limit"; what is left out follows from its counterpart. The switches
-    ``has_velocity_limits`` and so on of older parameter files count, and their
-    ``min_acceleration``.
+    NaN means no limit; a missing limit is derived from its counterpart. The parameters
+    ``has_velocity_limits`` and so on of older files, and their ``min_acceleration``, are used, too.
 
     Raises:
-        ValueError: A limit has the wrong sign; the text says which.
+        ValueError: A limit has the wrong sign; the text names the limit.
     """
     read = controller.auto_declare
 

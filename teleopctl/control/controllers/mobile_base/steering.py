@@ -1,7 +1,8 @@
 """Controllers of bases that steer some wheels and drive others.
 
-The frame's origin is the middle of the driven axle. A base with wheelbase L that drives at v and
-turns at w steers its middle by ``atan(w L / v)``; its wheels roll on circles about one centre.
+The origin of the base frame is the middle of the driven axle. For speed v and turn rate w, a base
+with wheelbase L steers the middle of the steered axle by ``atan(w L / v)``; all wheels roll on
+circles about one centre.
 """
 
 from __future__ import annotations
@@ -59,7 +60,7 @@ class _SteeringController(ChainableBase):
         self._angles = [0.0] * self.steered_wheels
 
     def _joints(self, name: str, side: str, count: int = 0) -> list[str]:
-        """Joints by a parameter, or by the one that older files have for a side of the base."""
+        """Return the joints named by a parameter, or by the parameter of older files for a side."""
         no_names: list[str] = []
         old = f"{side}_wheels_state_names" if "state" in name else f"{side}_wheels_names"
         names = self.auto_declare(name, no_names) or self.auto_declare(old, no_names)
@@ -111,8 +112,7 @@ class _SteeringController(ChainableBase):
         if len(angles) == 1:
             return angles[0]
         half, length = self._steered_track / 2.0, self._wheelbase
-        # Each wheel has its own distance to the centre; half the track lies between it and the
-        # middle.
+        # Each wheel has its own distance to the centre, half the track from that of the middle.
         return sum(
             math.atan2(length * math.tan(angle), length + side * half * math.tan(angle))
             for angle, side in zip(angles, (-1.0, 1.0), strict=True)
@@ -128,7 +128,7 @@ class _SteeringController(ChainableBase):
 
     def _steering(self, velocity: BaseVelocity) -> list[float]:
         """Return the steering angles for the circle of a velocity, right before left."""
-        # Backwards the same circle is wanted with the other turn.
+        # Backwards, the same circle needs the opposite turn rate.
         forwards = abs(velocity.x)
         sideways = math.copysign(1.0, velocity.x) * velocity.angular * self._wheelbase
         half = velocity.angular * self._steered_track / 2.0 * math.copysign(1.0, velocity.x)

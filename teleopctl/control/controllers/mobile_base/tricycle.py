@@ -13,10 +13,10 @@ from teleopctl.control.handles import POSITION, VELOCITY
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.interfaces import get_service
 
-# Parameters of ROS 2's controller that do nothing here.
+# Parameters of ROS 2's controller that have no effect here.
 _UNSUPPORTED = ("publish_ackermann_command", "odom_only_twist")
-# While the wheel is turned further from where it is to be than the first (rad) it drives slower,
-# from the second on hardly at all.
+# Beyond the first error of the steering angle (rad) the wheel drives slower, beyond the second with
+# the third as factor.
 _NEAR, _FAR, _CRAWL = math.pi / 6.0, math.pi / 2.0, 0.01
 
 
@@ -25,8 +25,9 @@ class TricycleController(MobileBaseController):
 
     Plug-in type ``tricycle_controller/TricycleController``.
 
-    The wheel stands a wheelbase L in front of the frame's origin. To drive at v and turn at w it
-    is turned by ``a = atan(w L / v)`` and rolls at ``v / cos(a)``; a turn on the spot is possible.
+    The wheel is a wheelbase L in front of the base frame's origin. For speed v and turn rate w its
+    steering angle is ``a = atan(w L / v)`` and its speed ``v / cos(a)``; the base can turn on the
+    spot.
     """
 
     unstamped_topic = "~/cmd_vel"
@@ -52,7 +53,7 @@ class TricycleController(MobileBaseController):
         super().on_cleanup()
         self.get_node().destroy_service(self._service)
 
-    # Any: requests and responses, whose classes are made at run time.
+    # Any: classes of requests and responses are generated at run time.
     def _reset_odometry(self, request: Any, response: Any) -> Any:
         del request
         self._resets = True
@@ -93,7 +94,7 @@ class TricycleController(MobileBaseController):
         turning, swinging = (
             self._limit(f"steering.max_{name}") for name in ("velocity", "acceleration")
         )
-        # Upstream's limit on the acceleration of the angle is twice as wide as its name says.
+        # ROS 2's limit on the acceleration of the angle is twice as large as the parameter.
         self._angle_limiter = _limiter(math.inf, turning, turning, 2.0 * swinging)
         self._furthest = (
             read("steering.min_position", math.nan),
@@ -153,18 +154,18 @@ class TricycleController(MobileBaseController):
         speed *= _slowed(abs(self._angle - measured)) if math.isfinite(measured) else 1.0
         lowest, highest = self._furthest
         angle = self._angle_limiter.limit(self._angle, self._period)
-        # Comparisons with what is not a number are false: no limit.
+        # Comparisons with NaN are false: no limit.
         angle = highest if angle > highest else lowest if angle < lowest else angle
         return [self._speed_limiter.limit(speed, self._period), angle]
 
 
 def _slowed(away: float) -> float:
-    """The part of its speed at which a wheel drives that is so far from its angle (rad)."""
+    """Return the factor on a wheel's speed for an error of its steering angle (rad)."""
     if away < _NEAR:
         return 1.0
     return _CRAWL if away > _FAR else math.cos(away)
 
 
 def _limiter(highest: float, faster: float, slower: float, jerk: float) -> RateLimiter:
-    """A limiter that is the same in both directions."""
+    """Return a limiter with the same limits in both directions."""
     return RateLimiter(RateLimits(-highest, highest, faster, -slower, -faster, slower, -jerk, jerk))

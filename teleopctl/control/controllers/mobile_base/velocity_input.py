@@ -16,9 +16,9 @@ class BaseVelocity(NamedTuple):
     """Velocity of a mobile base in its own frame: forwards, to the left, and turn rate.
 
     Attributes:
-        x: m/s forwards.
-        y: m/s to the left.
-        angular: rad/s, counterclockwise.
+        x: Velocity forwards, m/s.
+        y: Velocity to the left, m/s.
+        angular: Angular velocity, counterclockwise, rad/s.
     """
 
     x: float = 0.0
@@ -33,13 +33,13 @@ class VelocityInput:
     """Subscription to velocity commands of a mobile base, which are valid until a timeout.
 
     Args:
-        controller: Whose topic it is.
-        topic: Of stamped messages.
-        unstamped_topic: Of bare ones, for a parameter ``use_stamped_vel`` that is false.
-        timeout: Seconds for which a velocity counts; 0 is for ever.
+        controller: Controller of the base.
+        topic: Topic of TwistStamped messages.
+        unstamped_topic: Topic of Twist messages, used if parameter ``use_stamped_vel`` is false.
+        timeout: Seconds for which a velocity is valid; 0 for no timeout.
 
     Attributes:
-        active: Whether the controller is active; otherwise messages are refused.
+        active: Whether the controller is active; otherwise messages are ignored.
     """
 
     def __init__(
@@ -85,7 +85,7 @@ class VelocityInput:
             return _REST
         return velocity
 
-    # Any: messages, whose classes are made at run time.
+    # Any: message classes are generated at run time.
     def _stamped(self, message: Any) -> None:
         stamp_ns, now_ns = to_nanoseconds(message.header.stamp), self._now_ns()
         if stamp_ns == 0:
@@ -105,7 +105,7 @@ class VelocityInput:
                 throttle_duration_sec=1.0,
             )
             return
-        # A stamp of the future, of another clock perhaps, must not outlast its sender.
+        # A stamp in the future, perhaps of another clock, must not extend the timeout.
         self._take(message.twist, min(stamp_ns, now_ns))
 
     def _unstamped(self, message: Any) -> None:
