@@ -185,7 +185,7 @@ class LaunchContext:
         return self._expanded(file, mappings).text
 
     def arguments_for_robot(self, file: Path, mappings: Mapping[str, str]) -> dict[str, str]:
-        """Return given launch arguments that only the xacro file declares; note their names.
+        """Return launch arguments that only the xacro file declares, and count them as declared.
 
         Args:
             file: Path of the xacro file.

@@ -115,7 +115,7 @@ def _first_words(parameters: Mapping[str, object]) -> Iterator[str]:
 
 
 def defines_controllers(file: ParameterFile) -> bool:
-    """Return whether a parameter file sets the type of any controller."""
+    """Return whether a parameter file sets the type of at least one controller."""
     return any(
         name == "type" or name.endswith(_TYPE)
         for _, parameters in file.sections

@@ -71,7 +71,7 @@ def running(
 
 
 def died(folder: Path | None = None) -> list[Running]:
-    """Return processes in the background that ended unexpectedly after they were up.
+    """Return background nodes, and processes of background launches, that failed or were killed.
 
     Includes nodes without a launch, and processes of launches that still run or that have ended.
     """
