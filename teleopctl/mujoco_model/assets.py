@@ -32,7 +32,7 @@ _READ_BY_MUJOCO = frozenset({".stl", ".obj", ".msh"})
 def resolve_meshes(
     spec: mujoco.MjSpec, folder: Path | None = None, *, try_each: bool = False
 ) -> list[str]:
-    """Give each mesh of a spec a readable file or its triangles; drop the rest with warnings.
+    """Resolve a spec's mesh files for MuJoCo, cut hollow ones, drop unusable ones; return warnings.
 
     Args:
         spec: The ``mujoco.MjSpec`` whose meshes carry the URIs of the URDF.

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class FreeBody:
-    """A link on a floating joint: link, joint, and the frame where the joint starts.
+    """Link on a floating joint: link, joint, and the frame where the joint starts.
 
     Attributes:
         link: Name of the link, whose pose is that of the joint.
@@ -55,7 +55,7 @@ def free_bodies(description: RobotDescription) -> list[FreeBody]:
 
 
 def free_root(model: mujoco.MjModel, body: int) -> int:
-    """Return the index of the free body that carries a body; 0 (world) if none does.
+    """Return the body index of the root, on a free joint, that carries a body; 0 (world) if none.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -140,7 +140,7 @@ class FixedBase:
 
 
 def quaternion(pose: Pose) -> npt.NDArray[np.float64]:
-    """Return the rotation of a pose as quaternion w, x, y, z."""
+    """Return the rotation of a pose as quaternion w, x, y, z, (4,)."""
     turn = np.zeros(4)
     mujoco.mju_euler2Quat(turn, np.array(pose.rpy), "XYZ")
     return turn
@@ -211,7 +211,7 @@ def place_base(
     pose: Pose | None,
     wheels: Iterable[str] = (),
 ) -> FreeBase:
-    """Set the starting pose of a free root link, on the ground by default; return it placed.
+    """Set a free root link's starting pose, on the ground by default; return the updated base.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -221,9 +221,6 @@ def place_base(
         pose: Pose that the user sets for the root link. At a height of 0, and by default, the
             lowest point of the collision shapes lies on the ground.
         wheels: Names of the joints that are driven by velocity.
-
-    Returns:
-        The root link with its height.
     """
     body, start = bare.body(base.body.link).id, int(bare.joint(base.body.joint).qposadr[0])
     place, turn = np.zeros(3), np.array([1.0, 0.0, 0.0, 0.0])

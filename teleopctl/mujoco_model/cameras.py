@@ -116,11 +116,7 @@ _IN_ONE_PLACE_M = 0.001
 
 
 def optical_frame(sensor: SensorTag, description: RobotDescription) -> tuple[str, str]:
-    """Return a camera's optical frame, and a warning if the description names another one.
-
-    Returns:
-        The frame, and a warning if the description names another frame, else an empty string.
-    """
+    """Return a camera's optical frame, and a warning, empty unless another frame was named."""
     if sensor.optical_frame:
         return sensor.optical_frame, ""
     named = RosNames(sensor).setting("frame_name", "frameName") or sensor.frame
@@ -151,7 +147,7 @@ def own_frame(link: str, name: str, description: RobotDescription) -> str:
 
 
 def optical_rotation(pose: Pose) -> Quaternion:
-    """Return the rotation of the optical frame in the camera's link, as x, y, z, w."""
+    """Return the optical frame's rotation (x, y, z, w) in the link, given the camera's pose."""
     return multiply(quaternion_from_rpy(*pose.rpy), OPTICAL_ROTATION)
 
 
@@ -275,7 +271,7 @@ class CameraModel:
 
     @property
     def intrinsics(self) -> tuple[float, ...]:
-        """Return the 3 by 3 intrinsic matrix K of ``camera_info``, row by row.
+        """Intrinsic matrix K (3 by 3) of ``camera_info``, row by row.
 
         Pixel (0, 0) is the centre of the upper left pixel, so the image centre lies half a
         pixel before width/2.
@@ -285,7 +281,7 @@ class CameraModel:
 
     @property
     def projection(self) -> tuple[float, ...]:
-        """Return the 3 by 4 projection matrix P of ``camera_info``, row by row."""
+        """Projection matrix P (3 by 4) of ``camera_info``, row by row."""
         fx, fy, cx, cy = self._pinhole
         if self.rectified is not None:
             fx, fy, cx, cy, tx, ty = self.rectified
@@ -296,12 +292,12 @@ class CameraModel:
 
     @property
     def optical_rotation(self) -> Quaternion:
-        """Return the rotation of the optical frame in the camera's link, as x, y, z, w."""
+        """Rotation of the optical frame in the camera's link, as x, y, z, w."""
         return optical_rotation(self.pose)
 
 
 def camera_models(description: RobotDescription) -> tuple[list[CameraModel], list[str]]:
-    """Return the cameras of a robot description, and warnings about names and frames.
+    """Return a description's cameras, and warnings about left-out ones, names, frames and topics.
 
     Returns:
         The cameras, each with a unique name, and a warning for each camera that is left out, or
@@ -332,11 +328,11 @@ def camera_models(description: RobotDescription) -> tuple[list[CameraModel], lis
             name = f"{camera.link}/{name}"
         if name != camera.name:
             warnings.append(f"Two cameras are named '{camera.name}': one is renamed to '{name}'")
-        said = camera_topics(sensor, name, alone=len(sensors) == 1)
-        topics = {what: ros_topic(topic) for what, topic in said.items()}
-        if changed := [what for what, topic in topics.items() if topic != said[what]]:
+        named = camera_topics(sensor, name, alone=len(sensors) == 1)
+        topics = {what: ros_topic(topic) for what, topic in named.items()}
+        if changed := [what for what, topic in topics.items() if topic != named[what]]:
             warnings.append(
-                f"'{said[changed[0]]}' is not a valid topic name: camera '{name}' publishes on "
+                f"'{named[changed[0]]}' is not a valid topic name: camera '{name}' publishes on "
                 f"'{topics[changed[0]]}'"
             )
         own = frame == own_frame(camera.link, sensor.name, description)
@@ -386,7 +382,7 @@ def _camera(sensor: SensorTag, frame: str) -> CameraModel:
         lens=camera.lens,
         noise=sensor.noise.get("camera"),
         encoding=_ENCODINGS.get(camera.format.upper(), "rgb8"),
-        baseline_m=_said(sensor, "hack_baseline", "hackBaseline") or 0.0,
+        baseline_m=_plugin_number(sensor, "hack_baseline", "hackBaseline") or 0.0,
         rectified=camera.projection,
     )
 
@@ -394,7 +390,9 @@ def _camera(sensor: SensorTag, frame: str) -> CameraModel:
 def _distortion(sensor: SensorTag, camera: CameraTag) -> tuple[float, float, float, float, float]:
     """Return the coefficients of ``<distortion>``, with older plug-ins' tags in place of zeros."""
     k1, k2, p1, p2, k3 = (
-        of_camera or _said(sensor, f"distortion_{name.lower()}", f"distortion{name}") or 0.0
+        of_camera
+        or _plugin_number(sensor, f"distortion_{name.lower()}", f"distortion{name}")
+        or 0.0
         for of_camera, name in (
             (camera.k1, "K1"),
             (camera.k2, "K2"),
@@ -408,12 +406,12 @@ def _distortion(sensor: SensorTag, camera: CameraTag) -> tuple[float, float, flo
 
 def _depth_limits(sensor: SensorTag, near: float, far: float) -> tuple[float, float]:
     """Return the range of measured depths: that of the plug-in, within the clip distances."""
-    least = _said(sensor, "min_depth", "pointCloudCutoff")
-    most = _said(sensor, "max_depth", "pointCloudCutoffMax")
+    least = _plugin_number(sensor, "min_depth", "pointCloudCutoff")
+    most = _plugin_number(sensor, "max_depth", "pointCloudCutoffMax")
     return max(near, least or near), min(far, most or far)
 
 
-def _said(sensor: SensorTag, *tags: str) -> float | None:
+def _plugin_number(sensor: SensorTag, *tags: str) -> float | None:
     """Return a number from the settings of the camera's plug-in; None without one."""
     with contextlib.suppress(ValueError):
         return float(RosNames(sensor).setting(*tags))

@@ -128,18 +128,20 @@ def directed_friction(
     description: RobotDescription,
 ) -> tuple[tuple[DirectedFriction, ...], list[str]]:
     """Return each link's direction-dependent friction, and a warning per unknown frame."""
-    found, told = [], []
+    found, complaints = [], []
     for link, physics in description.gazebo.links.items():
         across = physics.across
         if across is None or link not in description.links:
             continue
         frame = across.link or link
         if frame not in description.links:
-            told.append(f"<fdir1> of '{link}' is taken in its own frame: there is no '{frame}'")
+            complaints.append(
+                f"<fdir1> of '{link}' is taken in its own frame: there is no '{frame}'"
+            )
             frame = link
         coefficient = min(across.coefficient, _ROUGHEST)
         found.append(DirectedFriction(link, coefficient, across.along, frame))
-    return tuple(found), told
+    return tuple(found), complaints
 
 
 @dataclass(frozen=True)

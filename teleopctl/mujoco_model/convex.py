@@ -70,7 +70,7 @@ def can_decompose() -> bool:
 
 
 class Hull(NamedTuple):
-    """Comparison of a mesh with its convex hull: ratio of the volumes, and whether it is open.
+    """Comparison of a mesh with its convex hull: ratio of volumes, and whether the mesh is open.
 
     Attributes:
         ratio: Volume of the hull divided by that of the mesh; 1 if unknown.
@@ -82,7 +82,7 @@ class Hull(NamedTuple):
 
     @property
     def fault(self) -> str:
-        """Clause for a warning that the hull stands for the mesh, with why; empty if it fits."""
+        """End of a warning that the mesh collides as its hull, and why; empty if the hull fits."""
         if self.is_open:
             return "collides as its convex hull: it is not closed"
         if self.ratio <= _HOLLOW:
@@ -92,7 +92,7 @@ class Hull(NamedTuple):
 
 
 def measure_hull(path: Path) -> Hull:
-    """Return the comparison of a mesh file with its convex hull, from the cache if there."""
+    """Return a mesh file's `Hull`, the comparison with its convex hull, from the cache if there."""
     kept = _kept_at(path, ".volumes")
     try:
         ratio, is_open = kept.read_text("utf-8").split()
@@ -111,7 +111,7 @@ def needs_decomposition(path: Path) -> bool:
 
 
 def convex_pieces(path: Path) -> list[Piece]:
-    """Return a mesh's convex pieces, cut once and cached; none if open or if its hull will do."""
+    """Return a mesh file's convex pieces, cut once and cached; none if open or not hollow."""
     hull = measure_hull(path)
     if hull.is_open or hull.ratio <= _HOLLOW:
         return []
@@ -132,7 +132,7 @@ def convex_pieces(path: Path) -> list[Piece]:
 
 
 def surface_slabs(path: Path, scale: Sequence[float]) -> list[npt.NDArray[np.float64]]:
-    """Return a hollow mesh's surface as thin convex slabs, one per triangle; none if unfit.
+    """Return thin convex slabs, one per triangle of a small, closed, hollow mesh; none for others.
 
     Args:
         path: The mesh file.

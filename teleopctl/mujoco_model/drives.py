@@ -54,12 +54,12 @@ _NARROWEST = 1e-9
 
 
 def drive_name(joint: str) -> str:
-    """Return the name of a joint's MuJoCo actuator for position and velocity."""
+    """Return the name of a joint's MuJoCo actuator for position and velocity commands."""
     return f"{joint}_drive"
 
 
 def motor_name(joint: str) -> str:
-    """Return the name of a joint's MuJoCo actuator for effort."""
+    """Return the name of a joint's MuJoCo actuator for effort commands."""
     return f"{joint}_motor"
 
 
@@ -77,7 +77,7 @@ def assumed_rotors_text(rotors: Mapping[str, float]) -> str:
 
 
 def prepare_joints(spec: mujoco.MjSpec, joints: list[JointSpec]) -> None:
-    """Set joints' limits, rotor inertias and mimic constraints in a MuJoCo spec.
+    """Set joints' limits, rotors, mimic constraints and gravity compensation in a MuJoCo spec.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -135,7 +135,7 @@ def _limit(element: Any, limits: JointLimits) -> None:
 
 
 def finite_range(lower: float, upper: float) -> list[float]:
-    """Return a joint's limits as MuJoCo accepts them: finite, and not an empty range."""
+    """Return a joint's limits as [lower, upper] that MuJoCo accepts: finite, and not equal."""
     lower, upper = max(lower, -_FAR), min(upper, _FAR)
     return [lower, upper if lower < upper else lower + _NARROWEST]
 
@@ -182,8 +182,8 @@ def add_drives(
             continue
         element = spec.joint(joint.name)
         inertia = moved[joint.name]
-        unsaid = joint.armature is None and element.armature == _SMALLEST_ROTOR
-        if unsaid and not math.isfinite(joint.limits.effort):
+        is_default = joint.armature is None and element.armature == _SMALLEST_ROTOR
+        if is_default and not math.isfinite(joint.limits.effort):
             rotor = max(_ROTOR_SHARE * inertia, _SMALLEST_ROTOR)
             inertia += rotor - element.armature
             element.armature = rotor

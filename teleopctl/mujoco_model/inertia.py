@@ -41,14 +41,11 @@ _ROUNDING = 1e-9
 
 
 def repair_inertias(spec: mujoco.MjSpec, exempt_links: Container[str] = ()) -> list[str]:
-    """Repair masses and inertias of all moving links but some; return a warning per link.
+    """Repair masses and inertias of all links not exempt; return a warning per repaired link.
 
     Args:
         spec: The ``mujoco.MjSpec`` to repair, meshes already resolved.
         exempt_links: Links whose mass MuJoCo computes from their shapes.
-
-    Returns:
-        One warning per repaired link.
     """
     warnings: list[str] = []
     for body in spec.bodies:
@@ -159,13 +156,13 @@ def _inertia(body: Any) -> np.ndarray:
 
 def _raise_smallest_moment(body: Any) -> str:
     moments, axes = np.linalg.eigh(_inertia(body))
-    told = _numbers(moments)
+    before = _numbers(moments)
     moments[0] = _OF_A_ROD * moments[2]
     moments[2] = min(moments[2], (moments[0] + moments[1]) * (1.0 - _ROUNDING))
     _set_inertia(body, moments, axes)
     return (
-        f"Link '{body.name}' has the principal moments of inertia {told}, of which the smallest is "
-        f"raised to {moments[0]:.4g}"
+        f"Link '{body.name}' has the principal moments of inertia {before}, of which the smallest "
+        f"is raised to {moments[0]:.4g}"
     )
 
 

@@ -70,7 +70,7 @@ class JointSpec:
 
 
 def joint_specs(description: RobotDescription) -> tuple[list[JointSpec], list[str]]:
-    """Return the movable joints of a description as `JointSpec`, in the URDF's order.
+    """Return a description's movable joints as `JointSpec`, in the URDF's order, and warnings.
 
     Args:
         description: The robot.
@@ -167,7 +167,7 @@ def _names(interfaces: Iterable[InterfaceInfo]) -> tuple[str, ...]:
 
 
 def close_loops(spec: mujoco.MjSpec, loops: Iterable[Loop]) -> list[str]:
-    """Add the equality constraints for all joints that close kinematic loops.
+    """Add equality constraints for joints that close kinematic loops; return a remark per joint.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit; its bodies have the links' names.
@@ -176,22 +176,22 @@ def close_loops(spec: mujoco.MjSpec, loops: Iterable[Loop]) -> list[str]:
     Returns:
         One sentence per joint: it closes a loop without state and commands, or is left out.
     """
-    told = []
+    remarks = []
     for loop in loops:
         missing = [name for name in (loop.parent, loop.child) if spec.body(name) is None]
         if missing:
-            told.append(f"Joint '{loop.name}' is left out: there is no link '{missing[0]}'")
+            remarks.append(f"Joint '{loop.name}' is left out: there is no link '{missing[0]}'")
             continue
         close_loop(spec, loop, loop.child, loop.parent)
-        told.append(
+        remarks.append(
             f"Joint '{loop.name}' closes a loop: physics holds '{loop.child}' at '{loop.parent}'; "
             "it has no state and takes no commands"
         )
-    return told
+    return remarks
 
 
 def close_loop(spec: mujoco.MjSpec, loop: Loop, child: str, parent: str) -> None:
-    """Add the equality constraints for one joint that closes a kinematic loop.
+    """Add the equality constraints, and exclude contacts, for a joint that closes a kinematic loop.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.

@@ -76,7 +76,7 @@ def is_free_by_design(description: RobotDescription) -> bool:
 
 
 def locomotion_of(shapes: RobotShapes, description: RobotDescription) -> str:
-    """Return what a robot moves on, ``wheels`` or ``legs`` …; empty if its base must be fixed.
+    """Return what moves a robot: ``wheels``, ``legs``, ``rotors`` …; empty if it must be fixed.
 
     Args:
         shapes: Shapes of the robot in its starting pose.
@@ -132,7 +132,7 @@ class RobotShapes:
         self.height = float(top) - self.ground
 
     def points(self, body: int) -> Iterator[Array]:
-        """Yield the corners of a body's collision or visual shapes; its origin without shapes."""
+        """Yield corner points per collision (or visual) shape of a body; its origin without any."""
         m, data = self.model, self.data
         first, count = int(m.body_geomadr[body]), int(m.body_geomnum[body])
         for geom in range(first, first + count):

@@ -58,12 +58,12 @@ class MeshContent:
 
     @property
     def has_pictures(self) -> bool:
-        """Whether the mesh has textures, which are files of their own."""
+        """Whether any part of the mesh has a texture."""
         return any(part.picture is not None for part in self.parts)
 
 
 def load_mesh_content(path: Path) -> MeshContent:
-    """Read a mesh file, or load its cached content.
+    """Return a mesh file's triangles and materials, from the cache if there; raise if unreadable.
 
     Raises:
         InvalidMeshError: The file cannot be read; see `teleopctl.robot.read_mesh`.

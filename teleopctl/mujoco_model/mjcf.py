@@ -49,7 +49,7 @@ class MjcfStart:
     # Any stands for MuJoCo's types, which have no static ones.
     @classmethod
     def of(cls, model: Any, data: Any) -> MjcfStart:
-        """Return the present state of a MuJoCo simulation, by names."""
+        """Return the present joint and actuator state of MuJoCo data as `MjcfStart`."""
         joints = [(model.joint(n).name, data.joint(n)) for n in range(model.njnt)]
         actuators = [model.actuator(n) for n in range(model.nu)]
         return cls(
@@ -64,7 +64,7 @@ class MjcfStart:
         )
 
     def without(self, joint: str) -> MjcfStart:
-        """Return the state with one joint left out."""
+        """Return a copy of this state without a named joint."""
         return replace(
             self,
             positions={name: values for name, values in self.positions.items() if name != joint},
@@ -72,7 +72,7 @@ class MjcfStart:
         )
 
     def apply(self, model: Any, data: Any) -> None:
-        """Set the joints and actuators of a MuJoCo simulation to the state."""
+        """Set the joints and actuators in MuJoCo data to this state."""
         for name, values in self.positions.items():
             data.joint(name).qpos[:] = values
         for name, values in self.velocities.items():
@@ -117,7 +117,7 @@ def draft_mjcf(
     fixed_base: bool,
     spawn_pose: Pose | None,
 ) -> MjcfDraft:
-    """Return the uncompiled spec of an MJCF robot in its world.
+    """Return the uncompiled spec of an MJCF robot in its world, with the parts found and warnings.
 
     Raises:
         InvalidDescriptionError: MuJoCo rejects the file, or the file together with the world.

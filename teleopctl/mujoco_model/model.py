@@ -97,8 +97,8 @@ class RobotModel:
     start: MjcfStart | None = None
     keyframes: Mapping[str, MjcfStart] = field(default_factory=dict)
 
-    def rotors(self) -> dict[str, float]:
-        """Rotor inertias that were assumed, by joint, in kg m² or kg.
+    def assumed_rotors(self) -> dict[str, float]:
+        """Return the rotor inertias that were assumed, by joint, in kg m² or kg.
 
         They keep the motion physical where a strong drive moves light links.
         """
@@ -120,7 +120,7 @@ class RobotModel:
 
     # Any stands for MuJoCo's types, which have no static ones.
     def put_at_start(self, model: Any, data: Any, keyframe: str = "") -> None:
-        """Set simulation data to the model's starting state, or to a keyframe.
+        """Set MuJoCo data to this model's starting state, or to a keyframe if there is one.
 
         Args:
             model: The robot's ``mujoco.MjModel``, or a copy of it.
@@ -134,7 +134,7 @@ class RobotModel:
             start.apply(model, data)
 
     def camera(self, name: str) -> CameraModel:
-        """Return the camera with a name, or the first camera if the name is empty.
+        """Return the camera with a name, or the first camera if the name is empty; raise if none.
 
         Raises:
             InvalidDescriptionError: If the robot has no camera of that name, or no camera at all.
@@ -156,7 +156,7 @@ def build_model(
     fixed_base: bool | None = None,
     spawn_pose: Pose | None = None,
 ) -> RobotModel:
-    """Build the compiled MuJoCo model of a robot in a world.
+    """Build and return the compiled MuJoCo model of a robot in a world, on the ground without one.
 
     Args:
         description: The robot.
@@ -219,8 +219,8 @@ def build_model(
         start, names = initial_positions(bare, joints), [joint.name for joint in joints]
         added_inertias = supported_inertias(bare, base, start, names)
     add_drives(spec, bare, joints, added_inertias)
-    directed, told = directed_friction(description)
-    warnings += [*told, *add_contact_pairs(spec)]
+    directed, complaints = directed_friction(description)
+    warnings += [*complaints, *add_contact_pairs(spec)]
     model = _compile(spec)
     return RobotModel(
         name=description.name,

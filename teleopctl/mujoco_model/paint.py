@@ -67,7 +67,7 @@ class MeshTexture(NamedTuple):
 # Any stands for trimesh's results, whose types are not right for every kind of file, and for
 # MuJoCo's elements, which have no types.
 def parts_of(scene: Any, *, is_gltf: bool) -> list[Part]:
-    """Split a trimesh scene by material; return the parts, none if it has no colours.
+    """Return the parts of a trimesh scene, split by material; none if the scene has no colours.
 
     Args:
         scene: trimesh's scene, in metres.
@@ -91,7 +91,7 @@ def visual_geoms(spec: mujoco.MjSpec, mesh: Any) -> list[Any]:
 def replace_visuals(
     spec: mujoco.MjSpec, mesh: Any, parts: Sequence[Part], is_taken: Callable[[Any], bool]
 ) -> list[MeshTexture]:
-    """Replace a mesh's visual shape by coloured parts; return their textures to add.
+    """Replace a mesh's visual shapes by coloured parts if MuJoCo takes them; return textures.
 
     Args:
         spec: The ``mujoco.MjSpec`` to edit.
@@ -129,7 +129,7 @@ def replace_visuals(
 
 
 def add_textures(spec: mujoco.MjSpec, pictures: Iterable[MeshTexture]) -> None:
-    """Add meshes' textures to a spec, reduced in size if they are many."""
+    """Add textures and their materials to a spec, halved in size until all are within 64 MB."""
     added, side = list(pictures), _LARGEST_PICTURE
     while side > 1 and sum(picture.pixels.nbytes for picture in added) > _MOST_OF_PICTURES:
         side //= 2

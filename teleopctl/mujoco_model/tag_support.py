@@ -99,9 +99,12 @@ def tags_of_sensor(sensor: etree._Element, link: str) -> Iterator[UnsupportedTag
     for found in of_sensors(kind).findings(sensor):
         if not _is_off(found):
             yield unsupported_tag(found, where)
-    said = {tag_value(tag) for tag in sensor} | {link, _number(sensor.findtext("update_rate"))}
+    supported_values = {tag_value(tag) for tag in sensor} | {
+        link,
+        _number(sensor.findtext("update_rate")),
+    }
     for plugin in sensor.iterfind("plugin"):
-        yield from _of_plugin(plugin, kind, said)
+        yield from _of_plugin(plugin, kind, supported_values)
 
 
 def _is_off(found: TagFinding) -> bool:
@@ -110,25 +113,27 @@ def _is_off(found: TagFinding) -> bool:
     return "@" not in found.path and enabled in ("false", "0")
 
 
-def _of_plugin(plugin: etree._Element, sensor: str, said: set[str]) -> Iterator[UnsupportedTag]:
+def _of_plugin(
+    plugin: etree._Element, sensor: str, supported_values: set[str]
+) -> Iterator[UnsupportedTag]:
     """Yield a plug-in's unsupported parameters, unless they repeat values of supported tags."""
     where = f"plug-in '{plugin.get('name')}'"
     own = _OF_CAMERA_PLUGINS if sensor in CAMERA_TYPES else _OF_RAY_PLUGINS
     served = OF_PLUGINS | {"ros"} | own
     rules = plugin.xpath("ros/remapping | ros/argument")
-    said = said | {tag_value(rule).partition(":=")[2] for rule in rules}
+    supported_values = supported_values | {tag_value(rule).partition(":=")[2] for rule in rules}
     for tag in plugin.iterfind("ros/*"):
         named = tag.tag in OF_ROS or tag.tag in served
         if not named and (len(tag) or tag_value(tag) not in ("", "/")):
             yield UnsupportedTag(tag, where, f"<{tag.tag}>")
     for tag in plugin:
-        repeats = bool({tag_value(tag), _number(tag.text)} & said)
+        repeats = bool({tag_value(tag), _number(tag.text)} & supported_values)
         if tag.tag not in served and not (is_default_of_plugin(tag) or repeats):
             yield UnsupportedTag(tag, where, f"<{tag.tag}>", gazebos_own=tag.tag in GAZEBOS_OWN)
 
 
 def is_default_of_plugin(tag: etree._Element) -> bool:
-    """Return whether a tag in a Gazebo plug-in only repeats the plug-in's default."""
+    """Return whether a tag in a Gazebo plug-in only repeats a default, or is zero or false."""
     return is_default(tag, _DEFAULTS_OF_PLUGINS.get(str(tag.tag), ()))
 
 
@@ -141,7 +146,7 @@ def _number(text: str | None) -> str:
 
 
 # Most places that a warning lists for one kind of tag.
-_TOLD_PLACES = 5
+_MOST_PLACES = 5
 _OF_SHAPES = "collision/surface/friction/ode"
 _ROLLING = "collision/surface/friction/bullet/rolling_friction"
 _BULLETS = "has no effect beside <ode>: of Gazebo's engines Bullet alone reads it"
@@ -166,7 +171,7 @@ _SERVED_PLUGINS = re.compile(
 
 
 def unsupported_tags(urdf: str) -> list[str]:
-    """Return one warning per kind of tag that has no effect in simulation.
+    """Return warnings about a URDF's tags, plug-ins and cameras without effect in simulation.
 
     Args:
         urdf: The expanded robot description, which is well formed.
@@ -175,14 +180,15 @@ def unsupported_tags(urdf: str) -> list[str]:
 
 
 def gazebo_only_tags(urdf: str) -> list[str]:
-    """Return one sentence that lists all tags that concern only Gazebo; none if none.
+    """Return a list of one sentence on all tags that concern only Gazebo; empty without such tags.
 
     Args:
         urdf: The expanded robot description, which is well formed.
     """
     lines: dict[str, list[int]] = {}
-    for ask in _of_description(urdf)[1]:
-        lines.setdefault(ask.called.strip("<>"), []).append(ask.tag.sourceline or 0)
+    for unsupported in _of_description(urdf)[1]:
+        name = unsupported.called.strip("<>")
+        lines.setdefault(name, []).append(unsupported.tag.sourceline or 0)
     return [gazebo_only_text(lines)] if lines else []
 
 
@@ -211,16 +217,16 @@ def _of_description(urdf: str) -> tuple[list[str], list[UnsupportedTag]]:
             continue
         sentences += _left_out(gazebo, names["link"])
         where = f"'{reference}'" if reference else "the robot"
-        for ask in _of_gazebo(gazebo, where, tables or [OF_ROBOTS]):
-            if ask.gazebos_own:
-                own.append(ask)
+        for one in _of_gazebo(gazebo, where, tables or [OF_ROBOTS]):
+            if one.gazebos_own:
+                own.append(one)
             else:
-                found.setdefault((ask.called, ask.words), []).append(ask)
-    for (called, told), tags in found.items():
-        places = list(dict.fromkeys(f"{ask.where} (line {ask.tag.sourceline})" for ask in tags))
-        listed = ", ".join(places[:_TOLD_PLACES])
-        more = len(places) - _TOLD_PLACES
-        sentences.append(f"{called} of {listed}{f' and {more} more' if more > 0 else ''} {told}")
+                found.setdefault((one.called, one.words), []).append(one)
+    for (called, effect), tags in found.items():
+        places = list(dict.fromkeys(f"{one.where} (line {one.tag.sourceline})" for one in tags))
+        listed = ", ".join(places[:_MOST_PLACES])
+        more = len(places) - _MOST_PLACES
+        sentences.append(f"{called} of {listed}{f' and {more} more' if more > 0 else ''} {effect}")
     return sentences, own
 
 

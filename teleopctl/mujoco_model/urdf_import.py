@@ -33,11 +33,7 @@ _SIZED = {
 
 
 def drop_impossible_shapes(spec: mujoco.MjSpec) -> list[str]:
-    """Remove shapes with invalid sizes from a spec; return a warning per link.
-
-    Returns:
-        One warning for each link with invalid shapes.
-    """
+    """Remove shapes with invalid sizes from a spec; return a warning per link."""
     warnings: list[str] = []
     for body in spec.bodies:
         impossible = list(_impossible(body))
@@ -72,7 +68,7 @@ _COMPILER = {"fusestatic": "false", "discardvisual": "false", "strippath": "fals
 
 
 def import_urdf(urdf: str) -> mujoco.MjSpec:
-    """Read URDF text into a ``mujoco.MjSpec``.
+    """Return the ``mujoco.MjSpec`` of URDF text, without mimic constraints; raise if invalid.
 
     Args:
         urdf: The expanded robot description.
@@ -98,7 +94,7 @@ def import_urdf(urdf: str) -> mujoco.MjSpec:
 
 
 def apply_gazebo(spec: mujoco.MjSpec, description: RobotDescription) -> None:
-    """Apply ``<gazebo reference="…">`` tags to a spec: colours, friction, springs.
+    """Apply ``<gazebo reference="…">`` tags to a spec: colours, friction, weightlessness, springs.
 
     Links get colours, friction, surfaces and gravity compensation; joints get springs.
 

@@ -61,7 +61,7 @@ def report_robot(logger: Logger, description: RobotDescription, model: RobotMode
         ):
             logger.info(f"{step} hardware '{component.name}'")
             logger.info(f"Successful {done} of hardware '{component.name}'")
-    if rotors := model.rotors():
+    if rotors := model.assumed_rotors():
         logger.info(assumed_rotors_text(rotors))
     _report_base(logger, description, model)
     if not description.ros2_control:
@@ -97,7 +97,7 @@ _PERIOD_S = 1.0
 
 
 class PerformancePublisher:
-    """Publisher of the measured real-time factor on ``/performance_metrics``, as Gazebo has it.
+    """Publisher of the measured real-time factor on ``/performance_metrics``, once a second.
 
     Args:
         node: Node of the publisher.

@@ -127,8 +127,8 @@ def test_a_rotor_is_said_or_assumed_and_told() -> None:
     rod = joint("j", "base", "rod", xyz="0 0 0")
     given = build_model(robot(WORLD, link("base"), link("rod"), BASE, rod, said))
 
-    assert assumed.rotors() == {"j": 0.02}
-    assert given.rotors() == {}
+    assert assumed.assumed_rotors() == {"j": 0.02}
+    assert given.assumed_rotors() == {}
     assert given.mj_model.joint("j").armature == pytest.approx(0.3)
 
 

@@ -26,7 +26,7 @@ _HEADLIGHT, _BESIDE_A_SUN = 0.35, 0.1
 
 
 def add_scene(spec: mujoco.MjSpec) -> None:
-    """Add ground, light and sky to a ``mujoco.MjSpec``.
+    """Add ground, sun and sky to a ``mujoco.MjSpec``, each unless the spec has one.
 
     The ground has a body of its own, so that its contacts with the robot's base can be
     distinguished from those between two links of the robot.
@@ -41,7 +41,7 @@ def add_scene(spec: mujoco.MjSpec) -> None:
 
 
 def add_default_sun(spec: mujoco.MjSpec, *, lit: bool = False) -> None:
-    """Add the default sun, unless the world has a directional light.
+    """Add the default sun if there is no directional light, and set the headlight to match.
 
     With two suns all light colours would be white.
 
@@ -59,13 +59,13 @@ def add_default_sun(spec: mujoco.MjSpec, *, lit: bool = False) -> None:
 
 
 def add_ground(spec: mujoco.MjSpec) -> None:
-    """Add a ground plane to a spec, unless there is one."""
+    """Add a ground plane to a spec, unless the spec has a plane."""
     if all(geom.type != mujoco.mjtGeom.mjGEOM_PLANE for geom in spec.geoms):
         _add_ground(spec, _free_name(GROUND_NAME, {body.name for body in spec.bodies}))
 
 
 def remove_ground(spec: mujoco.MjSpec) -> None:
-    """Remove the ground plane from a spec."""
+    """Remove the ground plane that `add_ground` added from a spec, if there."""
     geom = spec.geom(_GROUND_GEOM)
     if geom is not None:
         spec.delete(geom.parent)

@@ -60,7 +60,7 @@ _BASE_M = 0.1
 
 
 def scene_spec(scene: Scene, *, try_each: bool = False) -> tuple[mujoco.MjSpec, list[str]]:
-    """Convert a scene (SDF or YAML world) to a ``mujoco.MjSpec``; return warnings as well.
+    """Return the ``mujoco.MjSpec`` of a scene (SDF or YAML world), and warnings.
 
     Args:
         scene: Models and lights of the world.

@@ -62,12 +62,12 @@ class _Contact(NamedTuple):
 
 # Any stands for MuJoCo's elements, here and below: their classes have no types.
 def store_surface(geom: Any, surface: Surface) -> None:
-    """Store a shape's bounce and friction in its user data, for `add_contact_pairs`."""
+    """Store a shape's restitution and friction in its user data, for `add_contact_pairs`."""
     geom.userdata = [_OURS, *surface.values]
 
 
 def add_contact_pairs(spec: mujoco.MjSpec) -> list[str]:
-    """Add a contact pair to a spec for each two shapes that bounce or resist spinning or rolling.
+    """Add contact pairs for shapes that bounce, or resist spinning or rolling; return warnings.
 
     The pair has restitution and friction as Gazebo combines those of the two shapes.
 

@@ -102,9 +102,6 @@ class NewObject:
             prefix: Prefix of the names of all parts except bodies.
             frame: Name of the frame at the world's origin.
 
-        Returns:
-            Freely moving bodies of the object.
-
         Raises:
             InvalidDescriptionError: The spec has a body of the same name.
         """
@@ -122,7 +119,7 @@ class NewObject:
 
 
 def with_objects(model: RobotModel, coming: Sequence[NewObject]) -> RobotModel:
-    """Return a newly compiled model with spawned objects added.
+    """Return a newly compiled model with spawned objects added; raise if a name is taken.
 
     MuJoCo compiles the whole model again, in a time that grows with the square of the number of
     freely moving bodies: 0.5 s for a thousand.
@@ -149,17 +146,17 @@ def with_objects(model: RobotModel, coming: Sequence[NewObject]) -> RobotModel:
         ]
     where = ", ".join(each.name for each in coming)
     made = _compiled(model, spec, where)
-    told = [warning for each in coming for warning in each.warnings]
+    warnings = [warning for each in coming for warning in each.warnings]
     return replace(
         made,
         free_bodies=tuple(moving),
         things=tuple(things),
-        warnings=(*told, *made.warnings),
+        warnings=(*warnings, *made.warnings),
     )
 
 
 def without_objects(model: RobotModel, names: Iterable[str]) -> RobotModel:
-    """Return a newly compiled model with the named objects removed.
+    """Return a newly compiled model with the named objects removed; raise if one is unknown.
 
     Raises:
         NotFoundError: There is no object of a given name.
@@ -188,7 +185,7 @@ def without_objects(model: RobotModel, names: Iterable[str]) -> RobotModel:
 
 
 def with_world(model: RobotModel, world: World | None) -> RobotModel:
-    """Return a newly compiled model with the world replaced; spawned objects go.
+    """Return a newly compiled model with the world replaced, and without spawned objects.
 
     Objects of the robot's own file stay.
 
@@ -265,7 +262,7 @@ def _belongs(name: str, prefix: str) -> bool:
 
 
 def _compiled(model: RobotModel, spec: mujoco.MjSpec, where: str) -> RobotModel:
-    told = add_contact_pairs(spec)
+    warnings = add_contact_pairs(spec)
     try:
         with catch_warnings():
             # MuJoCo passes these warnings to `mujoco.set_mju_user_warning` too.
@@ -280,5 +277,5 @@ def _compiled(model: RobotModel, spec: mujoco.MjSpec, where: str) -> RobotModel:
         spec=spec,
         mj_model=compiled,
         world_geoms=world_geoms(compiled, bodies),
-        warnings=tuple(told),
+        warnings=tuple(warnings),
     )

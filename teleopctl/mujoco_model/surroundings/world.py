@@ -42,7 +42,7 @@ _OF_ALL = ("option", "visual", "stat", "memory", "njmax", "nconmax", "nstack", "
 
 
 def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeBody], list[str]]:
-    """Add a world to a robot's spec; return its free bodies, and warnings.
+    """Add a world and its gravity to a robot's spec; return the world's free bodies, and warnings.
 
     Args:
         spec: The ``mujoco.MjSpec`` of the robot.
@@ -63,12 +63,12 @@ def add_world(spec: mujoco.MjSpec, world: World, frame: str) -> tuple[list[FreeB
         spec.option.magnetic = things.option.magnetic
     bodies = attach_objects(spec, things, str(world.path), frame)
     # Warnings about SDF have a file and line already.
-    told = () if world.scene is None else world.scene.remarks
-    return bodies, [*told, *(f"{world.path.name}: {warning}" for warning in warnings)]
+    remarks = () if world.scene is None else world.scene.remarks
+    return bodies, [*remarks, *(f"{world.path.name}: {warning}" for warning in warnings)]
 
 
 def read_objects(world: World) -> tuple[mujoco.MjSpec, list[str]]:
-    """Read a world's file; return its ``mujoco.MjSpec``, and warnings.
+    """Return the ``mujoco.MjSpec`` of a world's file or text, and warnings; raise if invalid.
 
     Raises:
         InvalidDescriptionError: MuJoCo cannot simulate the world.
@@ -104,9 +104,6 @@ def attach_objects(
         prefix: Prefix of the names of all parts except bodies, whose names are frames.
         holder: Body that the objects are attached to; the world by default.
         origin: Pose of the objects' origin in ``holder``: (3,) in metres, and (4,), w x y z.
-
-    Returns:
-        Freely moving bodies among the objects.
 
     Raises:
         InvalidDescriptionError: The robot's spec has a body of the same name.
@@ -150,9 +147,9 @@ def _find_bodies(spec: mujoco.MjSpec, prefix: str, world: str) -> None:
         for name in ("name1", "name2")
     ]
     for element, name in referring:
-        said = getattr(element, name)
-        if said.startswith(prefix):
-            found = said.removeprefix(prefix)
+        referred = getattr(element, name)
+        if referred.startswith(prefix):
+            found = referred.removeprefix(prefix)
             setattr(element, name, world if found == "world" else found)
 
 
@@ -295,7 +292,7 @@ def _name_parts(things: mujoco.MjSpec) -> list[tuple[str, str]]:
 
 @dataclass(frozen=True)
 class WorldObject:
-    """Object of the world besides the robot: top body, free joint, name prefix.
+    """Object of the world, not the robot: topmost body, free joint and name prefix.
 
     Attributes:
         name: Name of the object's topmost body.
@@ -317,7 +314,7 @@ def objects_since(
     *,
     prefix: str = WORLD_PREFIX,
 ) -> tuple[WorldObject, ...]:
-    """Return the objects added to a spec since its list of top bodies was taken.
+    """Return a `WorldObject` for each topmost body of a spec whose name is not in ``before``.
 
     Args:
         before: Names of the topmost bodies that the spec had before.

@@ -302,7 +302,7 @@ def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobo
     report.mass_kg = round(sum(masses), 6)
     known = {*report.repaired, *unsupported_tags(urdf), *unknown_tags(urdf)}
     report.guessed += [sentence for sentence in said if sentence not in known]
-    if rotors := robot.model.rotors():
+    if rotors := robot.model.assumed_rotors():
         report.guessed.append(assumed_rotors_text(rotors))
     return robot
 
