@@ -47,7 +47,7 @@ if TYPE_CHECKING:
 
     # These import mujoco, which has to wait for the choice of its backend.
     from teleopctl.mujoco_model import CameraModel, RobotModel
-    from teleopctl.sim import CameraChannel, CameraRenderer
+    from teleopctl.sim import CameraPublishers, CameraRenderer
 
 _String = get_message("std_msgs/msg/String")
 _JointState = get_message("sensor_msgs/msg/JointState")
@@ -97,7 +97,7 @@ class CameraNode(Node):
         self._states: Subscription[JointState] | None = None
         # There are no stubs of the simulator's own messages.
         self._free_states: Subscription[Any] | None = None
-        self._channels: list[CameraChannel] = []
+        self._channels: list[CameraPublishers] = []
         self._renderer: CameraRenderer | None = None
         # Whether that draws the present model.
         self._is_current = True
@@ -149,7 +149,7 @@ class CameraNode(Node):
         import mujoco
 
         from teleopctl.mujoco_model import build_model
-        from teleopctl.sim import MODEL_TOPIC, CameraChannel
+        from teleopctl.sim import MODEL_TOPIC, CameraPublishers
 
         # Else MuJoCo writes a file into the present folder.
         mujoco.set_mju_user_warning(lambda text: self.get_logger().warning(f"MuJoCo: {text}"))
@@ -169,7 +169,7 @@ class CameraNode(Node):
         for camera in cameras:
             seed = int(self._setting("seed"))
             names = _bodies_of(model)
-            self._channels.append(CameraChannel(self, camera, names, self._setting, seed))
+            self._channels.append(CameraPublishers(self, camera, names, self._setting, seed))
             self.get_logger().info(
                 f"Camera '{camera.name}': {camera.width}x{camera.height} at {camera.rate_hz:g} Hz, "
                 f"frame '{camera.frame_id}'"
@@ -309,7 +309,7 @@ class CameraNode(Node):
     def _is_wanted(self) -> bool:
         return any(channel.wanted for channel in self._channels)
 
-    def _up_to_date_renderer(self, drawing: list[CameraChannel]) -> CameraRenderer:
+    def _up_to_date_renderer(self, drawing: list[CameraPublishers]) -> CameraRenderer:
         """Return the renderer for the present ``quality``, for at least these cameras."""
         from teleopctl.sim import CameraRenderer, make_renderer
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.sim.building import SimulatedRobot as SimulatedRobot, simulate as simulate
-    from teleopctl.sim.cameras.channel import CameraChannel as CameraChannel
+    from teleopctl.sim.cameras.channel import CameraPublishers as CameraPublishers
     from teleopctl.sim.cameras.model_topic import (
         MODEL_TOPIC as MODEL_TOPIC,
         model_from_message as model_from_message,

@@ -19,7 +19,7 @@ from teleopctl.node import Context, Node
 from teleopctl.packages import package_share
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro.expansion import expand_xacro
-from teleopctl.sim.cameras.channel import CameraChannel
+from teleopctl.sim.cameras.channel import CameraPublishers
 from teleopctl.sim.cameras.renderer import FAST, CameraRenderer
 from teleopctl.sim.sensors.publishing import SensorPublisher, add_sensors, make_sensors
 from teleopctl.sim.simulation import Simulation
@@ -92,7 +92,7 @@ def test_the_tutorials_camera_costs_little_more_than_mujocos_renderer(
                 image, topic, lambda data: arrived.__setitem__(slice(None), [data]), 1,
                 raw=True, immediate=True,
             )  # fmt: skip
-        channel = CameraChannel(node, camera, (), lambda name: None)
+        channel = CameraPublishers(node, camera, (), lambda name: None)
         floor_publisher = node.create_publisher(image, "/floor", 1)
         while channel.wanted != {"image"} or not floor_publisher.get_subscription_count():
             channel.on_graph_change()

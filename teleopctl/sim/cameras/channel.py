@@ -57,8 +57,8 @@ _LUMINANCE = np.array([0.299, 0.587, 0.114])
 _GOLDEN = 0.618034
 
 
-class CameraChannel:
-    """Publishers of one camera, which render only what has subscribers.
+class CameraPublishers:
+    """Publishers of one simulated camera's topics; only subscribed topics are rendered.
 
     Args:
         node: Node of the publishers.
@@ -107,7 +107,7 @@ class CameraChannel:
         self.name_bodies(bodies)
 
     def name_bodies(self, bodies: tuple[str, ...]) -> None:
-        """Set the body names of the model, and publish which label stands for which body."""
+        """Set the model's body names; publish them as LabelInfo if labels or boxes are output."""
         self._label_type: type[np.generic] = np.uint8 if len(bodies) <= 256 else np.uint16
         self._palette = palette(len(bodies))
         self._messages.pop("labels", None)
@@ -121,7 +121,7 @@ class CameraChannel:
         return not self.wanted <= _INFOS
 
     def on_graph_change(self) -> None:
-        """Update which topics have subscribers; called when the ROS graph has changed."""
+        """Update which of the camera's topics have subscribers; called on ROS graph changes."""
         self.wanted = frozenset(
             what
             for what, publisher in self._publishers.items()
@@ -129,7 +129,7 @@ class CameraChannel:
         )
 
     def publish(self, renderer: CameraRenderer | None, time_ns: int) -> None:
-        """Render the subscribed topics, and publish them with a simulated time as stamp.
+        """Render and publish the subscribed topics; only camera_info if the renderer is None.
 
         Args:
             renderer: Renderer, in the pose of that time; None if nothing has to be rendered.
@@ -268,7 +268,7 @@ class CameraChannel:
 
 
 def palette(count: int) -> npt.NDArray[np.uint8]:
-    """Return a distinct RGB colour for each label number, (count, 3); black for number 0."""
+    """Return an RGB colour for each label number below ``count``, (count, 3); black for 0."""
     hue = (np.arange(count) * _GOLDEN % 1.0)[:, None] * 6.0
     phases = hue + np.array([0.0, 4.0, 2.0])
     colours = np.clip(np.abs(phases % 6.0 - 3.0) - 1.0, 0.0, 1.0)

@@ -44,7 +44,7 @@ _LARGEST = 2.0
 def distorted(
     x: Array, y: Array, lens: tuple[float, float, float, float, float]
 ) -> tuple[Array, Array]:
-    """Apply plumb_bob distortion (k1, k2, p1, p2, k3) to normalized image coordinates."""
+    """Return normalized image coordinates x, y distorted by plumb_bob (k1, k2, p1, p2, k3)."""
     k1, k2, p1, p2, k3 = lens
     r2 = x * x + y * y
     radial = 1.0 + r2 * (k1 + r2 * (k2 + r2 * k3))
@@ -82,7 +82,7 @@ class Projection:
 
     @property
     def drawn(self) -> Sequence[Projection | Face]:
-        """Images to render: faces of a cube for wide-angle lenses, else this projection."""
+        """Frustums to render: faces of a cube for a wide-angle lens, else this projection."""
         return self.faces or (self,)
 
 
@@ -168,7 +168,7 @@ def _cube(camera: CameraModel, lens: Lens) -> Projection:
 
 
 def directions(camera: CameraModel, lens: Lens) -> Array:
-    """Return the unit vectors that a wide-angle camera's pixels look along, in the optical frame.
+    """Return the unit vectors that a wide-angle camera's pixels look along; NaN outside the lens.
 
     Returns:
         Unit vectors, (height, width, 3); NaN for pixels that see nothing.
@@ -221,7 +221,7 @@ def _edges(width: int, height: int, fx: float, fy: float, cx: float, cy: float) 
 
 
 def undistorted(camera: CameraModel) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-    """Return x = X/Z, y = Y/Z of each pixel without distortion, and whether the pixel has any."""
+    """Return the undistorted X/Z and Y/Z of each pixel, and whether the pixel sees anything."""
     fx, _, cx, _, fy, cy, *_ = camera.intrinsics
     columns, rows = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
     wanted_x, wanted_y = (columns - cx) / fx, (rows - cy) / fy

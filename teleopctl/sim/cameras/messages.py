@@ -43,7 +43,7 @@ def new_image(camera: CameraModel, encoding: str, pixel_bytes: int) -> Any:
 
 
 def pixels_of(image: Any, kind: type[np.generic], parts: int = 1) -> npt.NDArray[Any]:
-    """Return a writable array view of an Image message's pixels."""
+    """Return a writable array view of an Image message's data, with ``parts`` values per pixel."""
     shape = (image.height, image.width, parts) if parts > 1 else (image.height, image.width)
     return np.frombuffer(image.data, kind).reshape(shape)
 
@@ -72,7 +72,7 @@ def new_compressed(camera: CameraModel) -> Any:
 
 
 def compress(message: Any, picture: npt.NDArray[np.uint8], how: str, jpeg_quality: int) -> None:
-    """Write an RGB image into a CompressedImage, as image_transport's ``compressed`` does.
+    """Write an RGB array as JPEG or PNG into a CompressedImage, as image_transport does.
 
     Args:
         message: The CompressedImage to fill.
@@ -92,7 +92,7 @@ def compress(message: Any, picture: npt.NDArray[np.uint8], how: str, jpeg_qualit
 
 
 def compress_depths(message: Any, depths: npt.NDArray[np.float32]) -> None:
-    """Write a depth image into a CompressedImage, as ``compressedDepth`` does.
+    """Write depths up to 10 m as PNG into a CompressedImage, in image_transport's compressedDepth.
 
     Args:
         message: The CompressedImage to fill.
@@ -155,7 +155,7 @@ class Rectifier:
     def fill(
         self, cloud: Any, depths: npt.NDArray[np.float32], picture: npt.NDArray[np.uint8]
     ) -> None:
-        """Fill a PointCloud2 from depths and colours; metres in the optical frame, NaN for none."""
+        """Fill a PointCloud2 with coloured points in the optical frame (m); NaN for no depth."""
         points = np.frombuffer(cloud.data, np.float32).reshape(*depths.shape, 4)
         z = np.where(np.isfinite(depths), depths, np.float32(np.nan))
         np.multiply(self.x, z, out=points[..., 0])
@@ -180,7 +180,7 @@ class PixelBox(NamedTuple):
 
 
 def label_boxes(labels: npt.NDArray[np.uint16]) -> Iterator[PixelBox]:
-    """Yield the bounding box of each label in a label image.
+    """Yield the bounding box of each label in a label image, except of background label 0.
 
     Args:
         labels: Index of the body that each pixel shows, (height, width); 0 for the background.
@@ -217,7 +217,7 @@ def fill_boxes(message: Any, boxes: list[PixelBox]) -> None:
 
 
 def draw_boxes(picture: npt.NDArray[np.uint8], boxes: list[PixelBox]) -> None:
-    """Draw the outlines of boxes into an RGB image, one pixel wide."""
+    """Draw green outlines of boxes, one pixel wide, into an RGB image in place."""
     for _, left, top, right, bottom in boxes:
         picture[[top, bottom], left : right + 1] = _GREEN
         picture[top : bottom + 1, [left, right]] = _GREEN

@@ -44,7 +44,7 @@ class ModelPublisher:
         self._sending = threading.Lock()
 
     def replace_model(self, model: RobotModel) -> None:
-        """Replace the model, and publish the new one if there are subscribers."""
+        """Set the model to publish; publish it at once only if there are subscribers."""
         self._model = model
         if self._publisher.get_subscription_count() > 0:
             self._publish()
@@ -68,7 +68,7 @@ class ModelPublisher:
 
 # Any: a message, whose class is made at run time.
 def model_from_message(message: Any, described: RobotModel) -> RobotModel:
-    """Return the model in a message; the initial model if the message is empty.
+    """Return the robot model in a model message; the initial ``described`` if the message is empty.
 
     Args:
         message: A UInt8MultiArray.

@@ -126,7 +126,7 @@ class CameraRenderer:
         positions: Mapping[str, float],
         bodies: Mapping[str, Sequence[float]] = MappingProxyType({}),
     ) -> None:
-        """Set the joint positions and the poses of free bodies for the next images.
+        """Set the joint positions and free bodies' poses that the next images show.
 
         Args:
             positions: Joint positions (rad or m) by name; unknown names are ignored, and joints
@@ -148,7 +148,7 @@ class CameraRenderer:
         mujoco.mj_camlight(self._m, self._d)
 
     def colours(self, camera: str, image: Picture) -> None:
-        """Render a camera's colour image into an array, (height, width, 3)."""
+        """Render a named camera's RGB image into the array ``image``, (height, width, 3)."""
         found = self._cameras[camera]
         flat, start = found.colours.reshape(-1, 3), 0
         for part in found.view.drawn:
@@ -159,7 +159,7 @@ class CameraRenderer:
         _through_lens(found, found.colours, image)
 
     def colours_and_depths(self, camera: str, image: Picture) -> Depths:
-        """Render a camera's colours into an array, and return depths along the optical axis.
+        """Render a named camera's RGB image into ``image``; return depths along the optical axis.
 
         Returns:
             Depths in metres, (height, width); infinite where nothing is visible.
@@ -178,7 +178,7 @@ class CameraRenderer:
         return depths
 
     def labels(self, camera: str) -> Labels:
-        """Render and return the body number that each pixel shows; 0 for the background."""
+        """Render a named camera; return the body index that each pixel shows, 0 for background."""
         found, flags = self._cameras[camera], self._scene.flags
         before = flags.copy()
         flags[mujoco.mjtRndFlag.mjRND_SEGMENT] = True
@@ -199,7 +199,7 @@ class CameraRenderer:
         return labels
 
     def close(self) -> None:
-        """Free the OpenGL context."""
+        """Free the renderer's OpenGL context."""
         self._gl.make_current()
         self._context.free()
         self._gl.free()
@@ -286,7 +286,7 @@ def make_renderer(
     quality: str,
     clock: Callable[[], float] = time.perf_counter,
 ) -> tuple[CameraRenderer, str]:
-    """Return a renderer of a named quality, and a sentence about it; ``auto`` times frames.
+    """Return a renderer and a log line; quality ``auto`` takes the best that holds the frame rates.
 
     Args:
         model: Model of the robot and its world.

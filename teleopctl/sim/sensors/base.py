@@ -21,7 +21,7 @@ _USUAL_RATE_HZ = 100.0
 
 
 class Sensor:
-    """Base of simulated sensors of ``<gazebo><sensor type="…">``.
+    """Base class of simulated sensors; a subclass simulates one ``<sensor type="…">`` of Gazebo.
 
     The simulator's node publishes the sensor's messages, with stamp and frame, at the sensor's
     ``update_rate`` in simulated time and only while there are subscribers. If a sensor raises an
@@ -50,7 +50,7 @@ class Sensor:
         self._noises: dict[str, NoiseSource] = {}
 
     def companions(self) -> Sequence[Sensor]:
-        """Return further sensors that publish the same measurement in other messages.
+        """Return further sensors for the same measurement in other messages; none by default.
 
         Companions are added to the model too, after this sensor.
         """
@@ -70,7 +70,7 @@ class Sensor:
 
     # Any: the message is of the class that `message_type` names.
     def headers(self, message: Any) -> Sequence[Any]:
-        """Return the headers within a new message, whose frame and stamp the publisher sets."""
+        """Return the headers of a new message, whose frame and stamp the publisher sets."""
         header = getattr(message, "header", None)
         return () if header is None else (header,)
 
@@ -99,11 +99,11 @@ class Sensor:
         the sensor's name.
         """
         names = self.names
-        said = names.remapped(self.plugin_topic) or names.topic
-        said = said or names.setting("topicName", "topic_name")
-        if not said and names.has_plugin:
-            said = names.of_plugin(self.plugin_topic)
-        return said or self.description.name
+        topic = names.remapped(self.plugin_topic) or names.topic
+        topic = topic or names.setting("topicName", "topic_name")
+        if not topic and names.has_plugin:
+            topic = names.of_plugin(self.plugin_topic)
+        return topic or self.description.name
 
     @property
     def frame_id(self) -> str:

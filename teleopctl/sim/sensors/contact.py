@@ -58,7 +58,7 @@ class Contact(Sensor):
         return self.names.setting("frame_name", "frameName") or "world"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Look up the links whose collision shapes the sensor watches."""
+        """Look up the links whose collision shapes the sensor reports; nothing is added."""
         if spec.body(self.description.link) is None:
             raise InvalidDescriptionError(f"the robot has no link '{self.description.link}'")
         named = [
@@ -69,7 +69,7 @@ class Contact(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with all pairs of shapes in contact."""
+        """Fill the message with the contacts of the links' shapes, one entry per pair of shapes."""
         pairs: dict[tuple[int, int], list[_Touch]] = {}
         for own, other, touch in _touches(model, data, self._own_bodies(model)):
             pairs.setdefault((own, other), []).append(touch)

@@ -22,7 +22,7 @@ class ForceTorque(Sensor):
     message_type = "geometry_msgs/msg/WrenchStamped"
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add MuJoCo's force and torque sensors at the joint's origin to a spec."""
+        """Add MuJoCo's force and torque sensors to a spec, at the joint's origin or the site."""
         site, frame = self.add_site(spec), self.description.force_torque.frame
         if frame != "site":
             site.pos = np.zeros(3)
@@ -37,7 +37,7 @@ class ForceTorque(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill a WrenchStamped message, with the direction and frame of the description."""
+        """Fill a WrenchStamped message with the joint's wrench, in the frame and sign described."""
         settings = self.description.force_torque
         # MuJoCo measures the wrench of the parent on the child.
         sign = 1.0 if settings.measure_direction == "parent_to_child" else -1.0

@@ -52,8 +52,8 @@ class AirPressure(Sensor):
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
         """Fill a FluidPressure message with the air pressure at the site's height."""
         del model
-        said = self.description.texts.get("air_pressure/reference_altitude")
-        altitude = float(said) if said else self.origin.altitude_m
+        reference = self.description.texts.get("air_pressure/reference_altitude")
+        altitude = float(reference) if reference else self.origin.altitude_m
         height = altitude + float(data.site(self.name).xpos[2])
         # The formula ends at 44 km, where the pressure is zero.
         cooling = max(0.0, 1.0 - _LAPSE_K_PER_M * height / _TEMPERATURE_K)

@@ -82,9 +82,9 @@ class Imu(Sensor):
 
     def _reference(self) -> tuple[float, ...]:
         """Return roll, pitch and yaw of the frame that the orientation refers to."""
-        said = self.description.texts.get(f"{_REFERENCE}/localization", "")
-        if said != "CUSTOM":
-            return _FRAMES.get(said, _FRAMES["ENU"])
+        localization = self.description.texts.get(f"{_REFERENCE}/localization", "")
+        if localization != "CUSTOM":
+            return _FRAMES.get(localization, _FRAMES["ENU"])
         text = self.description.texts.get(f"{_REFERENCE}/custom_rpy", "0 0 0")
         try:
             roll, pitch, yaw = map(float, text.split())
@@ -96,5 +96,5 @@ class Imu(Sensor):
 
     @property
     def _has_orientation(self) -> bool:
-        said = self.description.texts.get("imu/enable_orientation", "true")
-        return said.lower() in ("true", "1")
+        enabled = self.description.texts.get("imu/enable_orientation", "true")
+        return enabled.lower() in ("true", "1")

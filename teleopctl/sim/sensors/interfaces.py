@@ -87,7 +87,7 @@ def sensor_interfaces(
     warn: Callable[[str], object],
     seed: int = 0,
 ) -> SensorInterfaces:
-    """Find or make the simulated sensors for a robot's ``<ros2_control>`` sensors.
+    """Return the state interfaces of ``<ros2_control>`` sensors; create missing sensors.
 
     Args:
         description: The robot.

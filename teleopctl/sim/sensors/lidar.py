@@ -97,7 +97,7 @@ class Lidar(Sensor):
         return f"{super().topic}/points" if below else super().topic
 
     def companions(self) -> Sequence[Sensor]:
-        """Return a lidar that adds a point cloud to the scan; empty if a plug-in sets the type."""
+        """Return one more lidar for a scan's point cloud; empty if a plug-in sets the message."""
         if self.names.has_plugin or self._wanted != _SCAN:
             return ()
         return (Lidar(self.description, _CLOUD),)

@@ -12,7 +12,7 @@ from teleopctl.sim.sensors.base import Sensor
 # SDF's default field of a world, in tesla along x east, y north, z up.
 _FIELD = np.array([5.5645e-6, 22.8758e-6, -42.3884e-6])
 # MuJoCo's default field, without a unit.
-_UNSAID = mujoco.MjOption().magnetic.copy()
+_UNSET = mujoco.MjOption().magnetic.copy()
 
 
 class Magnetometer(Sensor):
@@ -27,8 +27,8 @@ class Magnetometer(Sensor):
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
         """Fill a MagneticField message with the field in the sensor's axes."""
-        said = model.opt.magnetic
-        in_world = _FIELD if np.array_equal(said, _UNSAID) else said
+        field_setting = model.opt.magnetic
+        in_world = _FIELD if np.array_equal(field_setting, _UNSET) else field_setting
         field = data.site(self.name).xmat.reshape(3, 3).T @ in_world
         for axis, name in enumerate("xyz"):
             noise = self.noise(f"magnetometer/{name}")

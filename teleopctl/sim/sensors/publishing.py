@@ -30,7 +30,7 @@ def make_sensors(
     seed: int = 0,
     origin: GeoPoint = _SOMEWHERE,
 ) -> list[Sensor]:
-    """Create the sensors of ``<sensor>`` tags; warn about each that cannot be created.
+    """Return new sensors for ``<sensor>`` tags other than cameras; warn of each that is left out.
 
     Args:
         descriptions: The ``<sensor>`` tags.
@@ -94,7 +94,7 @@ class SensorPublisher:
             channel.schedule.restart()
 
     def next_ns(self) -> int | None:
-        """Return the simulated time at which the next subscribed sensor is due; or None."""
+        """Return the simulated time at which the next subscribed sensor is due, or None."""
         return min((c.schedule.next_ns for c in self._channels if c.running), default=None)
 
     def sample(self, time_ns: int) -> None:
@@ -102,12 +102,12 @@ class SensorPublisher:
         self._publish([channel for channel in self._channels if channel.is_due(time_ns)], time_ns)
 
     def show(self, time_ns: int) -> None:
-        """Publish the subscribed sensors of state, such as contacts, at once with this stamp."""
+        """Publish the subscribed sensors of state, such as contacts, at once with a given stamp."""
         shown = [one for one in self._channels if one.watched and one.sensor.is_state]
         self._publish(shown, time_ns)
 
     def subscription_counts(self) -> dict[str, int]:
-        """Return subscription counts of topics whose new subscribers are sent the present state."""
+        """Return subscription counts by topic of the sensors of state, such as contacts."""
         return {
             one.publisher.topic_name: one.publisher.get_subscription_count()
             for one in self._channels
@@ -149,7 +149,7 @@ class _Channel:
             header.frame_id = sensor.frame_id
 
     def is_due(self, time_ns: int) -> bool:
-        """Return whether the sensor is due at a time and has subscribers."""
+        """Return whether the sensor is subscribed and due at a time; if so, schedule the next."""
         if self.watched and not self.running:
             self.schedule.skip_to(time_ns)
         self.running = self.watched

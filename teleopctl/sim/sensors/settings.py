@@ -14,12 +14,12 @@ if TYPE_CHECKING:
     from teleopctl.node import Node, Parameter
 
 # Default of ``gps_origin``: the origin in the world's file counts.
-_UNSAID = [0.0] * 3
+_UNSET = [0.0] * 3
 _FIXED_BASE = {"auto": None, "true": True, "false": False}
 
 
 class SensorSettings(TypedDict):
-    """Keyword arguments of `simulate` for sensors."""
+    """Keyword arguments of `simulate` for sensors: noise seed and GPS origin."""
 
     seed: int
     gps_origin: Sequence[float]
@@ -29,11 +29,11 @@ def declare_sensor_settings(node: Node) -> None:
     """Declare the parameters ``seed`` and ``gps_origin`` on a node."""
     at_start = get_message("rcl_interfaces/msg/ParameterDescriptor")(read_only=True)
     node.declare_parameter("seed", 0, at_start)
-    node.declare_parameter("gps_origin", _UNSAID, at_start)
+    node.declare_parameter("gps_origin", _UNSET, at_start)
 
 
 def sensor_settings(node: Node) -> SensorSettings:
-    """Return the values of a node's parameters ``seed`` and ``gps_origin``.
+    """Return a node's parameters ``seed`` and ``gps_origin`` for `simulate`; raise if invalid.
 
     Raises:
         InvalidParameterError: A value is invalid.
@@ -42,7 +42,7 @@ def sensor_settings(node: Node) -> SensorSettings:
     if isinstance(seed, bool) or not isinstance(seed, int):
         raise InvalidParameterError(f"Parameter 'seed' is '{seed}', expected a whole number")
     origin = float_list_parameter(node, "gps_origin", "latitude", "longitude", "altitude")
-    return SensorSettings(seed=seed, gps_origin=() if origin == _UNSAID else origin)
+    return SensorSettings(seed=seed, gps_origin=() if origin == _UNSET else origin)
 
 
 class BaseSettings(TypedDict):
@@ -60,7 +60,7 @@ def declare_base_settings(node: Node) -> None:
 
 
 def base_settings(node: Node) -> BaseSettings:
-    """Return the values of a node's parameters ``fixed_base`` and ``spawn_pose``.
+    """Return a node's ``fixed_base`` and ``spawn_pose`` for `build_model`; raise if invalid.
 
     Raises:
         InvalidParameterError: A value is invalid.
@@ -72,7 +72,7 @@ def base_settings(node: Node) -> BaseSettings:
 
 
 def read_fixed_base(value: object) -> bool | None:
-    """Convert a value of ``fixed_base``: ``true``, ``false``, or None for ``auto``.
+    """Return a value of ``fixed_base`` as a bool, or None for ``auto``; raise for other values.
 
     Raises:
         InvalidParameterError: The value is none of these.
@@ -86,7 +86,7 @@ def read_fixed_base(value: object) -> bool | None:
 
 
 def float_list_parameter(node: Node, name: str, *parts: str) -> list[float]:
-    """Return the floats of a node's list parameter, one for each named part.
+    """Return a node's list parameter as floats; raise unless it has one finite number per part.
 
     Args:
         node: The node.
@@ -100,7 +100,7 @@ def float_list_parameter(node: Node, name: str, *parts: str) -> list[float]:
 
 
 def checked_numbers(parameter: Parameter, *parts: str) -> list[float]:
-    """Return the floats of a list parameter, which may not be set yet, one for each named part.
+    """Return a list parameter, possibly not set yet, as floats; raise unless one number per part.
 
     Raises:
         InvalidParameterError: The parameter is not a list of one finite number per part.
