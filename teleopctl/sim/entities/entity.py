@@ -22,7 +22,7 @@ Observed = tuple[mujoco.MjModel, mujoco.MjData]
 
 _ROBOT = "robot"
 # Most names that an error message lists: there may be thousands.
-_TOLD = 30
+_MOST_NAMES = 30
 
 
 @dataclass(frozen=True)
@@ -84,10 +84,9 @@ def find(simulation: Simulation, name: str) -> SimulatedEntity:
     known = entities(simulation)
     if name not in known:
         names = list(known)
-        more = f" and {len(names) - _TOLD} more" if len(names) > _TOLD else ""
-        raise NotFoundError(
-            f"There is no entity '{shortened(name)}'; there is {', '.join(names[:_TOLD])}{more}"
-        )
+        listed = ", ".join(names[:_MOST_NAMES])
+        more = f" and {len(names) - _MOST_NAMES} more" if len(names) > _MOST_NAMES else ""
+        raise NotFoundError(f"There is no entity '{shortened(name)}'; there is {listed}{more}")
     return known[name]
 
 
@@ -119,7 +118,7 @@ def motion_of(
 def move(
     simulation: Simulation, entity: SimulatedEntity, pose: Array | None, twist: Array | None
 ) -> None:
-    """Set the pose, the velocity or both of an entity.
+    """Set an entity's pose, velocity or both; raise for a static one's velocity, or a fixed robot.
 
     Args:
         simulation: Simulation of the entity.
@@ -169,11 +168,11 @@ class BoundingBox(NamedTuple):
     high: Array
 
     def overlaps(self, other: BoundingBox) -> bool:
-        """Return whether this box and another one intersect."""
+        """Return whether this bounding box and another one intersect or touch."""
         return bool((self.low <= other.high).all() and (other.low <= self.high).all())
 
     def touches(self, center: Array, radius: float) -> bool:
-        """Return whether a sphere intersects the box."""
+        """Return whether a sphere intersects or touches this bounding box."""
         nearest = np.clip(center, self.low, self.high)
         return bool(np.linalg.norm(nearest - center) <= radius)
 
@@ -185,7 +184,7 @@ def bounds_of(
     *,
     in_world: bool = False,
 ) -> BoundingBox | None:
-    """Return the bounding box of an entity's shapes, in its own frame or the world's; or None.
+    """Return the bounding box of an entity's finite shapes, in its or the world's frame, or None.
 
     Args:
         simulation: Simulation of the entity.

@@ -44,7 +44,7 @@ _INVALID_POSE = get_service("simulation_interfaces/srv/SetEntityState").Response
 
 
 def offer_entity_services(services: SimulationServices) -> None:
-    """Create the services that list entities, and get or set their states and infos.
+    """Create the services that list entities, get or set states and infos, and get bounds.
 
     Args:
         services: Services of the node, on which these are created.
@@ -207,7 +207,7 @@ _NamedPose = get_message("simulation_interfaces/msg/NamedPose")
 
 
 class PoseServices:
-    """Services that list the named poses of the world, and their bounds.
+    """Services of simulation_interfaces that list the world's named poses and get their bounds.
 
     Args:
         services: Services of the node, on which these are created.
@@ -242,7 +242,7 @@ class PoseServices:
 
 
 def named_poses(running: RunningSimulation) -> list[ScenePose]:
-    """Return the named poses of the present world, from its YAML, SDF or MJCF file."""
+    """Return the named poses in the loaded world's YAML, SDF or MJCF file; empty if no world."""
     if running.world is None:
         return []
     if running.world.scene is not None:

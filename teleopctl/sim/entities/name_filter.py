@@ -57,7 +57,7 @@ except (re.error, OverflowError, RecursionError) as error:
 async def matching_names(
     pattern: str, names: Sequence[str], longest_s: float = _LONGEST_S
 ) -> list[str]:
-    """Return the names that a regular expression matches; raise beyond a time limit.
+    """Return the names in which a regular expression finds a match; raise if invalid or too slow.
 
     Args:
         pattern: Python regular expression, which may contain POSIX character classes.

@@ -22,7 +22,7 @@ _LENGTH_ERROR = 1e-2
 
 
 def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
-    """Return the world pose of the link that a message's ``frame_id`` names; None for the world.
+    """Return the world pose of the link that a ``frame_id`` names; None for the world itself.
 
     Raises:
         NotFoundError: There is no link of that name.
@@ -36,7 +36,7 @@ def frame_of(simulation: Simulation, name: str) -> LinkPose | None:
 
 # Any, here and below: messages, whose classes are made at run time.
 def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
-    """Return a Pose message as position (m) and quaternion w x y z in the world, (7,).
+    """Return a Pose message, relative to ``frame``, as world position (m) and w x y z, (7,).
 
     Raises:
         InvalidMessageError: A number is invalid, or the orientation is not a rotation.
@@ -59,7 +59,7 @@ def pose_in_world(message: Any, frame: LinkPose | None) -> Array:
 
 
 def twist_in_world(message: Any, frame: LinkPose | None) -> Array:
-    """Return a Twist message as linear (m/s) and angular (rad/s) velocity in the world, (6,).
+    """Return a Twist message along ``frame``'s axes as linear, angular world velocity, (6,).
 
     Raises:
         InvalidMessageError: A number is invalid.

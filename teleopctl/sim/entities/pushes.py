@@ -60,7 +60,7 @@ class Pushes:
         return len(self._active) < len(before)
 
     def clear(self, data: Any) -> None:
-        """End all external wrenches."""
+        """End the external wrenches on all bodies."""
         self._active = []
         data.xfrc_applied[:] = 0.0
 
@@ -74,7 +74,7 @@ class Pushes:
         return np.array(rows, float).ravel()
 
     def begin_step(self, model: Any, data: Any) -> None:
-        """Write the sum of the wrenches into MuJoCo's data for the physics step that begins.
+        """Write the active wrenches into MuJoCo's data, and count the physics step that begins.
 
         Args:
             model: The ``mujoco.MjModel``; wrenches on bodies that it no longer has are ignored.
@@ -102,7 +102,7 @@ class Pushes:
 
 # Any: likewise.
 def read_pushes(model: Any, saved: Array) -> list[Push]:
-    """Return the wrenches in an array that `Pushes.save` returned.
+    """Return the wrenches in an array that `Pushes.save` returned; raise if one is invalid.
 
     Raises:
         RefusedError: The array contains no valid wrenches.

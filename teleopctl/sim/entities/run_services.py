@@ -55,7 +55,7 @@ _FORMATS = ("sdf", "urdf", "mjcf")
 
 
 class RunServices:
-    """Services and action that play, pause, step, reset and quit the simulation.
+    """Services and an action of simulation_interfaces to play, pause, step, reset and quit.
 
     Args:
         services: Services of the node, on which these are created.

@@ -72,7 +72,7 @@ class RunningSimulation:
         self._on_restart = on_restart
 
     def call(self, function: Callable[[], T]) -> T:
-        """Call a function on the loop's thread between two physics steps, and return its result.
+        """Run a function on the loop's thread between physics steps; return its result, or raise.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -93,7 +93,7 @@ class RunningSimulation:
         return results[0]
 
     def call_and_publish(self, function: Callable[[], T]) -> T:
-        """Call a function as `call` does, and publish the state that the function has changed.
+        """Call a function as `call` does; then publish moved objects and, if paused, the state.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -117,9 +117,9 @@ class RunningSimulation:
         turn: Array,
         *,
         own_pose: bool = False,
-        judge: Callable[[tuple[str, ...]], None] = lambda _: None,
+        check_warnings: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> Future[NewObject]:
-        """Add an entity to the world; the returned future is done when the entity is there.
+        """Queue an entity to be added to the world; return a future of the spawned object.
 
         Args:
             world: The entity, as a world of its own.
@@ -128,23 +128,23 @@ class RunningSimulation:
             turn: Rotation in the world, (4,), w x y z.
             own_pose: Whether the entity keeps its pose in the file, relative to ``place`` and
                 ``turn``.
-            judge: Called with a warning for each part that was repaired or left out; may raise an
-                exception, and then nothing is changed.
+            check_warnings: Called with a warning for each part that was repaired or left out; may
+                raise an exception, and then nothing is changed.
 
         Returns:
-            A future of the spawned object. Its exception is what ``judge`` raised, or an
-            InvalidDescriptionError if MuJoCo cannot simulate the entity.
+            A future of the spawned object. Its exception is what ``check_warnings`` raised, or
+            an InvalidDescriptionError if MuJoCo cannot simulate the entity.
         """
 
         def read() -> NewObject:
             coming = NewObject(world, name, place, turn, own_pose=own_pose)
-            judge(coming.warnings)
+            check_warnings(coming.warnings)
             return coming
 
         return self._spawning.add(name, read)
 
     def delete(self, name: str) -> None:
-        """Remove an entity from the world; the robot cannot be removed.
+        """Remove an entity, or all parts spawned under its name; raise for robot or unknown name.
 
         Raises:
             NotFoundError: There is no entity of that name.
@@ -176,14 +176,15 @@ class RunningSimulation:
         self,
         world: World | None,
         source: str = "",
-        judge: Callable[[tuple[str, ...]], None] = lambda _: None,
+        check_warnings: Callable[[tuple[str, ...]], None] = lambda _: None,
     ) -> tuple[str, ...]:
-        """Replace the world, remove all spawned entities, and stop at time zero.
+        """Replace the world, remove spawned entities, stop at time zero; return the warnings.
 
         Args:
             world: The new world; None for the ground alone.
             source: Source of the world, such as its URI.
-            judge: Called with the warnings; may raise an exception, and then nothing is changed.
+            check_warnings: Called with the warnings; may raise an exception, and then nothing is
+                changed.
 
         Returns:
             A warning for each part that was repaired or left out.
@@ -193,7 +194,7 @@ class RunningSimulation:
         """
         with self._spawning.changing:
             model = with_world(self.simulation.model, world)
-            judge(model.warnings)
+            check_warnings(model.warnings)
             self.pause()
             self._take(model, self._begin_world)
             self._start = model
@@ -226,7 +227,7 @@ class RunningSimulation:
             raise RefusedError("The steps were ended: the simulation was played, paused or stopped")
 
     def play(self) -> None:
-        """Start or resume the simulation.
+        """Start or resume the simulation, and wait until it runs; raise after a timeout.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -235,7 +236,7 @@ class RunningSimulation:
         self.stopped = False
 
     def pause(self) -> None:
-        """Pause the simulation at the next control tick.
+        """Pause at the next control tick, and wait until it is reached; raise after a timeout.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -244,7 +245,7 @@ class RunningSimulation:
         self.stopped = False
 
     def stop(self) -> None:
-        """Reset time, states and entities, and pause.
+        """Pause, reset time and states, remove spawned entities and restore deleted ones.
 
         Raises:
             UnavailableError: The simulation did not react in time.
@@ -278,12 +279,12 @@ class RunningSimulation:
         self.call_and_publish(change)
 
     def restart_time(self) -> None:
-        """Restart clock and sensors after a reset of time; called on the loop's thread."""
+        """Restart the loop's schedules and the sensors after a time reset; on the loop's thread."""
         self.loop.restart()
         self._on_restart()
 
     def unused_name(self, wanted: str) -> str:
-        """Return a name that no entity has: the given one, or with a number appended."""
+        """Return the wanted name if no entity has that name, else with a number appended."""
         name, number = wanted, 0
         while not self.is_free(name):
             number += 1
@@ -291,7 +292,7 @@ class RunningSimulation:
         return name
 
     def is_free(self, name: str) -> bool:
-        """Return whether no entity, link or entity being spawned has a name."""
+        """Return whether a name is unused by entities, links and entities being spawned."""
         if self._parts_of(name) or self._spawning.is_pending(name):
             return False
         try:

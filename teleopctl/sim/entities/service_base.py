@@ -34,7 +34,7 @@ NO_ROBOT = "There is no robot yet"
 
 
 class Refusal(Exception):
-    """Refusal of a service request, with a result code and a message for the response.
+    """Exception with which a service handler refuses a request: result code and response message.
 
     Args:
         code: Result code, one of those of all services or of the service's own.
@@ -47,7 +47,7 @@ class Refusal(Exception):
 
 
 class SimulationServices:
-    """Services of simulation_interfaces on a node; they refuse calls before there is a robot.
+    """Creator of simulation_interfaces services on a node, which refuse calls without a robot.
 
     Args:
         node: Node of the services.
@@ -56,22 +56,22 @@ class SimulationServices:
 
     def __init__(self, node: Node, find_running: FindRunning) -> None:
         self.node = node
-        self._find_stage = find_running
+        self._find_running = find_running
 
     @property
     def running(self) -> RunningSimulation:
-        """The running simulation that the services act on.
+        """The running simulation that the services act on; `Refusal` is raised without a robot.
 
         Raises:
             Refusal: There is no robot yet.
         """
-        running = self._find_stage()
+        running = self._find_running()
         if running is None:
             raise Refusal(Result.RESULT_INCORRECT_STATE, NO_ROBOT)
         return running
 
     def offer(self, type_name: str, name: str, handler: Handler) -> None:
-        """Create a service of simulation_interfaces that a handler answers.
+        """Create a simulation_interfaces service answered by a handler, with errors as its result.
 
         Args:
             type_name: Type of the service, in simulation_interfaces.
@@ -93,7 +93,7 @@ class SimulationServices:
 
     @contextlib.contextmanager
     def answering(self, result: Any) -> Iterator[None]:
-        """Set a Result message to OK, or to the error that is raised in the ``with`` block."""
+        """Set a Result message to OK, or to the ``with`` block's error, which is suppressed."""
         result.result = Result.RESULT_OK
         try:
             yield
@@ -109,7 +109,7 @@ class SimulationServices:
 def offer_message_service(
     node: Node, find_running: FindRunning, type_name: str, name: str, handler: WordHandler
 ) -> None:
-    """Create a service of mujoco_ros2_control_msgs; the handler returns the message.
+    """Create a mujoco_ros2_control_msgs service; its handler returns the text of the response.
 
     Args:
         node: Node of the service.
@@ -135,12 +135,12 @@ def offer_message_service(
 
 
 def error_text(error: TeleopctlError) -> str:
-    """Return the message of an error with its hint in parentheses."""
+    """Return the message of an error, with its hint in parentheses if there is one."""
     return f"{error.message} ({error.hint})" if error.hint else error.message
 
 
 def failure_text(node: Node, error: Exception) -> str:
-    """Return the message for the client of a failed call; log a traceback if unexpected."""
+    """Return an exception's text for a service response; log the traceback of an unexpected one."""
     if isinstance(error, TeleopctlError):
         return error_text(error)
     node.get_logger().error("".join(traceback.format_exception(error)))
@@ -148,7 +148,7 @@ def failure_text(node: Node, error: Exception) -> str:
 
 
 def has_tags(tags: list[str], wanted: Any) -> bool:
-    """Return whether an entity's tags pass a TagsFilter message."""
+    """Return whether tags pass a TagsFilter message (any or all of its tags); true if empty."""
     if not wanted.tags:
         return True
     every = wanted.filter_mode == _TagsFilter.FILTER_MODE_ALL
@@ -156,7 +156,7 @@ def has_tags(tags: list[str], wanted: Any) -> bool:
 
 
 def existing_path(uri: str) -> Path:
-    """Return the path of a URI if a file or folder is there; raise otherwise.
+    """Return the local path of a URI if a file or folder is there; raise otherwise.
 
     Raises:
         NotFoundError: There is no such file or folder.
@@ -171,7 +171,7 @@ def existing_path(uri: str) -> Path:
 
 
 def description_at(uri: str) -> Path:
-    """Return the description file that a URI names, or that of a model's folder.
+    """Return the path of the description file that a URI names, or that of a named model folder.
 
     Raises:
         NotFoundError: There is no such file.
@@ -184,7 +184,7 @@ def description_at(uri: str) -> Path:
 
 
 def files_at(source: str) -> list[Path]:
-    """Return the file that a URI names, or the files of that folder; empty if there are none."""
+    """Return paths: the file that a URI names, or the files in the named folder; empty if none."""
     try:
         path = existing_path(source)
         return (

@@ -43,7 +43,7 @@ _NAMESPACE = re.compile(r"(/?[A-Za-z_]\w*)(/[A-Za-z_]\w*)*/?")
 
 
 class SpawnServices:
-    """Services that spawn and delete entities, and list what can be spawned.
+    """Services that spawn and delete entities, and list the files that can be spawned.
 
     Args:
         services: Services of the node, on which these are created.
@@ -102,7 +102,9 @@ class SpawnServices:
                 f"the namespace {request.entity_namespace} is without effect: '{name}' has no "
                 "interfaces of its own"
             )
-        spawned = running.spawn(world, name, pose[:3], pose[3:], judge=_refuse_missing_meshes)
+        spawned = running.spawn(
+            world, name, pose[:3], pose[3:], check_warnings=_refuse_missing_meshes
+        )
 
         async def finish(answer: Any) -> None:
             try:
@@ -115,7 +117,7 @@ class SpawnServices:
                 self._logger.warning(f"Spawning '{name}': {remark}")
             self._logger.info(f"Spawned {' and '.join(repr(each) for each in thing.names)}")
             answer.entity_name = name
-            answer.result.error_message = "; ".join((*remarks, *_told_of_parts(thing)))
+            answer.result.error_message = "; ".join((*remarks, *_renamed_parts_remark(thing)))
 
         return finish
 
@@ -170,7 +172,7 @@ def meshes_left_out(warnings: Sequence[str]) -> list[str]:
     return [warning for warning in warnings if re.search(r"Mesh '.*' is left out: ", warning)]
 
 
-def _told_of_parts(thing: NewObject) -> Iterator[str]:
+def _renamed_parts_remark(thing: NewObject) -> Iterator[str]:
     """Yield a remark if no entity has the requested name."""
     if thing.names != (thing.name,):
         yield (
@@ -185,7 +187,7 @@ def _refuse_missing_meshes(warnings: Sequence[str]) -> None:
 
 
 def choose_name(running: RunningSimulation, world: World, wanted: str, *, renames: bool) -> str:
-    """Return the name for an entity to spawn: the requested one, its own, or a numbered one.
+    """Return the name for an entity to spawn: requested, its own, or numbered; raise if taken.
 
     Args:
         running: The running simulation.
@@ -232,7 +234,7 @@ _WorldResource = get_message("simulation_interfaces/msg/WorldResource")
 
 
 class WorldServices:
-    """Services that list, load and unload worlds.
+    """Services that list, load and unload worlds, and return the loaded one.
 
     Args:
         services: Services of the node, on which these are created.

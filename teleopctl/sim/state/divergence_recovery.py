@@ -69,7 +69,7 @@ class DivergenceRecovery:
         slid = self._physics.save() if self._physics.slides else None
         self._physics.step(self._d, count)
         found: list[str] = []
-        while self.broken and (thing := self._to_blame()) and thing not in found:
+        while self.broken and (thing := self._diverged_object()) and thing not in found:
             found.append(thing)
             mujoco.mj_setState(self._m, self._d, self._kept, _ALL)
             if slid is not None:
@@ -80,7 +80,7 @@ class DivergenceRecovery:
             self._physics.step(self._d, count)
         return [] if self.broken else found
 
-    def _to_blame(self) -> str:
+    def _diverged_object(self) -> str:
         """Return the object of the first number that diverged; empty for the robot."""
         for kind in _BROKEN:
             if self._numbers[kind]:

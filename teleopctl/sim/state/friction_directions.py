@@ -59,7 +59,7 @@ class FrictionDirections:
         return bool(self._ways)
 
     def turn(self, data: Any) -> None:
-        """Rotate the contact frames into the friction directions, after MuJoCo's `mj_step1`."""
+        """Rotate contact frames into the friction directions, set friction; after `mj_step1`."""
         contact, ways = data.contact, self._ways
         numbers, axes, rough = [], [], []
         # Plain numbers: numpy takes ten times as long for the few contacts of wheels.

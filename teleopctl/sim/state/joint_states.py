@@ -50,7 +50,7 @@ class JointStates:
             for row, joint in enumerate(self._joints)
             if joint.has_drive
         ]
-        self._told: memoryview[float] = self.efforts.data.cast("B").cast("d")
+        self._effort_values: memoryview[float] = self.efforts.data.cast("B").cast("d")
         self._speeds: memoryview[float] = data.qvel.data
         self._speeds_before: memoryview[float] = data.actuator_velocity.data
         self._bias: memoryview[float] = model.actuator_biasprm.data
@@ -90,15 +90,15 @@ class JointStates:
         with the speed at the end of the step, except where a joint is at its effort limit.
         """
         for row, dof, drive, limit in self._driven:
-            effort = self._told[row]
+            effort = self._effort_values[row]
             if abs(effort) < limit:
                 gained = self._speeds[dof] - self._speeds_before[drive]
                 # An impact on the joint may raise the value above the limit for one step.
                 true = effort + self._bias[drive, 2] * gained
-                self._told[row] = min(max(true, -limit), limit)
+                self._effort_values[row] = min(max(true, -limit), limit)
 
     def put_balls(self, data: Any, given: Mapping[str, float]) -> None:
-        """Set the ball joints' rotations from joint angles by name; missing angles are 0."""
+        """Set the rotation of each ball joint that has a given angle; its missing angles are 0."""
         self._balls.put(data, given)
 
 

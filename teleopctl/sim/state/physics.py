@@ -25,7 +25,7 @@ _NAMED = {
 
 # Any stands for MuJoCo's types, here and below: they have no static ones.
 def scale_model(model: Any, mass: float, friction: float) -> None:
-    """Multiply all masses and frictions of a MuJoCo model; gains of drives stay."""
+    """Multiply a MuJoCo model's masses, inertias and frictions by factors; gains of drives stay."""
     if mass != 1.0:
         model.body_mass[:] *= mass
         model.body_inertia[:] *= mass
@@ -57,7 +57,7 @@ def put_physics_state(model: Any, data: Any, saved: Mapping[str, Array]) -> None
 
 
 def part_names(model: Any) -> list[str]:
-    """Return the names of a model's bodies, joints, actuators and equalities, in order."""
+    """Return texts like ``body 'NAME'`` for a model's bodies, joints, actuators and equalities."""
     return [
         f"{word} '{mujoco.mj_id2name(model, kind, number) or number}'"
         for word, (kind, count) in _NAMED.items()
@@ -66,7 +66,7 @@ def part_names(model: Any) -> list[str]:
 
 
 def wake(model: Any, data: Any) -> None:
-    """Recompute sleeping bodies, after something around them has changed.
+    """Recompute all bodies, sleeping ones included, after something around them has changed.
 
     While bodies may sleep, MuJoCo computes the poses of static bodies only once.
     """

@@ -44,12 +44,12 @@ class SavedState:
 
     @classmethod
     def of(cls, simulation: Simulation) -> SavedState:
-        """Return the present state of a simulation."""
+        """Return the present state of a simulation as `SavedState`."""
         return cls(_parts(simulation), simulation.save())
 
     @classmethod
     def read(cls, path: Path) -> SavedState:
-        """Return the state in a file that `write` has written.
+        """Return the saved state in a file that `write` has written; raise for other files.
 
         Raises:
             InvalidFileError: The file cannot be read, or is no saved state.
@@ -84,7 +84,7 @@ class SavedState:
             raise InvalidFileError(f"Cannot write {path}: {error.strerror}") from error
 
     def put(self, simulation: Simulation) -> None:
-        """Set a simulation to this state, if its model has the same parts.
+        """Set a simulation to this state; raise if its model does not have the same parts.
 
         Raises:
             RefusedError: The state is of another model, or invalid; nothing is changed.

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 # Any stands for messages: their classes are made at run time, from definitions.
 
 
-def refuse_joints(simulation: Simulation, state: Any) -> str:
+def joints_refusal_reason(simulation: Simulation, state: Any) -> str:
     """Return why a JointState message cannot be applied to a simulation; empty if it can.
 
     Args:
@@ -47,8 +47,8 @@ def refuse_joints(simulation: Simulation, state: Any) -> str:
     return ""
 
 
-def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
-    """Return why FreeJointState messages cannot be applied; empty if they can."""
+def bodies_refusal_reason(simulation: Simulation, states: Sequence[Any]) -> str:
+    """Return why FreeJointState messages cannot be applied to a simulation; empty if they can."""
     bodies = simulation.free_bodies
     for state in states:
         if bodies.index(state.name) is None:
@@ -63,7 +63,7 @@ def refuse_bodies(simulation: Simulation, states: Sequence[Any]) -> str:
 
 
 def reset_to(simulation: Simulation, overrides: Any, keyframe: str = "") -> None:
-    """Reset a simulation, optionally to a keyframe, and apply a SimulationState message."""
+    """Reset a simulation, to a keyframe if named, with the values of a SimulationState message."""
     joints = overrides.joint_states
     simulation.reset_state(
         dict(zip(joints.name, joints.position, strict=False)),
@@ -120,7 +120,7 @@ def _twist_values(state: Any) -> list[float]:
 
 
 class MujocoServices:
-    """Services of mujoco_ros2_control: pause, step, reset, save and load states.
+    """Services of mujoco_ros2_control: pause, step, reset or save the world, set free bodies.
 
     Args:
         node: Node of the services.
@@ -161,8 +161,8 @@ class MujocoServices:
                 )
 
         def change() -> None:
-            _refuse(refuse_joints(simulation, overrides.joint_states))
-            _refuse(refuse_bodies(simulation, overrides.free_joints))
+            _refuse(joints_refusal_reason(simulation, overrides.joint_states))
+            _refuse(bodies_refusal_reason(simulation, overrides.free_joints))
             if saved is None:
                 reset_to(simulation, overrides, keyframe)
                 return
@@ -229,7 +229,7 @@ def _set_free(running: RunningSimulation, request: Any) -> str:
     simulation, states = running.simulation, request.free_joints
 
     def change() -> None:
-        _refuse(refuse_bodies(simulation, states))
+        _refuse(bodies_refusal_reason(simulation, states))
         put_bodies(simulation, states)
 
     running.call_and_publish(change)

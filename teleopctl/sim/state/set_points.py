@@ -24,7 +24,7 @@ _NEARLY = 1.0 + 1e-6
 def position_speed(
     away: float, before: float, fresh: bool, max_speed: float, acceleration: float, period_s: float
 ) -> float:
-    """Return the set-point's speed for the next control period on its way to a position.
+    """Return a drive's set-point speed for the next control period, towards a commanded position.
 
     The set-point moves straight to the next position of a path. From rest, and to a position that
     is not new or is further than one period, it accelerates and brakes with a fraction of the
@@ -56,7 +56,7 @@ def position_speed(
 
 
 def feedforward_speed(speed: float, fed_before: float, expected: float, most_more: float) -> float:
-    """Return the part of a set-point's speed that is fed forward to the drive.
+    """Return the part of a set-point's speed that is fed forward, so that the joint does not lag.
 
     Along a path of positions the whole speed is fed forward, so that the joint does not lag, but
     no more than expected from the previous periods: a path's first position may as well be a jump.
@@ -96,7 +96,7 @@ def lag_distance(change: float, lag_s: float, acceleration: float) -> float:
 
 
 def limited_lead(lead: float, pull: float, effort: float, stiffness: float) -> float:
-    """Return how far a velocity command's set-point may lead its joint.
+    """Return a set-point's lead over its joint, limited to the effort that the damper leaves.
 
     The spring gets at most the effort that the damper leaves: a joint that is held back does not
     wind up.

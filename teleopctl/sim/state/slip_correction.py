@@ -66,7 +66,7 @@ def drives_by_sliding(model: RobotModel) -> bool:
 
 
 class PhysicsStepper:
-    """Stepper of MuJoCo's physics with corrected contacts of sliding wheels.
+    """Stepper of MuJoCo's physics that corrects contacts of sliding wheels and directed friction.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -89,7 +89,7 @@ class PhysicsStepper:
         self._taking_up = round(_TAKEN_UP_S / model.opt.timestep)
 
     def begin_period(self, *, changing: bool) -> None:
-        """Set whether drives change their speeds in the control period that begins."""
+        """Begin a control period; if drives change speeds, check every step for sliding wheels."""
         if changing:
             self._seen, self._unseen = self._taking_up, 0
 
@@ -158,11 +158,7 @@ class _Contacts:
         self._known: dict[bytes, list[tuple[int, int, int, float, float]]] = {}
 
     def correct_slip(self, data: Any) -> float:
-        """Subtract from each contact's normal acceleration what sliding adds; return the most.
-
-        Returns:
-            The largest correction (m/s²).
-        """
+        """Subtract sliding's part from contacts' normal acceleration; return the largest (m/s²)."""
         if not data.ncon:
             return 0.0
         contact = data.contact

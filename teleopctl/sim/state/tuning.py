@@ -28,7 +28,7 @@ _IN_A_STEP = 0.25
 
 
 def drive_rates(takes_position: npt.NDArray[np.bool_], period_s: float, step_s: float) -> Array:
-    """Return the natural frequency for each joint's drive, rad/s, (n,).
+    """Return the natural frequency (rad/s) to which each joint's drive is tuned, (n,).
 
     Args:
         takes_position: Whether each joint takes position commands, (n,). Others, such as wheels,
