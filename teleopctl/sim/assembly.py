@@ -44,7 +44,7 @@ _LEAST_TIMESTEP_S = 1e-5
 
 
 def declare_parameters(node: Node) -> None:
-    """Declare the simulator's parameters on a node, except ``gravity``.
+    """Declare the simulator's parameters, except ``gravity``, on a node; raise if one is invalid.
 
     Raises:
         InvalidParameterError: A number is out of its range.
@@ -73,7 +73,7 @@ def declare_parameters(node: Node) -> None:
 
 
 def number_of(node: Node, name: str) -> float:
-    """Return the value of one of the simulator's numeric parameters, checked against its range.
+    """Return a numeric parameter of the simulator's node as a float; raise if out of its range.
 
     Raises:
         InvalidParameterError: The value is not a number, or out of range.
@@ -82,7 +82,7 @@ def number_of(node: Node, name: str) -> float:
 
 
 def checked_number(parameter: Parameter) -> float:
-    """Return the value of a numeric parameter that is about to be set, checked against its range.
+    """Return a simulator parameter's number, possibly not set yet; raise if out of its range.
 
     Raises:
         InvalidParameterError: The value is not a number, or out of range.
@@ -114,7 +114,7 @@ class Assembly(NamedTuple):
     sensors: SensorPublisher
 
     def loop(self, node: Node, ports: Ports | None = None) -> LockstepLoop:
-        """Return the loop that runs the simulation in lockstep, set up by a node's parameters.
+        """Return a new LockstepLoop, not yet running, for the simulation and a node's parameters.
 
         Args:
             node: Node with the simulator's parameters.
@@ -133,7 +133,7 @@ class Assembly(NamedTuple):
 
 
 def build_robot(node: Node, urdf: str) -> SimulatedRobot:
-    """Build the simulation of a robot from its URDF and the simulator's parameters.
+    """Return the simulation of a robot in its world, built from URDF and the node's parameters.
 
     Raises:
         InvalidDescriptionError: The robot or the world cannot be simulated.
@@ -154,7 +154,7 @@ def build_robot(node: Node, urdf: str) -> SimulatedRobot:
 
 
 def assemble(node: Node, robot: SimulatedRobot) -> Assembly:
-    """Create the publishers of a simulation on a node, and set the gravity from its parameter.
+    """Create a simulation's publishers on a node and return them; declare and apply ``gravity``.
 
     Args:
         node: Node of the publishers, with the simulator's parameters.

@@ -54,7 +54,7 @@ def simulate(
     gps_origin: Sequence[float] = (),
     warn: Callable[[str], object] = lambda _: None,
 ) -> SimulatedRobot:
-    """Build a simulation of a robot, and of a world around it, from URDF text.
+    """Build and return the simulation, at its start, of a robot in a world; nothing runs yet.
 
     Args:
         urdf: The robot description.

@@ -66,7 +66,7 @@ _ARRIVED = 1e-9
 
 
 class Drives:
-    """Position, velocity and effort drives of a robot's joints.
+    """Drives of a robot's joints: MuJoCo actuators for position, velocity and effort commands.
 
     Args:
         model: The ``mujoco.MjModel``, whose gains change at run time.
@@ -139,7 +139,7 @@ class Drives:
         self._weightless = np.zeros(0, dtype=int)
         self.settled = False
         self.cut: list[str] = []
-        self._told: set[str] = set()
+        self._reported: set[str] = set()
         self._command_names: list[str] = []
         # For each drive in such a command: its row, its column, and the interfaces it accepts.
         self._commanded: list[tuple[int, int, list[bool]]] = []
@@ -173,7 +173,7 @@ class Drives:
     def transferred_to(
         self, model: mujoco.MjModel, data: mujoco.MjData, others: Iterable[str]
     ) -> Drives:
-        """Return drives with this state for another compiled model of the same robot.
+        """Return new drives, with the state of these, for another compiled model of the same robot.
 
         Args:
             model: The other ``mujoco.MjModel``, whose gains change at run time.
@@ -184,7 +184,7 @@ class Drives:
         moved.remove_gravity(self._m.body(body).name for body in self._weightless)
         for name in _STATE:
             setattr(moved, name, getattr(self, name))
-        moved.cut, moved._told = self.cut, self._told
+        moved.cut, moved._reported = self.cut, self._reported
         moved._tune()
         moved._apply_modes()
         return moved
@@ -209,11 +209,12 @@ class Drives:
         velocity: Sequence[float] = (),
         effort: Sequence[float] = (),
     ) -> None:
-        """Set joint commands for the control period that begins now.
+        """Set joint commands for the period that begins, positions and efforts clamped; rest holds.
 
         Of several commands for a joint, position has priority over velocity, and velocity over
-        effort. A joint without a finite command holds its position. Commands are clamped to the
-        joint's limits. Names of joints that are not `commandable` are ignored.
+        effort. A joint without a finite command holds its position. Positions and efforts are
+        clamped to the joint's limits; a speed is not, but the joint brakes at its position limits.
+        Names of joints that are not `commandable` are ignored.
 
         Args:
             names: Joint names.
@@ -251,8 +252,8 @@ class Drives:
 
     def _tell_cut(self, row: int, mode: int, commanded: float, possible: float) -> None:
         joint, interface = self._joint_names[row], _INTERFACES[mode]
-        if joint not in self._told:
-            self._told.add(joint)
+        if joint not in self._reported:
+            self._reported.add(joint)
             limits = self._limits[row]
             self.cut.append(
                 clamped_command_text(joint, interface, commanded, possible, limits, interface)
@@ -357,7 +358,7 @@ class Drives:
         self._m.body_gravcomp[self._own] = carried[self._own]
 
     def remove_gravity(self, links: Iterable[str]) -> None:
-        """Remove gravity from links, before the first `reset`.
+        """Compensate gravity on links, so that they have no weight; to be called before `reset`.
 
         A joint that moves only such links carries no weight. For a joint that moves others too, the
         effort that lifts these links counts towards its limit.
@@ -372,7 +373,7 @@ class Drives:
                 m.jnt_actgravcomp[joint] = 0
 
     def plan_period(self) -> None:
-        """Write the set-points of all drives for the control period that begins now."""
+        """Compute all set-points for the control period that begins, into MuJoCo's data."""
         period_s, settled = self._period_s, True
         setpoints, drawn, stiffness = self._setpoint, self._drawn, self._stiffness
         fed_forward, speeds, speeds_before = (

@@ -32,7 +32,7 @@ class LinkPose:
 
 
 class FreeBodies:
-    """Poses and velocities of a simulation's free bodies.
+    """Access to the poses and velocities of free bodies in MuJoCo's data.
 
     Args:
         model: The ``mujoco.MjModel``.
@@ -71,7 +71,7 @@ class FreeBodies:
         return twist
 
     def put(self, index: int, pose: Array, twist: Array | None = None) -> None:
-        """Set a free body's pose and velocity in the world.
+        """Set a free body's pose and velocity in the world; velocity zero without ``twist``.
 
         Args:
             index: Index of the body, see `index`.

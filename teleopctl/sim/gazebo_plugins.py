@@ -48,7 +48,7 @@ class OdometrySensor(Sensor):
         self._random = np.random.default_rng(0)
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Check that the links of the odometry are in the model.
+        """Check that the odometry's links are in the spec, raise if not; nothing is added.
 
         Raises:
             InvalidDescriptionError: A link is missing.
@@ -59,7 +59,7 @@ class OdometrySensor(Sensor):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill an Odometry message with the link's true pose and velocity."""
+        """Fill an Odometry message with the link's true pose, and its velocity with noise."""
         truth = self._truth
         message.child_frame_id = truth.child_frame_id
         position, quaternion, linear, angular = self._state(model, data)
@@ -105,7 +105,7 @@ class OdometrySensor(Sensor):
 
 
 class OdometryTransformSensor(OdometrySensor):
-    """Sensor that publishes a link's true pose as a transform on ``/tf``.
+    """Sensor that publishes a link's true pose as TFMessage, on the plug-in's TF topic.
 
     Args:
         truth: Link, topic and settings of the odometry.
@@ -118,7 +118,7 @@ class OdometryTransformSensor(OdometrySensor):
 
     # Any: as the base class has it.
     def headers(self, message: Any) -> Sequence[Any]:
-        """Add the transform to a new TFMessage, and return its header."""
+        """Add the transform to a new TFMessage, and return a list of the transform's header."""
         from teleopctl.interfaces import get_message
 
         transform = get_message("geometry_msgs/msg/TransformStamped")
@@ -196,7 +196,7 @@ class PlanarMove:
         self._tuned: Any = None
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Add the base's velocity actuators to a MuJoCo spec.
+        """Add the base's velocity actuators to a MuJoCo spec; raise if the base is fixed.
 
         Raises:
             InvalidDescriptionError: The base is fixed to the world.
@@ -219,7 +219,7 @@ class PlanarMove:
 
     # Any: a message, whose class is made at run time.
     def receive(self, message: Any) -> None:
-        """Set the commanded velocity from a Twist message; called on the transport's thread."""
+        """Set the commanded velocity from a Twist message if finite; on the transport's thread."""
         wanted = (message.linear.x, message.linear.y, message.angular.z)
         if all(map(math.isfinite, wanted)):
             self._wanted = wanted
@@ -260,7 +260,7 @@ class PlanarMove:
 def add_movers(
     spec: mujoco.MjSpec, movers: list[PlanarMove], warn: Callable[[str], object]
 ) -> None:
-    """Add planar-move plug-ins to a MuJoCo spec; remove from the list those that fail."""
+    """Add planar-move plug-ins to a MuJoCo spec; drop failing ones from the list, with warnings."""
     for mover in list(movers):
         try:
             mover.add_to(spec)

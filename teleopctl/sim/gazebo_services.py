@@ -38,7 +38,7 @@ _WORLD = ("", "world", "map", "/map")
 
 
 def link_of(simulation: Simulation, name: str) -> str:
-    """Return the link that Gazebo's name means: a link, an entity, or ``entity::link``.
+    """Return the link name that a Gazebo name means: a link, an entity, or ``entity::link``.
 
     Returns:
         Name of the link; empty for a robot that is fixed at the world's origin.
@@ -78,7 +78,7 @@ def entity_of(simulation: Simulation, name: str) -> SimulatedEntity:
 
 
 def motion_of_link(simulation: Simulation, link: str) -> tuple[Array, Array]:
-    """Return the pose and velocity of a link's frame in the world.
+    """Return the pose, (7,), and velocity, (6,), of a link's frame in the world.
 
     Args:
         simulation: Simulation of the link.
@@ -100,7 +100,7 @@ def motion_of_link(simulation: Simulation, link: str) -> tuple[Array, Array]:
 
 
 def frame_link(simulation: Simulation, name: str) -> str:
-    """Return the link that a reference frame names; empty for the world.
+    """Return the name of the link that a reference frame names; empty for the world.
 
     Raises:
         NotFoundError: There is no such entity or link.
@@ -118,7 +118,7 @@ def _is_alone(simulation: Simulation, thing: str) -> bool:
 def get_model_list(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle Gazebo classic's ``get_model_list``: return the names of all entities."""
+    """Handle Gazebo classic's ``get_model_list``: list all entities' names in the response."""
     del request, warn
 
     def look() -> None:
@@ -131,7 +131,7 @@ def get_model_list(
 async def spawn_entity(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle Gazebo classic's ``spawn_entity``: spawn an entity from URDF or SDF text."""
+    """Handle Gazebo classic's ``spawn_entity``: add an entity from URDF, SDF or MJCF text."""
     world = read_world_text(request.xml, "xml")
     # Without a requested name, the entity is renamed if its own name is taken.
     name = choose_name(running, world, request.name, renames=not request.name)
@@ -164,7 +164,7 @@ def delete_entity(
 def get_entity_state(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle Gazebo classic's ``get_entity_state``: return an entity's or link's pose and twist."""
+    """Handle Gazebo classic's ``get_entity_state``: respond with an entity's or link's state."""
     del warn
 
     def look() -> None:
@@ -226,7 +226,7 @@ _ENDLESS = 1 << 62
 def apply_link_wrench(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle Gazebo classic's ``apply_link_wrench``: push a link with a force and torque."""
+    """Handle Gazebo classic's ``apply_link_wrench``: apply a wrench to a link for a duration."""
     del warn
 
     def apply() -> bool:
@@ -298,7 +298,7 @@ def unpause_physics(
 def reset_simulation(
     running: RunningSimulation, request: Any, response: Any, warn: Callable[[str], None]
 ) -> None:
-    """Handle Gazebo classic's ``reset_simulation``: reset time and states, not the entities."""
+    """Handle Gazebo classic's ``reset_simulation``: reset time and states; entities stay."""
     del request, response, warn
     running.reset(time=True, state=True, spawned=False)
 
@@ -350,7 +350,7 @@ class GazeboServices:
     """
 
     def __init__(self, node: Node, find_running: FindRunning) -> None:
-        self._node, self._find_stage = node, find_running
+        self._node, self._find_running = node, find_running
         self._waiting = dict(_WHEN_ASKED_FOR)
         for name, (type_name, handler) in _ALWAYS.items():
             self._offer(name, type_name, handler)
@@ -378,7 +378,7 @@ class GazeboServices:
         async def answer(request: Any, response: Any) -> Any:
             text, done = "", False
             try:
-                running = self._find_stage()
+                running = self._find_running()
                 if running is None:
                     raise RefusedError(NO_ROBOT)
                 if (outcome := handler(running, request, response, warn)) is not None:

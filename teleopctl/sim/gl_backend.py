@@ -21,7 +21,7 @@ INSTALL_HINT = (
 
 
 def choose_backend() -> str:
-    """Set ``MUJOCO_GL`` to an installed backend unless the user has set it; return its name.
+    """Set ``MUJOCO_GL`` to an installed backend unless already set; return the backend's name.
 
     Returns:
         The backend: ``egl``, ``osmesa`` or the user's choice; empty where the
@@ -57,7 +57,7 @@ def missing_library(reason: object) -> TeleopctlError:
 
 
 def check_drawing() -> None:
-    """Create an OpenGL context with the chosen backend, to check that rendering works.
+    """Create and free an OpenGL context of the chosen backend; raise if that is not possible.
 
     To import the backend is not enough: only a context reveals a library without a driver.
 

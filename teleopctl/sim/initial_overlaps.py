@@ -18,7 +18,7 @@ _NO_PAIR = 2**31 - 1
 
 
 class InitialOverlaps:
-    """Enables the contacts of given link pairs, which overlap at the start, once they part.
+    """Pairs of links, given as overlapping at the start, whose contacts are enabled once they part.
 
     Each `check` tests one pair, in turn, so that its cost does not grow with the robot. The
     contacts of shapes that never part stay disabled.
@@ -44,11 +44,11 @@ class InitialOverlaps:
         self._m.exclude_signature[:] = self._excluded
 
     def save(self) -> npt.NDArray[np.float64]:
-        """Return the numbers of the pairs whose contacts are still disabled."""
+        """Return the indices of the pairs whose contacts are still disabled, in checking order."""
         return np.array([self._pairs.index(pair) for pair in self._waiting], float)
 
     def restore(self, waiting: npt.NDArray[np.float64]) -> None:
-        """Set which pairs have disabled contacts, by the numbers that `save` returned."""
+        """Set which pairs have disabled contacts, by the indices that `save` returned."""
         self.reset()
         numbers = dict.fromkeys(int(number) for number in waiting)
         self._waiting = deque(self._pairs[n] for n in numbers if 0 <= n < len(self._pairs))
@@ -58,11 +58,11 @@ class InitialOverlaps:
 
     @property
     def waits(self) -> bool:
-        """Whether any pair has disabled contacts."""
+        """Whether any pair still has disabled contacts."""
         return bool(self._waiting)
 
     def transferred_to(self, model: mujoco.MjModel, data: mujoco.MjData) -> InitialOverlaps:
-        """Return these pairs with their state for another compiled model of the robot.
+        """Return a copy of these pairs, with their state, for another compiled model of the robot.
 
         Args:
             model: The other ``mujoco.MjModel``, whose excluded pairs are changed.

@@ -61,29 +61,29 @@ class Ports(Protocol):
         """Publish the joint states of a control tick, which the controller answers."""
 
     def publish_view(self, time_ns: int) -> None:
-        """Publish the joint states and body poses for viewers."""
+        """Publish joint states and free bodies' poses for viewers and cameras, when due."""
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Report that no command came for the state of a time."""
+        """Report that no command came for the state of a time within ``waited_s`` seconds."""
 
     def controller_back(self, time_ns: int) -> None:
         """Report that the controller answers again after it was lost."""
 
     def fell_behind(self, seconds: float, factor: float) -> None:
-        """Report how much wall time the simulation lost, and the real-time factor it reached."""
+        """Report the wall time (s) that the simulation lost, and the real-time factor reached."""
 
     def diverged(self, time_ns: int) -> None:
         """Report that the robot's physics became unstable and was reset."""
 
     def commands_cut(self, sentences: Sequence[str]) -> None:
-        """Report commands beyond joint limits, one sentence for each joint's first."""
+        """Report each joint's first command beyond its limits, one sentence per joint."""
 
     def objects_reset(self, time_ns: int, things: Sequence[str]) -> None:
         """Report objects whose physics became unstable and which were reset."""
 
 
 class Sampler(Protocol):
-    """Interface of sensors, which the loop samples at their own times; on the loop's thread."""
+    """Interface by which the loop publishes sensors at their own times, on the loop's thread."""
 
     def next_ns(self) -> int | None:
         """Return the simulated time of the next measurement; None without subscribers."""
@@ -92,7 +92,7 @@ class Sampler(Protocol):
         """Publish the measurements that are due at a simulated time."""
 
     def show(self, time_ns: int) -> None:
-        """Publish again the sensors that report state, after a change while paused."""
+        """Publish sensors of state, such as contacts, again after a change while paused."""
 
 
 _CLOCK_RATE_HZ = 100.0
@@ -159,8 +159,8 @@ class LockstepLoop:
 
     # --- called from outside ----------------------------------------------------------------
 
-    def offer(self, command: Command) -> None:
-        """Pass a received joint command to the loop."""
+    def receive_command(self, command: Command) -> None:
+        """Store a received joint command, which the loop applies at a control tick."""
         with self._changed:
             if command.stamp_ns == 0 and self._simulation.time_ns != 0:
                 self._unstamped = command
@@ -175,12 +175,12 @@ class LockstepLoop:
             self._changed.notify_all()
 
     def set_viewed(self, viewed: bool) -> None:
-        """Set whether topics for viewers have subscribers; the loop publishes them only then."""
+        """Set whether topics for viewers and cameras have subscribers; only then they are sent."""
         with self._changed:
             self._viewed = viewed
 
     def set_subscribed(self, *, clock: bool, ticks: bool) -> None:
-        """Set whether the clock and the states of control ticks have subscribers.
+        """Set whether the clock and the tick states have subscribers, else they may be skipped.
 
         Args:
             clock: Whether to publish the simulated time.
@@ -192,7 +192,7 @@ class LockstepLoop:
             self._attended = ticks
 
     def set_paused(self, paused: bool, timeout_s: float) -> bool:
-        """Pause at the next control tick, or resume; requested steps are cancelled.
+        """Pause at the next tick or resume, cancel requested steps; return whether in time.
 
         Returns:
             Whether the loop has paused or resumed within ``timeout_s``.
@@ -218,7 +218,7 @@ class LockstepLoop:
         return 0.0 if self.paused else self._pacer.reached.at(self._simulation.time_ns)
 
     def step(self, count: int, on_end: Callable[[bool], None]) -> None:
-        """Request physics steps of a paused simulation; ``on_end`` is called when they are done.
+        """Request physics steps while paused; ``on_end`` is called when they are made or cancelled.
 
         Args:
             count: Number of steps, at least one; steps of earlier requests are made first.
@@ -274,7 +274,7 @@ class LockstepLoop:
         self.post(lambda: self._pacer.set_factor(factor, self._simulation.time_ns))
 
     def restart(self) -> None:
-        """Restart schedules and pace at the simulation's present time; on the loop's thread."""
+        """Restart schedules and pace after a jump of simulated time; call on the loop's thread."""
         now = self._simulation.time_ns
         for schedule in (self._clock_schedule, self._view_schedule):
             schedule.restart()
@@ -284,7 +284,7 @@ class LockstepLoop:
         self._began_anew, self._exchanged = True, False
 
     def show(self) -> None:
-        """Publish the present state if the simulation is paused; on the loop's thread.
+        """Publish the present state if the simulation is paused; call on the loop's thread.
 
         For changes by services, and for new subscribers. After a reset controllers get the state
         too; a command with which they answer at a control tick is not requested again.
@@ -363,7 +363,7 @@ class LockstepLoop:
 
     @property
     def at_end(self) -> bool:
-        """Whether the simulation has reached its end time."""
+        """Whether the simulation has reached its end time; false without one."""
         return self._end_ns is not None and self._simulation.time_ns >= self._end_ns
 
     def _ready(self) -> bool:

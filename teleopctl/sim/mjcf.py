@@ -56,7 +56,7 @@ class BallJoints:
             velocities[row : row + 3] = first, sin(c) * x + cos(c) * y, z - sin(b) * first
 
     def put(self, data: Any, given: Mapping[str, float]) -> None:
-        """Set the ball joints' rotations from joint angles by name; missing angles are 0."""
+        """Set the rotation of each ball joint that has a given angle; its missing angles are 0."""
         for ball, row in self._rows.items():
             turns = self._names[row : row + 3]
             if any(turn in given for turn in turns):
@@ -118,7 +118,7 @@ class FileActuators:
         velocity: Sequence[float],
         effort: Sequence[float],
     ) -> None:
-        """Set the actuators' controls from joint commands for the control period that begins."""
+        """Set the controls from joint commands; missing velocities and efforts become zero."""
         given = [
             values if len(values) == len(names) else () for values in (position, velocity, effort)
         ]
@@ -174,7 +174,7 @@ class Touch(_OfFile):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill a Float64 message with the force."""
+        """Fill a Float64 message with the touch force in N, with noise."""
         del model
         message.data = float(self._disturbed(self._values(data), data)[0])
 
@@ -199,7 +199,7 @@ class Rangefinder(_OfFile):
 
 
 class MjcfSensor(_OfFile):
-    """Any other sensor of an MJCF file, whose values are published in a message of a given type.
+    """Sensor of an MJCF file, published in a message of the type that the description names.
 
     Args:
         description: The ``<sensor>`` tag; its ``<message>`` is the type of the message.
@@ -213,7 +213,7 @@ class MjcfSensor(_OfFile):
 
     # Any: as the base class has it.
     def read(self, model: mujoco.MjModel, data: mujoco.MjData, message: Any) -> None:
-        """Fill the message with the values of the MuJoCo sensor."""
+        """Fill the message with the values of the MuJoCo sensor, with noise."""
         del model
         values = self._disturbed(self._values(data), data)
         _FILLS[self.message_type](message, values)

@@ -50,7 +50,7 @@ _TIMEOUT_S = 10.0
 
 
 class MujocoSim(Node):
-    """Node ``mujoco_sim``; physics runs on a thread of its own, services on the executor's."""
+    """Simulator node ``mujoco_sim``; physics has its own thread, services run on the executor's."""
 
     def __init__(self) -> None:
         progress.report(progress.STARTING)
@@ -198,9 +198,9 @@ class MujocoSim(Node):
         """Count publishers and subscribers; called on another thread after each graph change."""
         assert self._loop is not None
         before, self._commanders = self._commanders, self._commands.get_publisher_count()
-        heard, commanded = self._ports.has_controller(), self._commanders > 0
-        self._loop.set_controller_present(heard and commanded)
-        self._loop.set_subscribed(clock=self._ports.has_clock(), ticks=heard or commanded)
+        has_controller, commanded = self._ports.has_controller(), self._commanders > 0
+        self._loop.set_controller_present(has_controller and commanded)
+        self._loop.set_subscribed(clock=self._ports.has_clock(), ticks=has_controller or commanded)
         self._loop.set_viewed(self._ports.is_viewed())
         self._sensors.on_graph_change()
         before_now, self._subscriptions = (
@@ -241,7 +241,7 @@ class MujocoSim(Node):
                 throttle_duration_sec=10.0,
             )
             return
-        self._loop.offer(Command(to_nanoseconds(message.header.stamp), names, *values))
+        self._loop.receive_command(Command(to_nanoseconds(message.header.stamp), names, *values))
 
     def _on_change(self) -> None:
         """Publish changed objects; called on the loop's thread."""

@@ -40,7 +40,7 @@ class RealTimeFactorMeter:
                     self._marks.popleft()
 
     def at(self, sim_ns: int) -> float:
-        """Return the real-time factor up to a simulated time reached now; 0 without records."""
+        """Return the last second's real-time factor, with ``sim_ns`` reached now; 0 at first."""
         now = time.monotonic()
         with self._lock:
             began_s, began_ns = next(
@@ -90,17 +90,14 @@ class Pacer:
         self.reached.record(sim_ns)
 
     def remaining_s(self, sim_ns: int) -> float:
-        """Return the wall time until a simulated time is due, in seconds, at most a minute.
-
-        Zero or negative once the time is due.
-        """
+        """Return the wall time (s) until a simulated time is due, at most 60; negative if late."""
         if self._factor <= 0.0:
             return 0.0
         due = self._wall_s + (sim_ns - self._sim_ns) * 1e-9 / self._factor
         return min(due - time.monotonic(), _LONGEST_WAIT_S)
 
     def drop_lag(self, sim_ns: int) -> float:
-        """Map the time to now if it is more than 0.25 s late; return the lost seconds, or 0."""
+        """Map ``sim_ns`` to now if it is at least 0.25 s late; return the lost seconds, or 0."""
         self.reached.record(sim_ns)
         lag = -self.remaining_s(sim_ns)
         if lag < _GIVE_UP_S:
@@ -110,7 +107,7 @@ class Pacer:
 
 
 class PeriodicSchedule:
-    """Schedule in simulated time: due at each multiple of a period.
+    """Schedule in simulated time: due at zero and at each multiple of a period.
 
     Args:
         rate_hz: Rate in Hz of simulated time.
@@ -137,5 +134,5 @@ class PeriodicSchedule:
         return True
 
     def skip_to(self, now_ns: int) -> None:
-        """Skip all multiples of the period before a time."""
+        """Make the schedule due next at the first multiple of the period at or after a time."""
         self._count = -(-now_ns // self._period_ns)

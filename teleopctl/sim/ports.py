@@ -52,7 +52,7 @@ def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
 
 
 class TopicPorts:
-    """Publishers of a simulation's clock, joint states and free bodies.
+    """Outputs of the lockstep loop: topics for clock, joint states and free bodies, and log lines.
 
     Messages are created once; new values are written into their bytes each time.
 
@@ -113,13 +113,13 @@ class TopicPorts:
         return self._clock_publisher.get_subscription_count() > 0
 
     def is_viewed(self) -> bool:
-        """Return whether a topic for viewers has a subscriber."""
+        """Return whether the viewers' joint states or the free bodies' poses have a subscriber."""
         if self._view_publisher.get_subscription_count() > 0:
             return True
         return self._bodies is not None and self._bodies.is_viewed()
 
     def subscription_counts(self) -> dict[str, int]:
-        """Return the number of subscriptions by topic: the clock, joint states, free bodies."""
+        """Return subscription counts by topic: clock, viewers' joint states and free bodies."""
         publishers = [self._clock_publisher, self._view_publisher]
         if self._bodies is not None:
             publishers += self._bodies.publishers()
@@ -141,13 +141,13 @@ class TopicPorts:
         self._state_publisher.publish(message.at(time_ns))
 
     def publish_view(self, time_ns: int) -> None:
-        """Publish the joint states and body poses for viewers."""
+        """Publish joint states and free bodies' poses for viewers and cameras."""
         if self._bodies is not None:
             self._bodies.publish(time_ns)
         self._view_publisher.publish(self._view.at(time_ns))
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Log that no command came for the state of a time."""
+        """Log a warning that no command came for the state of a time, and that the joints hold."""
         what = (
             f"No command for the state of {to_seconds(time_ns):.3f} s came within {waited_s:g} s"
             if waited_s > 0.0
@@ -160,7 +160,7 @@ class TopicPorts:
         self._logger.info(f"The controller answers again at {to_seconds(time_ns):.3f} s")
 
     def fell_behind(self, seconds: float, factor: float) -> None:
-        """Log how much wall time the simulation lost, at most every 10 s."""
+        """Log the wall time lost and the real-time factor reached, at most every 10 s."""
         self._logger.warning(
             f"The simulation is slower than its real_time_factor and lost {seconds:.2f} s; it "
             f"reached {factor:.2f} in the last second",
@@ -168,7 +168,7 @@ class TopicPorts:
         )
 
     def diverged(self, time_ns: int) -> None:
-        """Log that the robot's physics became unstable and was reset."""
+        """Log that the robot's physics became unstable and was reset, at most every 10 s."""
         self._logger.error(
             f"Physics became unstable before {to_seconds(time_ns):.3f} s and was reset; check "
             "masses and inertias, or use a smaller timestep",
@@ -176,12 +176,12 @@ class TopicPorts:
         )
 
     def commands_cut(self, sentences: Sequence[str]) -> None:
-        """Log a warning for each joint whose command first exceeded its limits."""
+        """Log each sentence, on a joint's first command beyond its limits, as a warning."""
         for sentence in sentences:
             self._logger.warning(sentence)
 
     def objects_reset(self, time_ns: int, things: Sequence[str]) -> None:
-        """Log the objects whose physics became unstable and which were reset."""
+        """Log which objects' physics became unstable and was reset, at most every 10 s."""
         names = ", ".join(f"'{thing}'" for thing in dict.fromkeys(things))
         self._logger.error(
             f"Physics of {names} became unstable before {to_seconds(time_ns):.3f} s: reset to "
@@ -246,7 +246,7 @@ class _JointStates:
 
 
 class FreeBodyPorts:
-    """Publishers of the free bodies' poses, as FreeJointStateArray and on ``/tf``.
+    """Publishers of the free bodies' poses and velocities, and of their transforms on ``/tf``.
 
     The robot's own root link is among the transforms only on request: mostly another node
     publishes its pose, such as odometry, and a frame has one parent.
@@ -294,13 +294,13 @@ class FreeBodyPorts:
 
     # Any: messages, whose classes are made at run time.
     def publishers(self) -> list[Publisher[Any]]:
-        """Return the publishers of the free bodies' poses."""
+        """Return the publisher of the free bodies' states, and that of ``/tf`` if in use."""
         if self._shown and self._broadcaster is not None:
             return [self._publisher, self._broadcaster.pub_tf]
         return [self._publisher]
 
     def publish(self, time_ns: int) -> None:
-        """Publish the pose and velocity of every free body in the world."""
+        """Publish the free bodies' poses and velocities, and the transforms shown on ``/tf``."""
         set_stamp(self._states.header.stamp, time_ns)
         for index, transform in enumerate(self._transforms):
             x, y, z, qw, qx, qy, qz = map(float, self._bodies.pose(index))

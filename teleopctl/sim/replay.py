@@ -88,7 +88,7 @@ class SimulationReplay:
             command = commands.get(time_ns)
             self._loop.set_controller_present(command is not None)
             if command is not None:
-                self._loop.offer(_command_of(time_ns, command))
+                self._loop.receive_command(_command_of(time_ns, command))
             if time_ns > end_ns:
                 self._loop.stop()
 
@@ -97,7 +97,7 @@ class SimulationReplay:
 
     @property
     def moving_frames(self) -> set[str]:
-        """Names of the frames of free bodies, which the simulator publishes on ``/tf``."""
+        """Names of the free bodies' frames, including the robot's root link if it is free."""
         assert self._simulation is not None
         return {body.link for body in self._simulation.free_bodies.bodies}
 
@@ -110,7 +110,7 @@ def run_in_lockstep(
     answer: Callable[[int, JointState], JointState | None],
     goes_on: Callable[[int], bool],
 ) -> None:
-    """Run a simulation at full speed; a function returns the command for each state.
+    """Run a simulation at full speed until ``goes_on`` returns false; ``answer`` returns commands.
 
     Args:
         simulation: Simulation at its start.
@@ -242,7 +242,7 @@ class _Ports(_SilentPorts):
         self._state: JointState = get_message("sensor_msgs/msg/JointState")(name=names)
 
     def publish_state(self, time_ns: int) -> None:
-        """Pass the joint states to the function, and its command to the loop."""
+        """Pass the joint states to ``answer``, its command to the loop; stop at the end."""
         state, simulation = self._state, self._simulation
         set_stamp(state.header.stamp, time_ns)
         state.position = simulation.positions[self._reported]
@@ -251,12 +251,12 @@ class _Ports(_SilentPorts):
         command = self._answer(time_ns, state)
         self.loop.set_controller_present(command is not None)
         if command is not None:
-            self.loop.offer(_command_of(time_ns, command))
+            self.loop.receive_command(_command_of(time_ns, command))
         if not self._goes_on(time_ns):
             self.loop.stop()
 
     def publish_clock(self, time_ns: int) -> None:
-        """Do nothing: the replay has no /clock."""
+        """Do nothing: a simulation in memory has no /clock."""
 
     def publish_view(self, time_ns: int) -> None:
-        """Do nothing: the replay has no viewers."""
+        """Do nothing: a simulation in memory has no viewers."""

@@ -14,7 +14,7 @@ _LARGEST = 1e9
 
 
 def invalid_number_reason(numbers: npt.ArrayLike) -> str:
-    """Return why numbers of a request are invalid (not finite, too large); empty if valid."""
+    """Return text on why numbers are invalid (not finite, or beyond 1e9); empty if valid."""
     values = np.asarray(numbers, float)
     if not np.isfinite(values).all():
         return "is not finite"

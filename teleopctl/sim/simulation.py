@@ -36,7 +36,7 @@ _PARTING_NS = 10_000_000
 
 
 class Simulation:
-    """Physics simulation of a robot and its world.
+    """Physics simulation of a robot and its world, without ROS topics.
 
     Args:
         model: Model of the robot and its world.
@@ -168,7 +168,7 @@ class Simulation:
             self._steps += block
 
     def coast(self, count: int) -> None:
-        """Advance by physics steps without a stop at control ticks, while drives stand still.
+        """Advance by at most ``count`` steps, without stopping at ticks while drives stand still.
 
         The result is that of `step`, bit for bit. The simulation stops early at a control tick
         where the drives have something to do, or that would have detected diverged physics.
@@ -208,7 +208,7 @@ class Simulation:
         self._physics.begin_period(changing=changing)
 
     def step_to(self, time_ns: int) -> None:
-        """Advance to the first physics step at or after a simulated time."""
+        """Advance to the first physics step at or after a simulated time; nothing if it is past."""
         self.step(self.steps_until(time_ns))
 
     def reset(self) -> None:
@@ -226,7 +226,7 @@ class Simulation:
         velocities: Mapping[str, float] | None = None,
         keyframe: str = "",
     ) -> None:
-        """Reset all positions and velocities, and drop commands; the time stays.
+        """Reset all states, to given joint values or a keyframe if any; drop commands; time stays.
 
         Args:
             positions: Positions of joints (rad or m), by name, instead of the initial ones.
@@ -257,7 +257,7 @@ class Simulation:
         self.refresh()
 
     def save(self) -> dict[str, Array]:
-        """Return the complete state as arrays by name, for `restore`."""
+        """Return the complete state, except simulated time, as arrays by name, for `restore`."""
         return {
             **physics_state(self._m, self._d),
             **self._drives.save(),
@@ -268,7 +268,7 @@ class Simulation:
         }
 
     def restore(self, saved: Mapping[str, Array]) -> None:
-        """Set the complete state to what `save` returned for a model with the same parts.
+        """Set the state to what `save` returned for a model with the same parts; time restarts.
 
         Raises:
             RefusedError: A saved push is invalid; nothing is changed.
@@ -309,7 +309,7 @@ class Simulation:
             self._file_actuators.apply(names, position, velocity, effort)
 
     def take_cut_commands(self) -> list[str]:
-        """Return, once, a sentence for each joint whose command first exceeded its limits."""
+        """Return and clear the sentences on each joint's first command beyond its limits."""
         cut, self._drives.cut = self._drives.cut, []
         return cut
 
@@ -342,7 +342,7 @@ class Simulation:
 
     @property
     def present_model(self) -> RobotModel:
-        """The model with static objects at their present instead of their initial poses."""
+        """The model of robot and world, with static objects at their present poses."""
         return replace(self.model, mj_model=self._m)
 
     def set_static_pose(self, body: str, pose: Array) -> None:

@@ -52,7 +52,7 @@ class WorldMarkers:
             self._publish(markers)
 
     def replace_model(self, model: RobotModel) -> None:
-        """Replace the published markers by those of another model."""
+        """Delete the published markers, and publish those of another model."""
         self._publish([_Marker(action=_Marker.DELETEALL), *world_markers(model)])
 
     def _publish(self, markers: list[Any]) -> None:
@@ -73,7 +73,7 @@ class WorldMarkers:
 
 
 def world_markers(model: RobotModel) -> list[Any]:
-    """Return markers of all shapes of a model's world, except the ground.
+    """Return RViz markers of the drawn shapes of a model's world, without planes and heightmaps.
 
     Args:
         model: Model of the robot and its world.

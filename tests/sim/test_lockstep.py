@@ -83,7 +83,7 @@ class Bench:
         self.thread.start()
 
     def answer(self, position: float) -> None:
-        self.ports.on_state = lambda time_ns: self.loop.offer(
+        self.ports.on_state = lambda time_ns: self.loop.receive_command(
             Command(time_ns, ["hinge"], [position])
         )
 
@@ -148,8 +148,9 @@ def test_the_loop_waits_for_the_answer(make) -> None:
 
     for tick in range(10):
         assert bench.ports.times("state") == [k * PERIOD_NS for k in range(tick + 1)]
-        bench.loop.offer(Command(tick * PERIOD_NS - 1, ["hinge"], [0.0]))  # not that state's
-        bench.loop.offer(Command(tick * PERIOD_NS, ["hinge"], [0.0]))
+        # Not the command of that state.
+        bench.loop.receive_command(Command(tick * PERIOD_NS - 1, ["hinge"], [0.0]))
+        bench.loop.receive_command(Command(tick * PERIOD_NS, ["hinge"], [0.0]))
         bench.ports.wait_for("state", tick + 2)
 
 
@@ -188,7 +189,7 @@ def test_a_controller_that_leaves_is_missed_at_once_and_the_next_one_is_new(make
 def test_a_lost_controller_leaves_no_joint_running(make) -> None:
     bench = make(lockstep_timeout_s=LONGEST_WAIT_S)
     bench.loop.set_controller_present(True)
-    bench.ports.on_state = lambda time_ns: bench.loop.offer(
+    bench.ports.on_state = lambda time_ns: bench.loop.receive_command(
         Command(time_ns, ["hinge"], velocity=[0.5])
     )
     bench.start()
@@ -209,7 +210,7 @@ def test_a_sender_without_stamps_is_heard_too(make) -> None:
     bench.start()
     bench.step(100)
 
-    bench.loop.offer(Command(0, ["hinge"], [0.2]))
+    bench.loop.receive_command(Command(0, ["hinge"], [0.2]))
     bench.step(500)
 
     bench.simulation.read()

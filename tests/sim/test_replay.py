@@ -52,7 +52,7 @@ def run_live(answered):
             message = command(time_ns)
             given = Command(time_ns, list(message.name), list(message.position))
             # As in life: it comes while the loop waits.
-            threading.Thread(target=loop.offer, args=(given,)).start()
+            threading.Thread(target=loop.receive_command, args=(given,)).start()
         if time_ns >= END_NS:
             loop.stop()
 
