@@ -42,18 +42,28 @@ class EventLoop:
         heapq.heappush(self._timers, (due, next(self._numbers), function))
 
     def handle_next(self) -> None:
-        """Wait for and call the next queued function, or, with none queued, the due timed ones."""
-        timeout = _LONGEST_WAIT_S
+        """Call the timed functions that are due and the next queued one; wait if there is none."""
+        # Before the queue: endless output of a process must not delay the signal that ends it.
+        timeout = 0.0 if self._call_due() else _LONGEST_WAIT_S
         if self._timers:
             left = max(0.0, self._timers[0][0] - time.monotonic())
             timeout = left if timeout is None else min(left, timeout)
         try:
             function = self._events.get(timeout=timeout)
         except queue.Empty:
-            while self._timers and self._timers[0][0] <= time.monotonic():
-                heapq.heappop(self._timers)[2]()
+            self._call_due()
         else:
             function()
+
+    def _call_due(self) -> bool:
+        """Call the timed functions that are due; return whether there were any."""
+        now = time.monotonic()
+        due: list[Callable[[], None]] = []
+        while self._timers and self._timers[0][0] <= now:
+            due.append(heapq.heappop(self._timers)[2])
+        for function in due:
+            function()
+        return bool(due)
 
 
 # The wait for a launch to be up does not wait for later timers.
