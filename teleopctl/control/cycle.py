@@ -1,6 +1,6 @@
 """Control cycle, and the loop that runs it on the wall clock.
 
-In lockstep nothing loops here: the hardware calls ``Cycle.run`` for every state that it receives.
+In lockstep this loop does not run: the hardware calls ``Cycle.run`` for each received state.
 """
 
 from __future__ import annotations
@@ -25,11 +25,11 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 if TYPE_CHECKING:
     from teleopctl.node import RcutilsLogger
 
-# New objects after which the slack of a cycle is used to collect garbage.
+# Number of new objects from which garbage is collected in the slack of a cycle.
 _GARBAGE = 2000
-# New objects after which it is collected though there is no slack, so that memory stays bounded.
+# Number of new objects from which garbage is collected even without slack, to bound memory.
 _MUCH_GARBAGE = 200_000
-# Real-time priority of the loop's thread, as ros2_control has it.
+# Real-time priority of the loop's thread, as in ros2_control.
 _PRIORITY = 50
 # Seconds between two reports of the same kind from the loop.
 _REPORT_PERIOD = 1.0
@@ -39,12 +39,12 @@ class Cycle:
     """Control cycle: reads hardware, updates controllers, enforces limits, writes hardware.
 
     Args:
-        manager: The controllers and the hardware.
-        publish_queue: What controllers publish through.
+        manager: Controller manager with the controllers and the hardware.
+        publish_queue: Queue that controllers publish through.
 
     Attributes:
-        time_ns: Time of the latest cycle; 0 before the first.
-        times: How long its parts took.
+        time_ns: Time of the last cycle in nanoseconds; 0 before the first cycle.
+        times: Durations of the parts of the last cycle.
     """
 
     def __init__(self, manager: ControllerManager, publish_queue: PublishQueue) -> None:
@@ -65,10 +65,10 @@ class Cycle:
         """Run one control cycle at a given time, then publish queued values and log warnings.
 
         Args:
-            time_ns: Its time, for controllers and stamps.
-            steady_ns: The same instant on the clock that triggers the cycles; without one
-                ``time_ns`` is it. The period is what has passed on it since the last cycle, and
-                the nominal period at first and where the clock was set back.
+            time_ns: Time of the cycle in nanoseconds, for controllers and stamps.
+            steady_ns: The same time on the clock that triggers the cycles; by default ``time_ns``.
+                The period is the time on this clock since the last cycle; the nominal period in
+                the first cycle and after a jump back.
         """
         manager, resources = self._manager, self._manager.resource_manager
         trigger_ns = time_ns if steady_ns is None else steady_ns
@@ -121,7 +121,7 @@ class Cycle:
             if last_ns is not None and last_ns < trigger_ns:
                 since_ns = trigger_ns - last_ns
             if nominal_ns > self._nominal_ns and (
-                # Is this cycle or the next one nearer to when the slower controller is due?
+                # True if the next cycle is nearer to the time at which the controller is due.
                 abs(since_ns - nominal_ns) > abs(since_ns + period_ns - nominal_ns)
             ):
                 continue
@@ -165,10 +165,10 @@ class WallClockLoop:
     """Thread that runs the control cycle at the update rate on the wall clock.
 
     Args:
-        cycle: What to run.
-        update_rate: Cycles per second.
-        logger: For reports of missed cycles.
-        print_warnings: Whether missed cycles are reported.
+        cycle: Control cycle to run.
+        update_rate: Update rate in Hz.
+        logger: Logger for warnings about missed cycles.
+        print_warnings: Whether missed cycles are logged.
     """
 
     def __init__(
@@ -197,7 +197,7 @@ class WallClockLoop:
         _request_realtime_scheduling(self._logger)
         period = 1.0 / self._rate
         deadline = time.monotonic()
-        # Collection happens in the slack after a cycle, never in the middle of one.
+        # Garbage is collected in the slack after a cycle, never within a cycle.
         gc.collect()
         gc.freeze()
         gc.disable()
@@ -213,7 +213,7 @@ class WallClockLoop:
                     slack = deadline - time.monotonic()
                 garbage = gc.get_count()[0]
                 if garbage > (_GARBAGE if slack > period / 2 else _MUCH_GARBAGE):
-                    # Cheap: what was there before the loop began is frozen and not looked at.
+                    # Cheap: objects from before the start of the loop are frozen and skipped.
                     gc.collect()
                     slack = deadline - time.monotonic()
                 if slack > 0.0:
@@ -223,7 +223,7 @@ class WallClockLoop:
 
     def _run_cycle(self) -> None:
         try:
-            # The system's time may be set at any moment; periods are measured without it.
+            # The system's clock may be set at any time, so periods are on the monotonic clock.
             self._cycle.run(time.time_ns(), time.monotonic_ns())
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a loop that ends would leave the robot alone
             now = time.monotonic()

@@ -1,7 +1,7 @@
 """State and command interfaces: values that hardware and controllers share.
 
-An interface is one float with a name. Hardware and controllers hold the same object and read and
-write its ``value``: one attribute access, no lookup, no lock (there is one control thread).
+An interface is one float with a name. Hardware and controllers share the object and read and write
+its ``value``: one attribute access, no lookup, no lock, since there is one control thread.
 """
 
 from __future__ import annotations
@@ -18,15 +18,16 @@ class StateInterface:
     """Named float that hardware measures or a controller exports, such as ``joint_1/position``.
 
     Args:
-        prefix_name: The joint, sensor or gpio.
-        interface_name: What is measured.
-        data_type: The type that the robot description gives it.
+        prefix_name: Name of the joint, sensor or GPIO.
+        interface_name: Measured quantity, such as ``position``.
+        data_type: Data type in the robot description.
         initial_value: Value until the hardware's first read.
 
     Attributes:
         name: Prefix and interface name, ``joint_1/position``.
-        value: The present value; NaN while unknown.
-        available: Whether its hardware can be used now.
+        value: Present value; NaN if unknown.
+        available: Whether the interface can be used: its hardware is inactive or active, or the
+            controller that exports it is active.
     """
 
     __slots__ = (
@@ -62,8 +63,9 @@ class CommandInterface(StateInterface):
     """Named float that one controller at a time can claim and command.
 
     Attributes:
-        owner: Name of the controller that has claimed it, or None.
-        next_owner: Who is to claim it in the switch that is being prepared, or None.
+        owner: Name of the controller that has claimed the interface, or None.
+        next_owner: Name of the controller that will claim the interface in the switch being
+            prepared, or None.
     """
 
     __slots__ = ("next_owner", "owner")

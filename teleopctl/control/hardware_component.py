@@ -1,4 +1,4 @@
-"""Hardware components: a plug-in with life cycle state and statistics."""
+"""Hardware components: plug-ins with lifecycle state and statistics."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from teleopctl.control.statistics import WorkStatistics
 if TYPE_CHECKING:
     from teleopctl.node import RcutilsLogger
 
-# What one step in each direction is called, in logs and as the plug-in's method.
+# Names of the lifecycle transitions, in logs and in the plug-in's callbacks.
 _STEPS: dict[tuple[State, State], str] = {
     (State.UNCONFIGURED, State.INACTIVE): "configure",
     (State.INACTIVE, State.ACTIVE): "activate",
@@ -29,13 +29,13 @@ class HardwareComponent:
     """Loaded hardware plug-in with lifecycle state, interfaces and statistics.
 
     Args:
-        hardware: The plug-in.
-        logger: For the life cycle's log lines.
+        hardware: Instance of the plug-in.
+        logger: Logger for lifecycle transitions and errors.
 
     Attributes:
-        lifecycle_state: Where it stands in its life cycle.
-        reads: How long reading it takes, and how often that is done.
-        writes: The same of writing.
+        lifecycle_state: Lifecycle state of the component.
+        reads: Statistics of the duration and rate of reads.
+        writes: Statistics of the duration and rate of writes.
     """
 
     def __init__(self, hardware: HardwareComponentInterface, logger: RcutilsLogger) -> None:

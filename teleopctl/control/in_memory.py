@@ -33,7 +33,7 @@ class RecordedLog:
     """Logger for tests that stores lines in memory.
 
     Attributes:
-        lines: Severity (``debug`` to ``fatal``) and text of each.
+        lines: Severity (``debug`` to ``fatal``) and text of each log line.
     """
 
     def __init__(self, name: str) -> None:
@@ -49,7 +49,7 @@ class RecordedLog:
         del name
         return self
 
-    # Options, such as once=True, are accepted: every line counts.
+    # Options such as once=True are accepted but ignored: every line is stored.
     def debug(self, message: str, **_: object) -> None:
         """Append a line of severity ``debug`` to `lines`, in memory only."""
         self.lines.append(("debug", message))
@@ -73,19 +73,19 @@ class RecordedLog:
         self.lines.append(("fatal", message))
 
 
-# Any: an endpoint takes the callback and the messages of any type.
+# Any: callbacks and messages of any type.
 class RecordedEndpoint:
     """Publisher, subscription or service in memory for tests, which stores published messages.
 
     Args:
-        name: As the controller gave it.
-        callback: Of a subscription or service.
-        last_only: Whether it remembers the last message alone, and that without a copy.
+        name: Name as passed by the controller.
+        callback: Callback of a subscription or service; None for a publisher.
+        last_only: Whether only the last message is stored, without a copy.
 
     Attributes:
-        name: As the controller gave it, ``~/commands`` say.
-        callback: Of a subscription or service.
-        messages: What has been published.
+        name: Name as passed by the controller, for example ``~/commands``.
+        callback: Callback of a subscription or service; None for a publisher.
+        messages: Published messages.
     """
 
     def __init__(
@@ -112,13 +112,13 @@ class RecordedNode:
     """Node in memory, for tests of controllers and hardware without a ROS graph.
 
     Args:
-        name: The node's name.
-        parameters: What a parameter file would set, by dotted name.
-        last_only: Whether of what is published only the last message is remembered.
+        name: Name of the node.
+        parameters: Parameters as from a parameter file, by dotted name.
+        last_only: Whether only the last published message of each topic is stored.
 
     Attributes:
-        log: Its logger.
-        endpoints: Publishers, subscriptions and services by the name they were made with.
+        log: Logger of the node.
+        endpoints: Publishers, subscriptions and services by name as passed at creation.
     """
 
     def __init__(
@@ -136,7 +136,7 @@ class RecordedNode:
         self.log = RecordedLog(name)
         self.endpoints: dict[str, RecordedEndpoint] = {}
 
-    # -- what the other side does ------------------------------------------------------------------
+    # -- called by tests ---------------------------------------------------------------------------
 
     def receive(self, topic: str, message: object) -> None:
         """Call the callback of a subscription to a topic with a message."""
@@ -145,7 +145,7 @@ class RecordedNode:
             raise AssertionError(f"{topic} is published, not subscribed to")
         callback(message)
 
-    # Any: what it answers has the type of the service.
+    # Any: the response has the type of the service.
     def call(self, service: str, request: object, response: object) -> Any:
         """Call a service's callback with request and response; return the callback's result."""
         callback = self.endpoints[service].callback
@@ -153,12 +153,12 @@ class RecordedNode:
             raise AssertionError(f"{service} is no service")
         return callback(request, response)
 
-    # Any: each topic has a type of its own.
+    # Any: messages of any type.
     def published(self, topic: str) -> list[Any]:
         """Return the messages that the node has published on a topic."""
         return self.endpoints[topic].messages
 
-    # -- what the node's owner uses ----------------------------------------------------------------
+    # -- methods of `Node` -------------------------------------------------------------------------
 
     def get_name(self) -> str:
         """Return the node's name."""
@@ -238,20 +238,20 @@ class RecordedNode:
         return self.endpoints.setdefault(name, endpoint)
 
 
-# Any: goals, results and feedback of whatever action it is.
+# Any: goals, results and feedback of any action.
 class RecordedActionServer:
     """Action server in memory, for tests of controllers without a ROS graph.
 
     Args:
         action_type: Action class.
-        action_name: As the controller gave it, ``~/follow_joint_trajectory`` say.
-        goal_callback: Accepts or rejects a goal.
-        handle_accepted_callback: Takes an accepted goal.
-        cancel_callback: Accepts or refuses to cancel.
-        now_ns: Time, nanoseconds.
+        action_name: Name as passed by the controller, for example ``~/follow_joint_trajectory``.
+        goal_callback: Function called with a goal; accepts or rejects it.
+        handle_accepted_callback: Function called with the handle of an accepted goal.
+        cancel_callback: Function called with a goal's handle; accepts or rejects to cancel it.
+        now_ns: Function that returns the present time in nanoseconds.
 
     Attributes:
-        name: As the controller gave it.
+        name: Name as passed by the controller.
         action_type: Action class.
         feedback: Feedback messages of all goals.
     """
@@ -277,7 +277,7 @@ class RecordedActionServer:
         self._cancel_callback = cancel_callback
         self._count = 0
 
-    # -- what the other side does ------------------------------------------------------------------
+    # -- called by tests ---------------------------------------------------------------------------
 
     def send_goal(self, goal: object) -> ServerGoalHandle[Any, Any, Any] | None:
         """Send a goal to the server's callbacks; return its handle, or None if rejected."""
@@ -300,7 +300,7 @@ class RecordedActionServer:
         handle.when_finished(responses.append)
         return responses[0].result if responses else None
 
-    # -- what the owner and the handles use --------------------------------------------------------
+    # -- called by the controller and by goal handles ----------------------------------------------
 
     def destroy(self) -> None:
         """Do nothing: the server holds no resources."""
@@ -322,26 +322,26 @@ class RecordedActionServer:
 class ControlStack:
     """Controller manager, hardware and control cycle in one thread, without a ROS graph.
 
-    The caller runs the cycles with `step`, in its own thread. The description's hardware plug-in,
-    such as ``mock_components/GenericSystem``, stands for the robot.
+    The caller runs the cycles with `step`, in the caller's thread. The description's hardware
+    plug-in, such as ``mock_components/GenericSystem``, replaces the robot.
 
     Args:
-        urdf: Robot description, whose hardware is loaded and activated; None loads none yet.
+        urdf: Robot description whose hardware is loaded and activated; None to load none.
         update_rate: Control cycles per second.
         parameters: Parameters of the controller manager, by dotted name.
-        enforce_limits: Whether commands are clamped to the limits of their joints; None is the
+        enforce_limits: Whether commands are clamped to the limits of their joints; None for the
             default of the ROS 2 distribution, as for the manager's ``enforce_command_limits``.
-        last_only: Whether only the last published message of each topic is kept, for long runs.
+        last_only: Whether only the last published message of each topic is stored, for long runs.
 
     Attributes:
         start_ns: Time before the first cycle, in nanoseconds.
-        time_ns: Time of the last cycle.
-        node: The controller manager's node; ``node.log`` has its log lines.
-        nodes: The controllers' nodes by name.
-        action_servers: The controllers' action servers by ``controller/name``.
-        resources: The resource manager.
-        manager: The controller manager.
-        cycle: The control cycle.
+        time_ns: Time of the last cycle, in nanoseconds.
+        node: Node of the controller manager; ``node.log`` has its log lines.
+        nodes: Nodes of the controllers by controller name.
+        action_servers: Action servers of the controllers by ``controller/name``.
+        resources: Resource manager.
+        manager: Controller manager.
+        cycle: Control cycle.
 
     Example:
         >>> import teleopctl
@@ -418,15 +418,15 @@ class ControlStack:
         """Load and return a controller; raise AssertionError on failure.
 
         Args:
-            name: The controller's name.
-            type_name: ``package/Class`` as files have it, or ``module:Class``.
-            parameters: Its parameters, by dotted name.
+            name: Name of the controller.
+            type_name: Type of the controller: ``package/Class`` as in files, or ``module:Class``.
+            parameters: Parameters of the controller, by dotted name.
 
         Returns:
             The controller.
 
         Raises:
-            AssertionError: It failed; the text is the manager's last error.
+            AssertionError: Loading failed; the text is the manager's last error.
         """
         self.node.declare_parameter(f"{name}.type", type_name)
         self.set_controller_parameters(name, parameters or {})
@@ -437,7 +437,7 @@ class ControlStack:
         """Configure unconfigured controllers, and activate them; raise AssertionError on failure.
 
         Raises:
-            AssertionError: It failed; the text says why.
+            AssertionError: A controller failed; the text is the reason.
         """
         for name in names:
             if self.manager.controllers[name].lifecycle_state is State.UNCONFIGURED:
@@ -448,7 +448,7 @@ class ControlStack:
         """Deactivate controllers; raise AssertionError on failure.
 
         Raises:
-            AssertionError: It failed; the text says why.
+            AssertionError: A controller failed; the text is the reason.
         """
         self._expect(*switch_controller(self.manager, SwitchRequest([], names)))
 
@@ -514,7 +514,7 @@ class ControlStack:
             action_server=self._make_action_server,
         )
 
-    # Any: the arguments of `ActionServer`.
+    # Any: arguments of `ActionServer`.
     def _make_action_server(
         self, node: Node, action_type: type[ActionType[Any, Any, Any]], name: str, **callbacks: Any
     ) -> ActionServer[Any, Any, Any]:

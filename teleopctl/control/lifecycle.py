@@ -1,4 +1,4 @@
-"""Life cycle states and return values of controllers and hardware, in ros2_control's words."""
+"""Lifecycle states and return values of controllers and hardware, named as in ros2_control."""
 
 from __future__ import annotations
 

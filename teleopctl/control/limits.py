@@ -1,7 +1,7 @@
 """Limiter of joint commands, applied once per cycle after all controllers.
 
-A command that had to be changed is reported once for each joint, and again when another controller
-takes the joint over.
+A clamped command is reported once for each interface, and again after another controller has
+claimed the interface.
 """
 
 from __future__ import annotations
@@ -24,16 +24,17 @@ from teleopctl.robot import clamped_command_text
 if TYPE_CHECKING:
     from teleopctl.robot import JointLimits
 
-# A measured position this far outside its limits (rad or m) stops velocity commands for good.
+# Distance outside its limits (rad or m) from which a measured position sets velocity commands to 0.
 _OUTSIDE = 0.002
-# Differences below this are rounding, not a command worth a report.
+# Differences below this are rounding errors and are not reported.
 _ROUNDING = 1e-9
 
 
 def limits_enforced_by_default() -> bool:
     """Return whether the ROS 2 distribution enforces command limits by default: since Kilted.
 
-    They are from Kilted on; in Jazzy the parameter is false, and before there was none.
+    Enforced from Kilted on; in Jazzy the parameter is false by default, and before it did not
+    exist.
     """
     return is_distribution_since("kilted")
 
@@ -54,11 +55,11 @@ class JointLimiter:
     """Limiter that clamps the commands of one joint to the joint's limits.
 
     Args:
-        joint: Name, for the report.
-        limits: The joint's limits.
-        commands: The joint's command interfaces by name.
-        states: The joint's state interfaces by name.
-        report: Called with a sentence when a command is limited for the first time.
+        joint: Name of the joint, for reports.
+        limits: Limits of the joint.
+        commands: Command interfaces of the joint by interface name.
+        states: State interfaces of the joint by interface name.
+        report: Function called with a sentence when a command is first clamped.
     """
 
     def __init__(
@@ -101,7 +102,7 @@ class JointLimiter:
         """Clamp the claimed commands to the limits; report each interface's first clamped command.
 
         Args:
-            period: Seconds of this cycle.
+            period: Period of the control cycle in seconds.
         """
         for command, band in self._commands:
             wanted = command.value
@@ -123,7 +124,7 @@ class JointLimiter:
                 )
 
     def _cutting_limit(self, interface: str, wanted: float) -> str:
-        """Return the quantity whose limit cuts a command."""
+        """Return the quantity whose limit clamps a command."""
         limits = self._limits
         if interface == POSITION and limits.lower <= wanted <= limits.upper:
             return VELOCITY
@@ -139,7 +140,7 @@ class JointLimiter:
         speed = limits.velocity
         if not math.isinf(limits.acceleration) and self._velocity.value == self._velocity.value:
             speed = min(speed, abs(self._velocity.value) + limits.acceleration * period)
-        # A joint that stands outside its limits is led back, never further out.
+        # A joint outside its limits is moved back, never further out.
         lower = min(max(reference - speed * period, limits.lower), limits.upper)
         upper = max(min(reference + speed * period, limits.upper), limits.lower)
         return lower, upper

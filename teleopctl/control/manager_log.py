@@ -26,7 +26,7 @@ DESCRIPTION_REFUSED = (
 # A log message may arrive after the response of the service.
 _CAUSE_WITHIN_S = 3.0
 _OWN_WORDS_WITHIN_S = 0.3
-# By which the clocks of two machines may differ.
+# Tolerance for different clocks of two machines.
 _SKEW_NS = 100_000_000
 
 
@@ -34,18 +34,18 @@ class ManagerLog:
     """Collector of errors that a controller manager and its controllers log on ``/rosout``.
 
     Args:
-        node: The node that subscribes.
-        manager: The manager's full name.
+        node: Node of the subscription.
+        manager: Full name of the controller manager.
 
     Attributes:
-        refusal: Why the manager does not accept the robot description that came last; None where
-            it does, or has not said so.
+        refusal: Reason why the manager rejected the last robot description; None if no rejection
+            was logged.
     """
 
     def __init__(self, node: Node, manager: str) -> None:
         self.refusal: str | None = None
         self._name = manager.strip("/").replace("/", ".")
-        # Time, logger and text of each.
+        # Time, logger and text of each error.
         self._errors: list[tuple[int, str, str]] = []
         self._changed = threading.Condition()
         node.create_subscription(
@@ -60,8 +60,8 @@ class ManagerLog:
         """Wait for and return the last error logged about a controller; None after 3 s.
 
         Args:
-            controller: Its name.
-            since_ns: Time of the request that failed: what was logged before is not its cause.
+            controller: Name of the controller.
+            since_ns: Time of the failed request in nanoseconds; earlier errors are ignored.
         """
         with self._changed:
             self._changed.wait_for(lambda: self._about(controller, since_ns), _CAUSE_WITHIN_S)

@@ -1,9 +1,9 @@
 """Publishing from the control cycle without blocking it.
 
-The counterpart of realtime_tools: a controller hands plain values over; the message is built and
-published elsewhere. On the wall clock a thread does it, and only the latest value of each publisher
-counts, so that a slow network never slows the loop. In lockstep the loop itself publishes, after it
-has answered the simulator: every value, in the order in which it was handed over.
+The counterpart of realtime_tools: a controller queues plain values; messages are built and
+published outside the control cycle. On the wall clock a thread publishes the last value of each
+publisher, so that a slow network never slows the loop. In lockstep the loop itself publishes all
+values in the order of queueing, after the answer to the simulator.
 """
 
 from __future__ import annotations
@@ -22,8 +22,9 @@ class RealtimePublisher(Generic[T]):
     """Publisher for the control cycle: queues values that are published outside of it.
 
     Args:
-        queue: The queue of the control loop, ``params.publish_queue`` of a controller.
-        publish: Called outside the control cycle with each value; builds and sends its message.
+        queue: Publish queue of the control loop, ``params.publish_queue`` of a controller.
+        publish: Function called with each value outside the control cycle; builds and publishes
+            the message.
     """
 
     __slots__ = ("_queue", "publish")
@@ -35,7 +36,7 @@ class RealtimePublisher(Generic[T]):
     def try_publish(self, value: T) -> None:
         """Queue a value for publishing without blocking; it must not be changed afterwards.
 
-        On the wall clock it replaces an earlier value that has not been published yet.
+        On the wall clock the value replaces an earlier one that has not been published yet.
         """
         self._queue.put(self, value)
 
@@ -44,7 +45,7 @@ class PublishQueue:
     """Queue of values that controllers publish outside of the control cycle.
 
     Args:
-        report: Called with a sentence when publishing fails.
+        report: Function called with a sentence when publishing fails.
     """
 
     def __init__(self, report: Callable[[str], None]) -> None:
@@ -90,7 +91,7 @@ class PublishQueue:
         while not self._stopping:
             self._wake.wait()
             self._wake.clear()
-            # A copy of the keys in one step: the loop goes on adding meanwhile.
+            # The keys are copied in one step, since the loop adds values at the same time.
             for publisher in list(self._latest):
                 self._send(publisher, self._latest.pop(publisher))
 

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from teleopctl.node import Node, RcutilsLogger
     from teleopctl.robot import HardwareInfo, JointLimits, RobotDescription
 
-# Prepares or performs a change of command interfaces: names to start, names to stop.
+# Callback that prepares or performs a command mode switch: interfaces to start, interfaces to stop.
 _ModeSwitch = Callable[[Sequence[str], Sequence[str]], ReturnType | None]
 
 _WITHOUT_HARDWARE = (
@@ -37,17 +37,17 @@ class ResourceManager:
     """Hardware components of a robot, with all state and command interfaces.
 
     Args:
-        node: The controller manager's node, handed to hardware that talks over topics.
-        logger: For log lines about hardware.
-        report: Called with a sentence when a command of a joint is limited for the first time.
-        enforce_limits: Whether commands are kept inside the limits of their joints.
+        node: Node of the controller manager, for hardware that uses topics.
+        logger: Logger for messages about hardware.
+        report: Function called with a sentence when a command is first clamped.
+        enforce_limits: Whether commands are clamped to the limits of their joints.
 
     Attributes:
-        components: By name, in the order of the robot description.
-        limits: Limits of every movable joint.
+        components: Hardware components by name, in the order of the robot description.
+        limits: Limits of all joints with one axis, by joint name.
         state_interfaces: State interfaces by full name, in the order of the description.
-        command_interfaces: Command interfaces by full name, likewise.
-        spec: Whether a robot description has been taken in.
+        command_interfaces: Command interfaces by full name, in the order of the description.
+        components_initialized: Whether the hardware of a robot description has been loaded.
     """
 
     def __init__(
@@ -74,7 +74,7 @@ class ResourceManager:
         """Load and initialize all hardware components of a robot description; raise if one fails.
 
         Raises:
-            HardwareError: A plug-in is missing or fails; nothing has been loaded then.
+            HardwareError: A plug-in is missing or fails; no component is loaded then.
             InvalidDescriptionError: The description has no ``<ros2_control>``.
         """
         infos = description.require_ros2_control()
@@ -168,7 +168,7 @@ class ResourceManager:
         self, states: Iterable[StateInterface], commands: Iterable[CommandInterface]
     ) -> None:
         """Add the state and reference interfaces that a controller exports."""
-        # New mappings, since the control loop may be looking at the old ones.
+        # New mappings, since the control loop may be reading the old ones.
         self.state_interfaces = self.state_interfaces | {state.name: state for state in states}
         self.command_interfaces = self.command_interfaces | {
             command.name: command for command in commands
@@ -193,7 +193,7 @@ class ResourceManager:
         """Return the state interfaces of given names; raise if one is not available.
 
         Raises:
-            ClaimError: One does not exist or is not available.
+            ClaimError: An interface does not exist or is not available.
         """
         states = []
         for name in names:
@@ -207,7 +207,8 @@ class ResourceManager:
         """Claim and return command interfaces for a controller: all, or raise and claim none.
 
         Raises:
-            ClaimError: One does not exist, is not available or belongs to another controller.
+            ClaimError: An interface does not exist, is not available or is claimed by another
+                controller.
         """
         claimed: list[CommandInterface] = []
         for name in names:
@@ -237,11 +238,11 @@ class ResourceManager:
         """Return whether all hardware components accept a switch of command interfaces.
 
         Args:
-            start_interfaces: Full names of interfaces that controllers will own.
-            stop_interfaces: Full names of interfaces that they will give up.
+            start_interfaces: Full names of interfaces that controllers will claim.
+            stop_interfaces: Full names of interfaces that controllers will release.
 
         Returns:
-            False when a component refuses.
+            False if a component refuses.
         """
         return self._switch_command_mode(
             lambda hardware: hardware.prepare_command_mode_switch, start_interfaces, stop_interfaces

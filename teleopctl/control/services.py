@@ -21,14 +21,14 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, get_servic
 if TYPE_CHECKING:
     from teleopctl.node import Node
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: message classes are generated at run time from definitions.
 
 
 def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
     """Return a controller's state as a controller_manager_msgs/ControllerState message."""
     configured = spec.lifecycle_state in (State.INACTIVE, State.ACTIVE)
     commands = list(spec.required_command_interfaces)
-    # Any: messages, whose classes are made at run time.
+    # Any: message classes are generated at run time.
     chain_connections: Any = get_message("controller_manager_msgs/msg/ChainConnection")
     controller = spec.controller
     chainable = controller if isinstance(controller, ChainableControllerInterface) else None
@@ -98,8 +98,8 @@ class ControllerManagerServices:
     """Service servers ``~/list_controllers``, ``~/switch_controller`` and so on of a manager.
 
     Args:
-        node: The manager's node.
-        manager: The controller manager that the services call.
+        node: Node of the controller manager.
+        manager: Controller manager that the services call.
     """
 
     def __init__(self, node: Node, manager: ControllerManager) -> None:
@@ -133,7 +133,7 @@ class ControllerManagerServices:
         ]
 
     def _guarded(self, name: str, serve: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
-        """Answer with a failure where a callback raises, so that the manager goes on running."""
+        """Return a callback that logs exceptions and responds with a failure instead of raising."""
 
         def answer(request: Any, response: Any) -> Any:
             try:
@@ -257,13 +257,13 @@ class ControllerManagerServices:
 
 
 def _reload_controller_libraries(manager: ControllerManager, *, force_kill: bool) -> None:
-    """Read the code of all controllers again and unload them.
+    """Import the code of all controllers again, and unload all controllers.
 
-    The code comes first: where it cannot be imported, everything stays as it is.
+    The code is imported first: if that fails, no controller is stopped or unloaded.
 
     Raises:
-        RefusedError: A controller is active and is not to be stopped, or cannot be, or the code of
-            one cannot be imported.
+        RefusedError: A controller is active without ``force_kill``, cannot be stopped or unloaded,
+            or its code cannot be imported.
     """
     active = [spec.name for spec in manager.active_controllers]
     if active and not force_kill:
@@ -287,7 +287,7 @@ def _reload_controller_libraries(manager: ControllerManager, *, force_kill: bool
 
 
 def _base_class(type_name: str) -> str:
-    """The class of ros2_control that a controller would derive from."""
+    """Return the class of ros2_control that corresponds to a controller type's base class."""
     try:
         found: type[ControllerInterface] = plugins.load(plugins.CONTROLLERS, type_name)
     except (BrokenPluginError, UnknownPluginError):
@@ -296,7 +296,7 @@ def _base_class(type_name: str) -> str:
 
 
 def _target_state(message: Any) -> State | None:
-    """The state that a lifecycle_msgs/State names, by id or by label."""
+    """Return the state that a lifecycle_msgs/State names by id or by label, or None."""
     for state in (State.UNCONFIGURED, State.INACTIVE, State.ACTIVE, State.FINALIZED):
         if message.id == state or (not message.id and message.label == state.label):
             return state

@@ -1,7 +1,7 @@
 """Durations and rates of the control cycle and its parts.
 
-The cycle's thread adds, others read without a lock: what they read may lack the last measurement in
-some of the numbers, which changes none by much.
+The cycle's thread adds values, other threads read without a lock: some of the statistics that they
+read may lack the last measurement, which makes little difference.
 """
 
 from __future__ import annotations
@@ -16,12 +16,12 @@ _NANOSECONDS_PER_US = 1000.0
 class MovingStatistics:
     """Average, extremes and standard deviation of all values since the last reset.
 
-    Source: Welford 1962, which needs one pass and keeps no measurements.
+    Source: Welford 1962, which needs one pass and stores no measurements.
 
     Attributes:
-        count: How many measurements there are.
-        current: The last one.
-        average: Of all; 0 before the first.
+        count: Number of values.
+        current: Last value; 0 without values.
+        average: Average of all values; 0 without values.
     """
 
     __slots__ = ("_maximum", "_minimum", "_squares", "average", "count", "current")
@@ -90,8 +90,8 @@ class WorkStatistics:
         """Add the execution time since a begin time, and the rate if a period is given.
 
         Args:
-            began_ns: When it began, by ``time.perf_counter_ns``.
-            period_s: Since it was done last; None where nothing is known of that.
+            began_ns: Begin of the execution, by ``time.perf_counter_ns``.
+            period_s: Seconds since the previous execution; None if unknown.
         """
         self.execution_time.add((time.perf_counter_ns() - began_ns) / _NANOSECONDS_PER_US)
         if period_s is not None:
@@ -107,7 +107,7 @@ class CycleTimes:
     """Read, update and write times of the last control cycle in µs, and rate statistics.
 
     Attributes:
-        periodicity: How often cycles began, in Hz.
+        periodicity: Statistics of the cycle rate, in Hz.
     """
 
     __slots__ = ("periodicity", "read_us", "update_us", "write_us")
@@ -120,10 +120,10 @@ class CycleTimes:
         """Store the read, update and write times of the cycle that ends now, and add its rate.
 
         Args:
-            began_ns: When it began, by ``time.perf_counter_ns``, as for the others.
-            read_ns: When the hardware had been read.
-            updated_ns: When the controllers had been updated.
-            period_s: Since the last one; None for the first.
+            began_ns: Begin of the cycle. All times are by ``time.perf_counter_ns``.
+            read_ns: Time after reading the hardware.
+            updated_ns: Time after updating the controllers.
+            period_s: Seconds since the last cycle; None for the first cycle.
         """
         self.read_us = (read_ns - began_ns) / _NANOSECONDS_PER_US
         self.update_us = (updated_ns - read_ns) / _NANOSECONDS_PER_US

@@ -17,8 +17,8 @@ if TYPE_CHECKING:
     from teleopctl.node import AllowableParameterValue, Node
 
 
-# ros2_control publishes in each cycle. What is shown needs less, and here it would cost more than
-# the cycle.
+# ros2_control publishes in each cycle. For display a lower rate is enough, and publishing in each
+# cycle would take longer than the cycle itself.
 _PUBLISHED_PER_S = 10.0
 _DEPTH = 10
 
@@ -27,9 +27,9 @@ class StatisticsPublisher:
     """Publisher of ``~/statistics/…`` at 10 Hz while these topics have subscriptions.
 
     Args:
-        node: The manager's node.
-        manager: Whose controllers and hardware it is about.
-        cycle: Their cycle.
+        node: Node of the controller manager.
+        manager: Controller manager with the controllers and hardware.
+        cycle: Control cycle of the manager.
     """
 
     def __init__(self, node: Node, manager: ControllerManager, cycle: Cycle) -> None:
@@ -44,7 +44,7 @@ class StatisticsPublisher:
             )
             for kind, name, qos in (
                 ("Statistics", "full", _DEPTH),
-                # Sent when they change, and kept for later subscriptions.
+                # Published when the names change, and latched for later subscriptions.
                 ("StatisticsNames", "names", qos_profile_latched),
                 ("StatisticsValues", "values", _DEPTH),
             )
@@ -87,9 +87,9 @@ def statistics_entries(
     """Yield name-value pairs of the statistics of a control cycle, controllers and hardware.
 
     Args:
-        name: The manager's.
-        manager: Its controllers and hardware.
-        cycle: Their cycle.
+        name: Name of the controller manager, as prefix.
+        manager: Controller manager with the controllers and hardware.
+        cycle: Control cycle of the manager.
     """
     yield from cycle.times.entries(name)
     for component in manager.resource_manager.components.values():
@@ -101,7 +101,7 @@ def statistics_entries(
 
 _TOPIC = "/diagnostics"
 _HARDWARE_ID = "ros2_control"
-# Hz for periodicity, microseconds for execution time.
+# Default thresholds for WARN and ERROR: Hz for periodicity, microseconds for execution time.
 _DEFAULTS = {
     "periodicity.mean_error": (5.0, 10.0),
     "periodicity.standard_deviation": (5.0, 10.0),
@@ -133,10 +133,10 @@ class DiagnosticsPublisher:
     """Publisher of a controller manager's ``/diagnostics``, once a second while subscribed.
 
     Args:
-        node: The manager's node.
-        manager: Whose controllers and hardware it is about.
-        cycle: Their cycle.
-        parameter: The value of one of the manager's parameters, or None.
+        node: Node of the controller manager.
+        manager: Controller manager with the controllers and hardware.
+        cycle: Control cycle of the manager.
+        parameter: Function that returns the value of a parameter of the manager, or None.
     """
 
     def __init__(
@@ -177,9 +177,9 @@ def diagnostic_statuses(
     """Return three diagnostic statuses: of controllers, hardware and control cycle.
 
     Args:
-        manager: Its controllers and hardware.
-        cycle: Their cycle.
-        parameter: The value of one of the manager's parameters, or None.
+        manager: Controller manager with the controllers and hardware.
+        cycle: Control cycle of the manager.
+        parameter: Function that returns the value of a parameter of the manager, or None.
     """
     return (
         _controllers(manager, parameter),
@@ -234,14 +234,14 @@ def _manager(manager: ControllerManager, cycle: Cycle, parameter: Parameter) -> 
 
 
 class _Thresholds:
-    """Compares measurements with what a kind of things is allowed, and keeps the worst.
+    """Thresholds of diagnostics for one kind of item, and the worst level of its statistics.
 
     Args:
-        kind: Of the things, as the parameters have it.
-        parameter: The value of one of the manager's parameters, or None.
+        kind: Kind of the items in parameter names, such as ``controllers``.
+        parameter: Function that returns the value of a parameter of the manager, or None.
 
     Attributes:
-        level: The worst so far.
+        level: Worst level so far.
     """
 
     def __init__(self, kind: str, parameter: Parameter) -> None:
@@ -257,7 +257,7 @@ class _Thresholds:
         level = DiagnosticLevel.OK
         if measured.count:
             error = measured.average - expected
-            # What takes less time than it may is no mistake.
+            # An execution time below the expected one is no error.
             error = error if quantity == "execution_time" else abs(error)
             level = max(
                 self._level(f"{quantity}.mean_error", error),

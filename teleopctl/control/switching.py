@@ -28,12 +28,12 @@ class SwitchRequest:
     """Request to activate and deactivate controllers, as of ``~/switch_controller``.
 
     Attributes:
-        activate_controllers: Names of controllers to start.
-        deactivate_controllers: Names of controllers to stop.
-        strictness: What to do about those that cannot be switched.
-        activate_asap: Whether the switch happens in one go and the loop waits for it; otherwise
-            other controllers go on being updated meanwhile.
-        timeout_s: Longest wait for the running cycle to end, s of wall time.
+        activate_controllers: Names of controllers to activate.
+        deactivate_controllers: Names of controllers to deactivate.
+        strictness: Treatment of controllers that cannot be switched.
+        activate_asap: Whether the control loop waits for the switch; otherwise the loop updates
+            other controllers during the switch.
+        timeout_s: Longest wait for the end of the running cycle, in seconds of wall time.
     """
 
     activate_controllers: Sequence[str]
@@ -44,7 +44,7 @@ class SwitchRequest:
 
 
 class _SwitchRefused(Exception):
-    """The request cannot be carried out."""
+    """Raised when a switch request is refused; the message says why."""
 
 
 NOT_INITIALIZED = (
@@ -57,11 +57,11 @@ def switch_controller(manager: ControllerManager, request: SwitchRequest) -> tup
     """Activate and deactivate requested controllers; return the success and a message.
 
     Args:
-        manager: The controller manager.
-        request: What to switch.
+        manager: Controller manager with the controllers.
+        request: Controllers to switch.
 
     Returns:
-        Whether the switch succeeded, and a message for people.
+        Whether the switch succeeded, and a message for users.
     """
     log = manager.logger
     if not manager.resource_manager.components_initialized:
@@ -121,7 +121,7 @@ def _accepted(
     *,
     strict: bool,
 ) -> tuple[list[ControllerSpec], list[ControllerSpec]]:
-    """Which of the controllers can be started and stopped, with the chains that they are in."""
+    """Return the controllers that can be started, and stopped, given the chains they are in."""
     starting, stopping = list(activate), list(deactivate)
     chains = manager.chains
     while True:
@@ -138,13 +138,13 @@ def _accepted(
             for spec in starting
             if _accept(manager, chains.activation_problem(spec, starting, stopping), strict=strict)
         ]
-        # One that cannot be switched may be what another one in its chain relies on.
+        # A controller that was removed may be required by another one in its chain.
         if len(starting) + len(stopping) == count:
             return starting, stopping
 
 
 def _accept(manager: ControllerManager, problem: str | None, *, strict: bool) -> bool:
-    """Whether a controller takes part; a problem aborts a strict request."""
+    """Return whether a controller takes part in a switch; raise for a problem if strict."""
     if problem is None:
         return True
     if strict:
@@ -160,7 +160,7 @@ def _check_interfaces(
     starting: Sequence[ControllerSpec],
     stopping: Sequence[ControllerSpec],
 ) -> None:
-    """Every interface must exist, be available and be free once the others have stopped."""
+    """Raise unless each interface to start exists, is available, and is free after the stops."""
     freed = {spec.name for spec in stopping}
     wanted: dict[str, str] = {}
     resources, chains = manager.resource_manager, manager.chains
@@ -178,7 +178,7 @@ def _check_interfaces(
             command = resources.command_interfaces.get(interface)
             label = f"the command interface '{interface}'"
             component = resources.component_of(interface)
-            # Another controller's is available once that is active, which has been seen to.
+            # A reference interface becomes available with its controller, as checked before.
             exported = chains.exporting_controller(interface) is not None
             if command is None or not (exported or command.available):
                 refuse(spec.name, f"{label} is not available.")
@@ -255,7 +255,7 @@ def _perform(
         log.info(f"Activating controllers: [ {' '.join(c.name for c in starting)} ]")
     strict = request.strictness is Strictness.STRICT
     if not manager.cycle_lock.acquire(timeout=request.timeout_s):
-        # A cycle hangs, in a plug-in most likely.
+        # A cycle hangs, probably in a plug-in.
         text = f"Switch controller timed out after {request.timeout_s:g} seconds!"
         log.error(text)
         return False, text
@@ -273,7 +273,7 @@ def _perform(
         with manager.cycle_lock:
             lost = [spec for spec in started if not _available(spec)]
             if lost:
-                # Its hardware has failed while it was being activated.
+                # The hardware of these controllers failed during their activation.
                 manager.deactivate_controllers(lost)
                 for spec in lost:
                     manager.record_failure(spec.controller, "its hardware has failed")
@@ -326,14 +326,14 @@ def _exchange(
 ) -> tuple[list[str], list[str], list[ControllerSpec]]:
     """Stop and start controllers; return those not stopped, not started, and started.
 
-    The loop no longer updates those that stop, and does not yet update those that start.
+    The loop no longer updates the controllers to stop, and does not update those to start yet.
     """
     if not manager.resource_manager.perform_command_mode_switch(*_modes(starting, stopping)):
         manager.logger.error("Error while performing mode switch.")
         manager.deactivate_controllers(stopping)
         return [], [c.name for c in starting], []
     chains = manager.chains
-    # Who commands stops before those that it commands, and starts after them.
+    # A controller stops before those that it commands, and starts after them.
     unstopped = manager.deactivate_controllers(chains.in_activation_order(stopping)[::-1])
     started: list[ControllerSpec] = []
     unstarted: list[ControllerSpec] = []
@@ -341,7 +341,7 @@ def _exchange(
     for spec in chains.in_activation_order(starting):
         (started if _start(manager, spec, spec.name in commanded) else unstarted).append(spec)
     if unstarted and not strict:
-        # Nobody commands those that were to follow them.
+        # Controllers started in chained mode by failed ones restart without chained mode.
         unchained = chains.chained_mode_changes((*manager.active_controllers, *started), [], [])
         chained = [spec for spec in started if spec in unchained]
         manager.deactivate_controllers(chained)
@@ -400,7 +400,7 @@ def start_fallbacks(manager: ControllerManager, failed: Sequence[ControllerSpec]
         return
     manager.logger.error(f"Activating fallback controllers : [ {' '.join(names)} ]")
     known = (manager.controllers.get(name) for name in names)
-    # Since the activation, a fallback may have been activated, cleaned up or unloaded.
+    # Since the failed controller's activation, its fallbacks may have changed state or be unloaded.
     starting = [spec for spec in known if spec and spec.lifecycle_state is State.INACTIVE]
     needed = {name for spec in starting for name in spec.required_command_interfaces}
     holding = manager.chains.connected(

@@ -20,9 +20,9 @@ class HardwareComponentParams:
     """Constructor argument of hardware components, made by the resource manager.
 
     Attributes:
-        hardware_info: The component's ``<ros2_control>`` tag.
-        node: The controller manager's node, for hardware that talks over topics.
-        logger: The component's logger.
+        hardware_info: ``<ros2_control>`` tag of the component.
+        node: Node of the controller manager, for hardware that uses topics.
+        logger: Logger of the component.
     """
 
     hardware_info: HardwareInfo
@@ -33,21 +33,22 @@ class HardwareComponentParams:
 class HardwareComponentInterface:
     """Base class of hardware components, with ros2_control's lifecycle callbacks.
 
-    A plug-in overrides what it needs. A life cycle callback that returns None has succeeded; one
-    that raises has failed. ``read`` and ``write`` run in the control cycle: they must not block.
+    A plug-in overrides the callbacks that it needs. A lifecycle callback that returns None has
+    succeeded, a callback that raises has failed. ``read`` and ``write`` run in the control cycle
+    and must not block.
 
     Args:
-        params: What the resource manager gives it.
+        params: Arguments from the resource manager.
 
     Attributes:
-        info: The component's ``<ros2_control>`` tag.
-        logger: The component's logger.
+        info: ``<ros2_control>`` tag of the component.
+        logger: Logger of the component.
         state_interfaces: State interfaces by full name.
         command_interfaces: Command interfaces by full name.
-        drives_cycle: Whether the hardware decides when a control cycle runs (lockstep). Such a
-            hardware calls what ``set_cycle`` gives it.
-        state_jumped: Set by ``read`` where something else than commands has moved the robot, such
-            as the reset of a simulation: controllers give up what they were about to do.
+        drives_cycle: Whether the hardware triggers the control cycles (lockstep) by calling the
+            function passed to ``set_cycle``.
+        state_jumped: Set to True by ``read`` when the robot was moved other than by commands, for
+            example by a simulation reset: active controllers then discard their plans.
     """
 
     drives_cycle = False
@@ -123,7 +124,8 @@ class HardwareComponentInterface:
         """Receive the function to call for a control cycle on each new state; ignored by default.
 
         Args:
-            cycle: To be called for every new state, where ``drives_cycle`` is true.
+            cycle: Function to call with the time in nanoseconds of each new state, if
+                ``drives_cycle`` is True.
         """
 
 

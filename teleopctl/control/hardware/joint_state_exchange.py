@@ -1,7 +1,7 @@
 """Exchange of joint states and commands over two topics, shared by hardware components.
 
-Components of one robot share them: a state is read by all, and answered by one message with the
-commands of all, since who waits for an answer goes on with the first.
+All components of a robot share the topics: each state is read by all components, and answered by
+one message with the commands of all, since a simulator in lockstep continues after the first one.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ from teleopctl.robot import RESET_FRAME
 
 FIELDS = ("position", "velocity", "effort")
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any: message classes are generated at run time from definitions.
 
 
 class ExchangeMember(Protocol):
@@ -30,9 +30,9 @@ class JointStateExchange:
     """Joint state subscription and joint command publisher that hardware components share.
 
     Attributes:
-        message: The latest state, or None.
-        resets: How often states have said that the robot was put elsewhere.
-        cycle: Runs a control cycle for a state, where one is wanted for each.
+        message: Last received state, or None.
+        resets: Number of received states that were marked as the first after a reset.
+        cycle: Function that runs a control cycle for each state, in lockstep; else None.
     """
 
     def __init__(self, node: Node, states_topic: str, commands_topic: str) -> None:
@@ -49,7 +49,7 @@ class JointStateExchange:
         self._publisher: Any = None
         self._answered_ns = -1
         self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
-        # The same message each time: making one costs more than all the rest of a cycle.
+        # The message is reused: creating one takes longer than the rest of a cycle.
         self._command: Any = self._joint_state()
 
     def open(self, member: ExchangeMember) -> None:
@@ -57,7 +57,7 @@ class JointStateExchange:
         self._readers.append(member)
         if self._subscription is None:
             self.message = None
-            # On the transport's thread: in lockstep the simulator waits for the answer.
+            # Called in the transport's thread: in lockstep the simulator waits for the answer.
             self._subscription = self._node.create_subscription(
                 self._joint_state, self._states_topic, self._received, 10, immediate=True
             )
@@ -106,7 +106,7 @@ class JointStateExchange:
                 self._answer(time_ns)
 
     def _answer(self, time_ns: int) -> None:
-        """Send the commands of all, or of no joints where none has written: an answer too."""
+        """Publish the commands of all writers; without written commands, a message of no joints."""
         writers = self._writers if self._written else []
         self._written = []
         publisher = self._publisher
@@ -120,7 +120,7 @@ class JointStateExchange:
             joints, values = member.commands()
             for field in {*columns, *values}:
                 column = columns.setdefault(field, [])
-                # Those before did not command in this way.
+                # Joints of previous components without this field get NaN.
                 column += [float("nan")] * (len(names) - len(column))
                 column += values.get(field) or [float("nan")] * len(joints)
             names += joints

@@ -1,9 +1,9 @@
 """Hardware over two topics: joint states received, joint commands published.
 
-Values of sensors come as positions under their interfaces' full names, ``imu/orientation.x`` say.
+Sensor values are received as positions of joints named like the interfaces: ``imu/orientation.x``.
 
-This is how simulators (ours and others) and many robots are driven. In lockstep, every state is
-answered by one command with the very same stamp.
+Simulators and many robots are controlled by these topics. In lockstep, each state is answered by
+one command message with the same stamp.
 """
 
 from __future__ import annotations
@@ -25,10 +25,10 @@ class JointStateTopicSystem(HardwareComponentInterface):
 
     Plug-in type ``joint_state_topic_hardware_interface/JointStateTopicSystem``.
 
-    Hardware parameters: ``joint_states_topic`` (``/robot_joint_states``),
-    ``joint_commands_topic`` (``/robot_joint_commands``) and ``lockstep`` (true): whether a control
-    cycle runs for each received state, or on the wall clock with the latest state. Components that
-    name the same topics share them.
+    Hardware parameters with defaults: ``joint_states_topic`` (``/robot_joint_states``),
+    ``joint_commands_topic`` (``/robot_joint_commands``) and ``lockstep`` (true). In lockstep a
+    control cycle runs for each received state, else on the wall clock with the last state.
+    Components with the same topics share subscription and publisher.
     """
 
     def on_init(self) -> None:
@@ -59,7 +59,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     def on_configure(self) -> None:
         """Reset the states to NaN, and subscribe to joint states."""
         for state in self.state_interfaces.values():
-            # Not its initial value: that is where a simulator starts, not where the robot is now.
+            # The initial value is the start in a simulator, not the robot's present state.
             state.value = _NAN
         self._exchange.open(self)
         self._resets = self._exchange.resets
@@ -67,7 +67,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
     def on_activate(self) -> None:
         """Reset the commands to NaN, and create the command publisher."""
         for command in self.command_interfaces.values():
-            # The robot may have been moved meanwhile: old commands would move it back.
+            # The robot may have moved since the last activation: old commands would move it back.
             command.value = _NAN
         self._exchange.activate(self)
 
@@ -89,11 +89,11 @@ class JointStateTopicSystem(HardwareComponentInterface):
     ) -> None:
         """Raise HardwareError if two controllers would command interfaces of one joint.
 
-        One controller may own several interfaces of a joint, a trajectory's position and velocity
-        say; two that want different things of it would fight.
+        One controller may own several interfaces of a joint, for example position and velocity of
+        a trajectory; commands of two controllers would conflict.
 
         Raises:
-            HardwareError: A joint would be commanded otherwise too.
+            HardwareError: Two controllers would command the same joint.
         """
         for name in start_interfaces:
             wanted = self.command_interfaces[name]
@@ -150,7 +150,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
                 reader = (state, state.interface_name, index[state.prefix_name])
                 self._readers.append(reader)
             elif state.name in index:
-                # What a sensor measures stands as a position under its interface's full name.
+                # Sensor values are positions of joints named like the interfaces.
                 self._readers.append((state, POSITION, index[state.name]))
             elif state.prefix_name not in index:
                 missing.add(state.prefix_name)
@@ -179,7 +179,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
 def _value(command: CommandInterface | None, owned: set[str]) -> float:
     """Return the value to publish; NaN for the unclaimed interfaces of a commanded joint.
 
-    A joint without claimed interfaces keeps the last values, so that it holds.
+    A joint without claimed interfaces keeps the last values, so that it holds its position.
     """
     if command is None or (command.owner is None and command.prefix_name in owned):
         return _NAN
