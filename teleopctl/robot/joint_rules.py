@@ -39,7 +39,7 @@ class JointLimits:
 
     Attributes:
         lower: Smallest position, rad or m; the soft limit if the joint has one.
-        upper: Largest position, likewise.
+        upper: Largest position, rad or m; the soft limit if the joint has one.
         velocity: Largest speed, rad/s or m/s.
         effort: Largest effort, N m or N.
         acceleration: Largest acceleration, rad/s² or m/s².

@@ -49,7 +49,7 @@ class Joints(Mapping[str, JointModel]):
         mimics: Mimic relation of each mimic joint to its direct leader.
 
     Raises:
-        InvalidDescriptionError: As `resolve_mimics` does.
+        InvalidDescriptionError: As for `resolve_mimics`.
     """
 
     def __init__(
@@ -128,7 +128,7 @@ class Joints(Mapping[str, JointModel]):
         """Return a copy of the joints with the given mimic relations instead.
 
         Raises:
-            InvalidDescriptionError: As `resolve_mimics` does.
+            InvalidDescriptionError: As for `resolve_mimics`.
         """
         limits = {name: model.limits for name, model in self.items()}
         return Joints(self._joints, limits, mimics)
@@ -198,7 +198,7 @@ class JointSet:
         free: Independent joints by joint name.
 
     Args:
-        joints: The robot's joints.
+        joints: Joints of the robot.
         zeros: Initial positions by joint name; by default `rest_within` the joint's range.
         dependents: Mimic relations in addition to those of ``<mimic>``.
         use_mimic_tags: Whether ``<mimic>`` is used.

@@ -364,7 +364,7 @@ def unit_cone_stl() -> Path:
     from trimesh.creation import cone
 
     mesh = cone(radius=1.0, height=1.0, sections=_SLICES)
-    mesh.apply_translation([0.0, 0.0, -0.5])  # trimesh's stands on the origin
+    mesh.apply_translation([0.0, 0.0, -0.5])  # the base of trimesh's cone is at the origin
     return _primitive_stl(mesh)
 
 

@@ -66,7 +66,7 @@ class Lens:
 
 
 def read_lens(element: XmlElement | None, horizontal_fov: float, where: XmlElement) -> Lens | None:
-    """Return the lens of a wide angle camera's ``<lens>``; None if it is a pinhole all the same.
+    """Return the lens of a wide angle camera's ``<lens>``; None if the projection is a pinhole.
 
     Args:
         element: ``<lens>`` tag; None for SDF's default lens.

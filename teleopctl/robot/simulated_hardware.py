@@ -115,7 +115,7 @@ def _link(name: str) -> etree._Element:
 
 
 def _without(robot: etree._Element, planar: etree._Element) -> str:
-    """Remove what no longer applies to a planar joint; return it as text for the sentence."""
+    """Remove a split planar joint from ``<ros2_control>``; return text about all lost settings."""
     limit = planar.find("limit")
     lost = [
         f"the {end} limit"
