@@ -21,7 +21,7 @@ class ChainCycleError(Exception):
 
 
 class Chains:
-    """Chains of the configured controllers, by the interfaces that they export and require.
+    """Chains of loaded controllers: which command or read which, and what order follows from it.
 
     Args:
         controllers: Loaded controllers by name.
@@ -35,7 +35,7 @@ class Chains:
         self._resources = resources
 
     def exporting_controller(self, interface: str) -> ControllerSpec | None:
-        """Return the controller that an interface's name begins with; None for hardware's."""
+        """Return the controller whose name begins an interface's name; None for hardware's."""
         spec = self._controllers.get(interface.partition("/")[0])
         if spec is None or self._resources.component_of(interface) is not None:
             return None
@@ -46,15 +46,15 @@ class Chains:
         return list({spec.name: spec for spec in found if spec is not None}.values())
 
     def commanded_controllers(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """Return the controllers whose reference interfaces a controller commands."""
+        """Return the controllers whose reference interfaces a controller requires."""
         return self._exporters(spec.required_command_interfaces)
 
     def state_sources(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """Return the controllers whose exported state interfaces a controller reads."""
+        """Return the controllers whose exported states a controller requires by name."""
         return self._exporters(_states(spec))
 
     def users(self, spec: ControllerSpec) -> list[ControllerSpec]:
-        """Return the controllers that command a controller or read its exported states."""
+        """Return the controllers that require a controller's references or exported states."""
         return [
             other
             for other in self._controllers.values()
@@ -78,7 +78,7 @@ class Chains:
         return list(found.values())
 
     def chain_connections(self, spec: ControllerSpec) -> dict[str, list[str]]:
-        """Return the names of the references that a controller commands, by exporting controller.
+        """Return the references that a controller requires, by exporting controller's name.
 
         The names of the references are without the controller's name.
         """
@@ -89,7 +89,7 @@ class Chains:
         return found
 
     def in_update_order(self) -> list[ControllerSpec]:
-        """Return all controllers, each before those it commands and after those it reads.
+        """Return all controllers, each before those commanded, after those read; raise on cycles.
 
         A controller that both commands another controller and reads its states is before it.
         Controllers without a chain keep their order.
@@ -214,7 +214,7 @@ class Chains:
         starting: Collection[ControllerSpec],
         stopping: Collection[ControllerSpec],
     ) -> list[ControllerSpec]:
-        """Return the controllers that a switch keeps active but must change in chained mode."""
+        """Return the controllers that stay active in a switch but enter or leave chained mode."""
         staying = [spec for spec in active if spec not in stopping]
         controllers_in_chained_mode = self.controllers_in_chained_mode((*staying, *starting))
         return [

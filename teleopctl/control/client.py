@@ -67,7 +67,7 @@ class ControllerManagerClient:
         return self._clients[service]
 
     def wait(self, timeout: float, *, log_waiting: bool = False) -> None:
-        """Wait until the controller manager offers its services; raise when the time is over.
+        """Wait for the manager's services; raise on timeout (0: none) or a refused description.
 
         Args:
             timeout: Time limit in seconds; 0 waits for ever.
@@ -139,11 +139,11 @@ class ControllerManagerClient:
         return ManagerLog(self._node, self.name)
 
     def cause(self, controller: str) -> str | None:
-        """Return the error logged about a controller since the last request; None if none."""
+        """Wait up to 3 s for an error logged about a controller since the last call; else None."""
         return self._log.cause(controller, self._called_ns)
 
     def reload_error(self) -> str | None:
-        """Return the manager's logged reason for refusing the last reload request; None if none.
+        """Wait up to 3 s for the logged reason why reloading was refused; None if there is none.
 
         None also if nothing was logged.
         """
@@ -221,7 +221,7 @@ class ControllerManagerClient:
             )
 
     def list_controllers(self) -> list[Any]:
-        """Return the controllers as controller_manager_msgs/ControllerState messages."""
+        """Request the loaded controllers; return them as ControllerState messages."""
         return list(self.call("list_controllers", "ListControllers").controller)
 
     def load_controller(self, name: str) -> bool:
@@ -249,7 +249,7 @@ class ControllerManagerClient:
         asap: bool = True,
         timeout: float = 5.0,
     ) -> tuple[bool, str]:
-        """Request to switch controllers; return the success and the manager's message."""
+        """Request to activate and deactivate controllers; return the success and a message."""
         duration = get_message("builtin_interfaces/msg/Duration")()
         set_stamp(duration, from_seconds(timeout))
         response = self.call(

@@ -20,7 +20,7 @@ MANAGER_PARAMETERS = frozenset((*_FROM_FILES, "params_file", "node_options_args"
 def controller_load_parameters(
     controller: str, manager: str, files: Sequence[str]
 ) -> dict[str, Any]:
-    """Return ``type``, ``fallback_controllers`` and ``params_file`` of a controller from files.
+    """Return a controller's ``type``, ``fallback_controllers`` and ``params_file`` paths as a dict.
 
     Args:
         controller: Name of the controller.

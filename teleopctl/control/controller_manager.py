@@ -47,7 +47,7 @@ class ManagerNode(Protocol):
         """Return the value of a parameter of the manager's node; None if undeclared."""
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Create a controller's node; return the constructor argument with that node."""
+        """Create a controller's node; return `ControllerInterfaceParams` with that node."""
 
     def destroy_controller_node(self, node: Node) -> None:
         """Destroy the node of an unloaded controller."""
@@ -171,7 +171,7 @@ class ControllerManager:
         return True
 
     def configure_controller(self, name: str) -> bool:
-        """Configure an unconfigured or inactive controller; return False on failure."""
+        """Configure a controller, cleaned up first if inactive; return False on failure."""
         spec = self._find(name, "configure")
         if spec is None:
             return False
@@ -206,7 +206,7 @@ class ControllerManager:
         return outcome is CallbackReturn.SUCCESS
 
     def cleanup_controller(self, name: str) -> bool:
-        """Clean up an inactive controller, to unconfigured; return False on failure."""
+        """Clean up an inactive controller; return False on failure; do nothing if unconfigured."""
         spec = self._find(name, "cleanup")
         if spec is None:
             return False
@@ -311,7 +311,7 @@ class ControllerManager:
         return Chains(self.controllers, self.resource_manager)
 
     def refresh_interfaces(self, spec: ControllerSpec) -> None:
-        """Update the interface names that a controller requires from its configurations."""
+        """Recompute the interface names that a controller requires from its configurations."""
         resources = self.resource_manager
         spec.required_command_interfaces = required_names(
             spec.command_interface_configuration, resources.command_interfaces
@@ -350,7 +350,7 @@ class ControllerManager:
     def call(
         self, controller: ControllerInterface, function: Callable[[], CallbackReturn | None]
     ) -> CallbackReturn:
-        """Call a lifecycle callback of a controller; return its result, or ERROR if it raises."""
+        """Call a controller's callback; return its result, SUCCESS for None, ERROR if it raises."""
         # A bound method has a name; a `partial` has none.
         where = getattr(function, "__name__", "its interface configuration")
         self._causes.pop(controller.name, None)
@@ -367,18 +367,18 @@ class ControllerManager:
         return outcome
 
     def record_failure(self, controller: ControllerInterface, cause: str) -> CallbackReturn:
-        """Store the cause of a controller's failure, which `cause` returns; return FAILURE."""
+        """Store the cause of a controller's failure for messages; return CallbackReturn.FAILURE."""
         self._causes[controller.name] = cause
         return CallbackReturn.FAILURE
 
     def cause(self, controller: ControllerInterface) -> str:
-        """Return ``": CAUSE"`` of a controller's last failure, or an empty text."""
+        """Return the cause of a controller's last failure as ``": CAUSE"``; empty if none."""
         return f": {self._causes[controller.name]}" if controller.name in self._causes else ""
 
     def recover(
         self, controller: ControllerInterface, outcome: CallbackReturn, after_failure: State
     ) -> None:
-        """Set a controller's state after a failed callback: `after_failure`, or by ``on_error``.
+        """Set a controller's state: to `after_failure` after FAILURE, by ``on_error`` after ERROR.
 
         Args:
             controller: Controller with the failed callback.

@@ -99,7 +99,7 @@ class ControllerManagerNode:
         return value
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Create a controller's node; return the constructor argument with that node."""
+        """Create a controller's node; return `ControllerInterfaceParams` with that node."""
         arguments = list(self._ros_arguments)
         for file in dict.fromkeys(string_list_parameter(self, f"{controller_name}.params_file")):
             arguments += ["--ros-args", "--params-file", file, "--"]

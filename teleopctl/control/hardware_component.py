@@ -99,7 +99,7 @@ class HardwareComponent:
             interface.available = available
 
     def read(self, time_ns: int, period: float) -> ReturnType:
-        """Call the plug-in's ``read`` if inactive or active; return the outcome after recovery."""
+        """Call ``read`` if inactive or active, on failure also ``on_error``; return the result."""
         if self.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
             return ReturnType.OK
         began_ns = time.perf_counter_ns()
@@ -108,7 +108,7 @@ class HardwareComponent:
         return outcome
 
     def write(self, time_ns: int, period: float) -> ReturnType:
-        """Call the plug-in's ``write`` if active; return the outcome after recovery."""
+        """Call ``write`` if active, on failure also ``on_error``; return the result."""
         if self.lifecycle_state is not State.ACTIVE:
             return ReturnType.OK
         began_ns = time.perf_counter_ns()

@@ -494,7 +494,7 @@ class ControlStack:
         return value
 
     def create_controller_params(self, controller_name: str) -> ControllerInterfaceParams:
-        """Create a controller's node; return the constructor argument with that node."""
+        """Create a controller's node; return `ControllerInterfaceParams` with that node."""
         node = RecordedNode(
             controller_name,
             self._controller_parameters.get(controller_name),

@@ -31,7 +31,7 @@ _ROUNDING = 1e-9
 
 
 def limits_enforced_by_default() -> bool:
-    """Return whether the ROS 2 distribution enforces command limits by default: since Kilted.
+    """Return whether the ROS 2 distribution enforces command limits by default: Kilted and later.
 
     Enforced from Kilted on; in Jazzy the parameter is false by default, and before it did not
     exist.

@@ -70,7 +70,7 @@ class ManagerLog:
             return self._own(controller, since_ns) or self._about(controller, since_ns)
 
     def last_error(self, beginning: str, since_ns: int) -> str | None:
-        """Wait for the manager's last error with a given beginning; return the rest, or None."""
+        """Wait up to 3 s for a manager's error with a given beginning; return the rest or None."""
 
         def found() -> str | None:
             texts = self._texts(self._name, since_ns)

@@ -235,7 +235,7 @@ class ResourceManager:
     def prepare_command_mode_switch(
         self, start_interfaces: Sequence[str], stop_interfaces: Sequence[str]
     ) -> bool:
-        """Return whether all hardware components accept a switch of command interfaces.
+        """Prepare hardware for a switch of command interfaces; return whether all of it accepts.
 
         Args:
             start_interfaces: Full names of interfaces that controllers will claim.
@@ -281,7 +281,7 @@ class ResourceManager:
         return True
 
     def read(self, time_ns: int, period: float) -> list[HardwareComponent]:
-        """Read all inactive and active hardware; return components to deactivate or failed."""
+        """Read inactive and active hardware; return components that failed or were deactivated."""
         return [
             component
             for component in self.components.values()
@@ -289,7 +289,7 @@ class ResourceManager:
         ]
 
     def write(self, time_ns: int, period: float) -> list[HardwareComponent]:
-        """Write to all hardware components; return those that failed or deactivated themselves."""
+        """Write to active hardware; return the components that failed or were deactivated."""
         return [
             component
             for component in self.components.values()

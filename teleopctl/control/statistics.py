@@ -49,17 +49,17 @@ class MovingStatistics:
 
     @property
     def minimum(self) -> float:
-        """Smallest value; 0 without values."""
+        """Smallest value since the last reset; 0 without values."""
         return self._minimum if self.count else 0.0
 
     @property
     def maximum(self) -> float:
-        """Largest value; 0 without values."""
+        """Largest value since the last reset; 0 without values."""
         return self._maximum if self.count else 0.0
 
     @property
     def standard_deviation(self) -> float:
-        """Standard deviation of the values; 0 without values."""
+        """Standard deviation of the values since the last reset; 0 without values."""
         return math.sqrt(self._squares / self.count) if self.count else 0.0
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
@@ -132,7 +132,7 @@ class CycleTimes:
             self.periodicity.add(1.0 / period_s)
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
-        """Yield pairs of name and duration in µs, as ros2_control names them."""
+        """Yield name-value pairs of the last cycle's read, update, write and total times in µs."""
         yield f"{name}.read_time", self.read_us
         yield f"{name}.update_time", self.update_us
         yield f"{name}.write_time", self.write_us

@@ -253,7 +253,7 @@ class _Thresholds:
     def judge(
         self, name: str, measured: MovingStatistics, quantity: str, expected: float
     ) -> tuple[str, str]:
-        """Compare statistics with an expected value; return the key and text for the status."""
+        """Compare statistics with thresholds, raise the level if exceeded; return key and text."""
         level = DiagnosticLevel.OK
         if measured.count:
             error = measured.average - expected

@@ -394,7 +394,7 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
 
 
 def start_fallbacks(manager: ControllerManager, failed: Sequence[ControllerSpec]) -> None:
-    """Activate fallback controllers in place of failed ones; called within a control cycle."""
+    """Activate failed controllers' fallbacks in place of conflicting ones; called in a cycle."""
     names = list(dict.fromkeys(name for spec in failed for name in spec.fallback_controllers))
     if not names:
         return

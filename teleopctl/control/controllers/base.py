@@ -157,7 +157,7 @@ class ControllerInterface:
         return 1.0 / self.update_rate
 
     def auto_declare(self, name: str, default: T, *, read_only: bool = False) -> T:
-        """Declare a parameter of the controller if undeclared; return the parameter's value.
+        """Declare a controller's parameter if undeclared; return its value, raise for a wrong type.
 
         Args:
             name: Dotted name of the parameter.
@@ -180,7 +180,7 @@ class ControllerInterface:
         return default if value is None else cast(T, _of_type(name, value, default))
 
     def unread_parameters(self) -> list[str]:
-        """Return the names of parameters that are set but that the controller never declared.
+        """Return the set parameters that a built-in controller never declared; empty for others.
 
         Called after ``on_configure``. Empty for controllers from other packages, which may read the
         node's parameters directly.
@@ -239,7 +239,7 @@ class ControllerInterface:
         """Called on deactivation, before interfaces are released: stop; does nothing by default."""
 
     def on_restart(self) -> None:
-        """Called in the cycle after a simulation reset: reset plans; the base class does nothing.
+        """Called in the cycle that detects a simulation reset: reset plans; default: do nothing.
 
         A simulation was reset, or its clock jumped back. Called in the control cycle, with the
         present states, and with commands of NaN, for which hardware holds its position.
@@ -255,15 +255,15 @@ class ControllerInterface:
         """Called after ERROR or exceptions; SUCCESS leads to unconfigured, else to finalized."""
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Called after ``on_configure``: return the command interfaces to claim; here none."""
+        """Called after ``on_configure``: return command interfaces to claim; none by default."""
         return InterfaceConfiguration()
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
-        """Called after ``on_configure``: return the state interfaces to read; here none."""
+        """Called after ``on_configure``: return state interfaces to read; none by default."""
         return InterfaceConfiguration()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Called in each cycle: read ``state_interfaces`` and write ``command_interfaces``.
+        """Called at the update rate: read ``state_interfaces``, write ``command_interfaces``.
 
         Args:
             time_ns: Time of the control cycle, in nanoseconds.

@@ -41,18 +41,18 @@ class ChainableControllerInterface(ControllerInterface):
     # -- overridden by controllers -----------------------------------------------------------------
 
     def on_export_reference_interfaces_list(self) -> Sequence[CommandInterface]:
-        """Called on configuring: return new reference interfaces for other controllers; here none.
+        """Called on configuring: return new reference interfaces for others; none by default.
 
         An example is ``CommandInterface(f"{self.name}/joint_1", "position")``.
         """
         return ()
 
     def on_export_state_interfaces_list(self) -> Sequence[StateInterface]:
-        """Called on configuring: return new state interfaces for other controllers; here none."""
+        """Called on configuring: return new state interfaces for others; none by default."""
         return ()
 
     def on_set_chained_mode(self, chained_mode: bool) -> bool:
-        """Called before activation and after deactivation: return False to refuse a chained mode.
+        """Called before activation and after deactivation: return False to refuse; by default True.
 
         The controller is never active when this is called.
         """
@@ -60,10 +60,10 @@ class ChainableControllerInterface(ControllerInterface):
         return True
 
     def update_reference_from_subscribers(self, time_ns: int, period: float) -> ReturnType | None:
-        """Called in each cycle outside chained mode: set references from received messages."""
+        """Called by `update` outside chained mode: set references from received messages."""
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Called in each cycle: read states and references, write commands.
+        """Called by `update`, after references are set: read states and references, write commands.
 
         Args:
             time_ns: Time of the control cycle, in nanoseconds.
@@ -130,7 +130,7 @@ class ChainableControllerInterface(ControllerInterface):
         return list(interfaces)
 
     def forget_exported_interfaces(self) -> None:
-        """Remove the exported interfaces from the controller; called on cleanup."""
+        """Clear the exported interfaces and leave chained mode; called on cleanup."""
         self.reference_interfaces = []
         self.exported_state_interfaces = []
         self._in_chained_mode = False

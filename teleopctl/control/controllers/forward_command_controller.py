@@ -34,7 +34,7 @@ class ForwardCommandController(ControllerInterface):
         return [f"{joint}/{name}" for joint in joints] if name else []
 
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters and subscribe to ``~/commands``; return ERROR if a name is empty."""
+        """Read the parameters and subscribe to ``~/commands``; return ERROR without interfaces."""
         from teleopctl.interfaces import get_message
 
         self._names = self.interface_names()

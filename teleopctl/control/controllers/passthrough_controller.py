@@ -40,7 +40,7 @@ class PassthroughController(ChainableControllerInterface):
         self.get_node().destroy_subscription(self._subscription)
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the command interfaces that the parameter names."""
+        """Return the command interfaces that the parameter ``interfaces`` names."""
         return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, self._names)
 
     def on_export_reference_interfaces_list(self) -> list[CommandInterface]:

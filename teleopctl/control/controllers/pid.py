@@ -135,7 +135,7 @@ class Pid:
         return self.update(error, rate, period)
 
     def update(self, error: float, error_rate: float, period: float) -> float:
-        """Run a PID step with a given error rate; return the clamped output.
+        """Run a PID step with a given error rate; return the clamped output, the last one if NaN.
 
         Args:
             error: Desired minus measured position.

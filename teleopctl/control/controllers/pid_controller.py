@@ -322,7 +322,7 @@ class PidController(ChainableControllerInterface):
         return None
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Write the output of each PID to its command interface; queue the PID state."""
+        """Write PID outputs unless an input is NaN; export measured states; queue the PID state."""
         if self._external:
             measured = self._measured
         else:

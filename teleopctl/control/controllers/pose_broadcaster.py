@@ -94,7 +94,7 @@ class PoseBroadcaster(ControllerInterface):
         self.on_activate()
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Queue the measured pose and, if valid and due, its transform for publishing."""
+        """Queue the measured pose for publishing; if valid and due, also as transform."""
         del period
         values = [state.value for state in self.state_interfaces]
         valid = all(map(math.isfinite, values)) and (

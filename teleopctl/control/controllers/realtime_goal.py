@@ -45,7 +45,7 @@ class RealtimeServerGoalHandle:
         return self.handle.is_cancel_requested
 
     def start(self) -> None:
-        """Set the goal's status to executing; must not be called in ``update``."""
+        """Set the goal to executing unless canceling; must not be called in ``update``."""
         # A cancel request may arrive first.
         with contextlib.suppress(InvalidGoalTransitionError):
             if not self.handle.is_cancel_requested:
@@ -64,7 +64,7 @@ class RealtimeServerGoalHandle:
         self._end_publisher.try_publish(("canceled", result))
 
     def abort(self, **result: object) -> None:
-        """End the goal as aborted at once; must not be called in ``update``."""
+        """End the goal as aborted at once, with result fields; must not be called in ``update``."""
         self._end(("abort", result))
 
     def _end(self, ending: tuple[str, dict[str, object]]) -> None:

@@ -45,11 +45,11 @@ class _SensorBroadcaster(ControllerInterface):
         self.get_node().destroy_publisher(self._publisher)
 
     def interface_names(self) -> Sequence[str]:
-        """Return the full names of the sensor's state interfaces; for subclasses."""
+        """Return the names of the sensor's state interfaces; implemented by each broadcaster."""
         raise NotImplementedError
 
     def fill_message(self, values: Sequence[float]) -> None:
-        """Copy values of the state interfaces into the message; for subclasses."""
+        """Copy state values into the broadcaster's message; implemented by each broadcaster."""
         raise NotImplementedError
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
@@ -109,7 +109,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
         return None
 
     def interface_names(self) -> Sequence[str]:
-        """Return the state interfaces of orientation, angular velocity and acceleration."""
+        """Return the full names of orientation, angular velocity and acceleration interfaces."""
         return [
             f"{self._sensor}/{part}.{axis}"
             for part, axes in (

@@ -105,7 +105,7 @@ class HardwareComponentInterface:
         """Called in a switch, before controllers are switched: change command modes."""
 
     def read(self, time_ns: int, period: float) -> ReturnType | None:
-        """Called in each cycle: read the measured values into ``state_interfaces``.
+        """Called in each cycle if inactive or active: read measured values to ``state_interfaces``.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.
@@ -113,7 +113,7 @@ class HardwareComponentInterface:
         """
 
     def write(self, time_ns: int, period: float) -> ReturnType | None:
-        """Called in each cycle: write the values of ``command_interfaces`` to the hardware.
+        """Called in each cycle if active: write ``command_interfaces`` to the hardware.
 
         Args:
             time_ns: Time of the cycle, nanoseconds.

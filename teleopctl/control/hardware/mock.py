@@ -67,7 +67,7 @@ class GenericSystem(HardwareComponentInterface):
         return self._offset if command.interface_name == POSITION else 0.0
 
     def on_configure(self) -> None:
-        """Set joint states that are NaN to zero, or a position to the nearest limit."""
+        """Set NaN joint states to zero, NaN positions to the resting position within the limits."""
         rest = {joint.name: joint.limits.rest for joint in self.info.joints}
         for state in self._joint_states:
             if math.isnan(state.value):

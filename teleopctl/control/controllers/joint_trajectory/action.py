@@ -66,7 +66,7 @@ class FollowJointTrajectoryServer:
         self._server.destroy()
 
     def abort_goal(self, error_string: str) -> None:
-        """Abort the present goal, if any; must not be called in the control cycle."""
+        """Abort the present goal, if any, as INVALID_GOAL; not allowed in the control cycle."""
         goal, self._goal = self._goal, None
         if goal is not None:
             goal.abort(error_code=INVALID_GOAL, error_string=error_string)

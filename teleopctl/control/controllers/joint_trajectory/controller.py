@@ -130,7 +130,7 @@ class JointTrajectoryController(ControllerInterface):
         return None
 
     def on_cleanup(self) -> None:
-        """Destroy subscriptions, publishers and the action server."""
+        """Destroy the subscriptions, query service, state publisher and action server."""
         self._action.close()
         self._inputs.close()
         self._state_publisher.close()
@@ -218,7 +218,7 @@ class JointTrajectoryController(ControllerInterface):
         self._holding = True
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Command the trajectory's state one period ahead; check tolerances and end the goal."""
+        """Command the trajectory's state one period ahead, check tolerances, end a goal if due."""
         if self._stale_parameters:
             self._read_changed_parameters()
         positions = self._position_states.read()

@@ -51,7 +51,7 @@ class CommandOutputs:
         return values if all(map(math.isfinite, values)) else None
 
     def values(self) -> dict[str, list[float]]:
-        """Return the values of the command interfaces per joint, by interface name."""
+        """Return the command values of the joints, as lists by interface name such as position."""
         return {name: [o.value for o in outputs] for name, outputs in self._outputs.items()}
 
     def zero_commands(self) -> None:

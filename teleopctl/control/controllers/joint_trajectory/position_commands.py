@@ -42,7 +42,7 @@ def check_positions(data: Sequence[float], joints: Sequence[str]) -> list[float]
 def clamp_positions(
     positions: Sequence[float], joints: Sequence[str], limits: dict[str, JointLimits]
 ) -> tuple[list[float], dict[str, str]]:
-    """Return positions clamped to the joints' limits, and a warning for each clamped joint by name.
+    """Return positions clamped to the joints' limits, and a dict of warnings by clamped joint.
 
     Returns:
         The positions, and a sentence for each clamped joint by joint name.

@@ -106,7 +106,7 @@ class TrajectorySettings:
 
 
 def read_settings(parameter: ReadParameter) -> TrajectorySettings:
-    """Read a joint trajectory controller's parameters; return them, or raise if invalid.
+    """Return a joint trajectory controller's settings, read through `parameter`; raise if invalid.
 
     Raises:
         InvalidSettingsError: The parameters are invalid or contradict each other.

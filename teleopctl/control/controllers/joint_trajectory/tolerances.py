@@ -71,7 +71,7 @@ class IllegalToleranceError(Exception):
 
 
 def tolerances_of_goal(defaults: Tolerances, goal: GoalLike, joints: Sequence[str]) -> Tolerances:
-    """Return the tolerances of a goal, with the controller's defaults where it specifies none.
+    """Return a goal's tolerances, the given defaults where it specifies none; raise if illegal.
 
     Args:
         defaults: Default tolerances of the controller.

@@ -187,7 +187,7 @@ def quintic(
 def stopping_points(
     positions: Sequence[float], velocities: Sequence[float], decelerations: Sequence[float]
 ) -> list[TrajectoryPoint]:
-    """Return points of a trajectory that brakes each joint at a constant deceleration to rest.
+    """Return trajectory points that brake each joint to rest; the positions without decelerations.
 
     A joint at speed v stops after ``|v| / d`` seconds, ``v |v| / 2d`` further on. There is a point
     for each time at which a joint stops, so that the cubics between the points equal the parabolas
@@ -265,7 +265,7 @@ class Trajectory:
         self.update(points, start_ns)
 
     def update(self, points: Sequence[TrajectoryPoint], start_ns: int = 0) -> None:
-        """Replace the trajectory's points and start time; keep the state set as point before."""
+        """Replace the points and start time; keep the start state of `set_point_before`."""
         self._points = list(points)
         # Segment i ends at point i; the first segment begins at the point before.
         self._segments = [None] * len(self._points)
@@ -311,7 +311,7 @@ class Trajectory:
         *,
         advance: bool = True,
     ) -> TrajectorySample | None:
-        """Return the desired state at a time; None without points or before the start state.
+        """Return a `TrajectorySample` at a time; None without points or before the start state.
 
         Args:
             time_ns: Time of the state; not earlier than that of the last call with ``advance``.
@@ -407,7 +407,7 @@ def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> 
 def shift_to_nearest_turn(
     current: Sequence[float], target: Sequence[float], wraparound: Sequence[bool]
 ) -> list[float]:
-    """Return positions; those of continuous joints shifted by turns nearest to their targets.
+    """Return current positions, those of continuous joints by full turns nearest to their targets.
 
     Args:
         current: Present positions, rad.

@@ -15,7 +15,7 @@ _STILL = 1.2e-7
 
 
 class HeaderLike(Protocol):
-    """Interface of std_msgs/Header."""
+    """Interface of the ``stamp`` of std_msgs/Header."""
 
     stamp: Stamp
 
@@ -156,7 +156,7 @@ def _check_point(point: PointLike, index: int, names: list[str], rules: Trajecto
 def to_points(
     trajectory: TrajectoryLike, joints: Sequence[str], held_positions: Sequence[float]
 ) -> list[TrajectoryPoint]:
-    """Return a message's points in the controller's joint order; missing joints hold positions.
+    """Return a message's points in controller joint order; missing joints hold the given positions.
 
     Args:
         trajectory: Valid trajectory message.

@@ -41,7 +41,7 @@ class MobileBaseController(ControllerInterface):
     # -- overridden by kinds of bases --------------------------------------------------------------
 
     def read_parameters(self) -> None:
-        """Read and check the base's geometry and interface parameters; for subclasses.
+        """Called on configuring: read geometry and interface parameters; raise if invalid.
 
         Raises:
             InvalidBaseError: A parameter is missing or invalid.
@@ -53,15 +53,15 @@ class MobileBaseController(ControllerInterface):
         return self.auto_declare(self.timeout_parameter, self.default_timeout)
 
     def command_names(self) -> Sequence[str]:
-        """Return the full names of the wheels' command interfaces; for subclasses."""
+        """Return the names of the wheels' command interfaces; implemented by each kind of base."""
         raise NotImplementedError
 
     def feedback_names(self) -> Sequence[str]:
-        """Return the full names of the state interfaces for odometry; for subclasses."""
+        """Return the names of the odometry's state interfaces; implemented by each kind of base."""
         raise NotImplementedError
 
     def requested_velocity(self, time_ns: int) -> BaseVelocity:
-        """Return the base velocity to command at a time; by default the last one received."""
+        """Return the velocity to command; by default the last received, zero after the timeout."""
         return self._input.read(time_ns)
 
     def limit(self, velocity: BaseVelocity, period: float) -> BaseVelocity:
@@ -82,7 +82,7 @@ class MobileBaseController(ControllerInterface):
         raise NotImplementedError
 
     def wheel_commands(self, velocity: BaseVelocity) -> Sequence[float]:
-        """Return the command interfaces' values for a velocity of the base; for subclasses."""
+        """Return command interface values for a base velocity; implemented by each kind of base."""
         raise NotImplementedError
 
     def on_commanded(self, time_ns: int, velocity: BaseVelocity) -> None:

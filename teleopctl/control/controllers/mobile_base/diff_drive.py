@@ -81,7 +81,7 @@ class DiffDriveController(ChainableBase):
             self.get_node().destroy_publisher(self._limited)
 
     def on_activate(self) -> None:
-        """Discard earlier velocity commands and reset the limiters, so that the base is at rest."""
+        """Discard earlier velocity commands, and reset the limiters to begin at speed zero."""
         super().on_activate()
         self._linear.reset()
         self._angular.reset()

@@ -103,7 +103,7 @@ class MecanumDriveController(ChainableBase):
         self._state_publisher.publish(message)
 
     def on_activate(self) -> None:
-        """Discard earlier velocity commands and reset the limiters, so that the base is at rest."""
+        """Discard earlier velocity commands, and reset the limiters to begin at speed zero."""
         super().on_activate()
         for limiter in self._limiters:
             limiter.reset()

@@ -37,7 +37,7 @@ class Odometry:
         self._steps.clear()
 
     def advance(self, forwards: float, turned: float, period: float, sideways: float = 0.0) -> None:
-        """Move the pose along an arc of given lengths and turn, and update the mean velocity.
+        """Move the pose along an arc and update the mean velocity; ignore periods below 0.1 ms.
 
         Args:
             forwards: Length along the base's x axis, m.

@@ -34,7 +34,7 @@ class TricycleController(MobileBaseController):
     default_publish_rate = 0.0
 
     def on_init(self) -> None:
-        """Declare the base's parameters, with ``enable_odom_tf`` false by default."""
+        """Declare the parameters of mobile bases, with ``enable_odom_tf`` false by default."""
         super().on_init()
         self.auto_declare("enable_odom_tf", False)
 
