@@ -1,9 +1,9 @@
 """``python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS…]``: runs one executable.
 
-This is what ``teleopctl run`` and ``launch`` start, so it imports nothing that the node does not
-need; with ``-P``, so that a ``random.py`` in the current folder is not taken for Python's. A first
-argument that is a path stands for itself; otherwise the package comes first, with ``--builtin`` one
-that teleopctl brings itself.
+``teleopctl run`` and ``launch`` start this module, so it imports nothing that the node does not
+need. They pass ``-P``, so that a ``random.py`` in the current folder does not replace Python's. The
+first argument is the path of a file or the name of a package; with ``--builtin``, only packages of
+teleopctl itself are searched.
 """
 
 import sys

@@ -22,7 +22,7 @@ _PANELS = ["bag", "scene", "camera", "plot", "topics", "log"]
 _PLAYER = "rosbag2_player"
 _CLOCK_HZ = 40.0
 _DESCRIPTION = "/robot_description"
-# Beside the domains that people choose, of which there are 233.
+# Above the 233 domain IDs that users can choose.
 _FIRST_DOMAIN = 1000
 
 
@@ -39,23 +39,23 @@ def view_bag(
 ) -> None:
     """Play a bag in a ROS domain of its own, and serve a web page that shows it, until Ctrl-C.
 
-    What is played reaches nobody else, and what else runs is not in the picture: the two nodes are
-    in a domain of their own.
+    The player and the viewer share a domain without other nodes: other nodes do not receive the
+    played messages, and the page does not show other nodes.
 
     Args:
-        path: The bag.
-        host: Where the page listens; see `open_server`, as for ``port``.
-        port: See there.
-        token_file: See `open_viewer`.
-        view: The ``.rviz`` file to begin with.
-        rate: Seconds of the bag per second.
-        is_paused: Whether to begin paused.
-        on_ready: Called with the page's address and the domain.
+        path: Path of the bag.
+        host: Address to listen on; see `open_server`.
+        port: Port to listen on; see `open_server`.
+        token_file: File of the page's token; see `open_viewer`.
+        view: ``.rviz`` file that the page shows first.
+        rate: Playback rate: seconds of the bag per second.
+        is_paused: Whether playback starts paused.
+        on_ready: Called with the page's address and the domain ID, when the page is ready.
 
     Raises:
-        TeleopctlError: The bag or the view cannot be read, or the page not be opened.
+        TeleopctlError: The bag or the view cannot be read, or the page cannot be opened.
     """
-    # Before anything is started: nothing is worse than a page without a bag.
+    # Read first, so that an unreadable bag opens no page.
     with open_bag(path) as bag:
         has_description = any(t.name == _DESCRIPTION and n for t, n in bag.metadata.topics)
         attached = [] if has_description else [*bag.attachments()]
@@ -86,7 +86,7 @@ def view_bag(
 
 
 def _publish_description(node: Node, urdf: bytes) -> None:
-    """Publish the robot that was recorded beside the topics."""
+    """Publish the robot description that the bag holds as an attachment."""
     from teleopctl.interfaces import get_message
 
     string = get_message("std_msgs/msg/String")

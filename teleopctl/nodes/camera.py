@@ -1,17 +1,16 @@
 """``camera``: renders the camera sensors of the robot in a process of its own.
 
-Topics out, at each sensor's rate in simulated time, stamped with the time of the state that they
-show: images, depths, points, labels and ``camera_info`` where `camera_topics` says, with
+Published topics, at each sensor's rate in simulated time and with the stamp of the shown state:
+images, depths, points, labels and ``camera_info`` on the topics of `camera_topics`, with
 image_transport's ``compressed`` and ``compressedDepth``; ``/tf_static`` with the optical frames.
-In: ``/robot_description``, the simulator's model when things have come or gone, and its joint
-states, these only while somebody subscribes to one of the outputs. What nobody subscribes to is not
-drawn.
+Subscribed topics: ``/robot_description``, the simulator's model, which changes when objects are
+spawned or deleted, and, while an output has a subscriber, the simulator's joint states. Outputs
+without a subscriber are not rendered.
 
-Parameters: ``robot_description``, ``world`` (the file of what stands around the robot),
-``fixed_base``, ``spawn_pose`` and ``seed``, as for the simulator, ``camera`` (name of one sensor,
-default all),
-``quality`` (``auto``, ``fast`` or ``full``), ``compressed.format`` (``jpeg`` or ``png``) and
-``compressed.jpeg_quality``, which can be set while running.
+Parameters: ``robot_description``, ``world`` (file of the world around the robot), ``fixed_base``,
+``spawn_pose`` and ``seed``, as for the simulator, ``camera`` (name of one sensor, default all),
+and, settable at runtime, ``quality`` (``auto``, ``fast`` or ``full``), ``compressed.format``
+(``jpeg`` or ``png``) and ``compressed.jpeg_quality``.
 """
 
 from __future__ import annotations
@@ -45,7 +44,7 @@ from teleopctl.tf import StaticTransformBroadcaster
 if TYPE_CHECKING:
     from sensor_msgs.msg import JointState
 
-    # These import mujoco, which has to wait for the choice of its backend.
+    # These modules import mujoco, whose rendering backend has to be chosen before.
     from teleopctl.mujoco_model import CameraModel, RobotModel
     from teleopctl.sim import CameraPublishers, CameraRenderer
 
@@ -60,7 +59,7 @@ _TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 _DESCRIPTION_TOPIC = "/robot_description"
 _VIEW_TOPIC = "/mujoco_sim/joint_states"
 _BODIES_TOPIC = "/mujoco_sim/free_joint_states"
-# Parameters that can be set while running, with what they may be.
+# Parameters that can be set at runtime, with their allowed values.
 _CHOICES = {"quality": ("auto", "fast", "full"), "compressed.format": ("jpeg", "png")}
 
 
@@ -95,14 +94,14 @@ class CameraNode(Node):
         self._bodies_wanted = False
         self._last_ns = 0
         self._states: Subscription[JointState] | None = None
-        # There are no stubs of the simulator's own messages.
+        # The simulator's own messages have no type stubs.
         self._free_states: Subscription[Any] | None = None
         self._channels: list[CameraPublishers] = []
         self._renderer: CameraRenderer | None = None
-        # Whether that draws the present model.
+        # Whether the renderer was created for the present model.
         self._is_current = True
         self._changed_model: Any = None
-        # The quality and the cameras that it was made for.
+        # Quality and camera names that the renderer was created for.
         self._drawn_for: tuple[object, frozenset[str]] = ("", frozenset())
         self._thread: threading.Thread | None = None
         self._tf = StaticTransformBroadcaster(self)
@@ -143,7 +142,7 @@ class CameraNode(Node):
         self._urdf = urdf
         name = str(self.get_parameter("camera").value)
         if not name and all(sensor.camera is None for sensor in description.gazebo.sensors):
-            # Nothing is built, while the simulator wants the processor for the same.
+            # No model is built: the simulator needs the CPU to build its own.
             self._warn_no_camera(description)
             return
         import mujoco
@@ -151,7 +150,7 @@ class CameraNode(Node):
         from teleopctl.mujoco_model import build_model
         from teleopctl.sim import MODEL_TOPIC, CameraPublishers
 
-        # Else MuJoCo writes a file into the present folder.
+        # Without a handler, MuJoCo writes its warnings to a file in the current folder.
         mujoco.set_mju_user_warning(lambda text: self.get_logger().warning(f"MuJoCo: {text}"))
 
         file = str(self.get_parameter("world").value)
@@ -216,7 +215,7 @@ class CameraNode(Node):
             self._changed.notify_all()
 
     def _is_complete(self) -> bool:
-        """Whether joints and free bodies of the same time have come."""
+        """Return whether joint states and free bodies of the same time have been received."""
         if self._latest is None or not self._bodies_wanted:
             return self._latest is not None
         return self._bodies is not None and self._bodies.header.stamp == self._latest.header.stamp
@@ -281,7 +280,7 @@ class CameraNode(Node):
             self._states = self.create_subscription(
                 _JointState, _VIEW_TOPIC, self._on_state, 1, immediate=True
             )
-            # What moves freely may come later.
+            # Free bodies may be spawned later.
             self._free_states = self.create_subscription(
                 _FreeJointStateArray, _BODIES_TOPIC, self._on_bodies, 1, immediate=True
             )
@@ -291,10 +290,10 @@ class CameraNode(Node):
             self._states = self._free_states = None
 
     def _publish(self, state: Any, bodies: Any) -> None:
-        """Publish what is due at the time of a state."""
+        """Publish the outputs that are due at the time of a state."""
         now_ns = to_nanoseconds(state.header.stamp)
         if now_ns < self._last_ns:
-            # Another simulator, which has begun at zero.
+            # Another simulator has started, at time zero.
             for channel in self._channels:
                 channel.schedule.restart()
         self._last_ns = now_ns
@@ -326,7 +325,7 @@ class CameraNode(Node):
             self._renderer.close()
             self._renderer = None
             if as_before:
-                # Measured once: nothing is tried while pictures are waited for.
+                # The quality was measured once; measuring again would delay images.
                 self._renderer = CameraRenderer(self._model, cameras, found)
                 return self._renderer
         self._renderer, choice = make_renderer(self._model, cameras, str(wanted))
@@ -361,7 +360,7 @@ def _bodies_of(model: RobotModel) -> tuple[str, ...]:
 
 
 def _optical_frame(camera: CameraModel) -> Any:
-    """The frame that users of ``camera_info`` think in: z forward, x right, y down."""
+    """Return the transform of a camera's optical frame (REP 103): z forward, x right, y down."""
     transform = _TransformStamped(child_frame_id=camera.frame_id)
     transform.header.frame_id = camera.link
     position, rotation = transform.transform.translation, transform.transform.rotation

@@ -1,7 +1,7 @@
 """Executables ``component_container``, ``…_mt`` and ``…_isolated``, which load components.
 
-Those of ``rclcpp_components`` are the same programs: what they find are components in Python, those
-of teleopctl among them, which stand for a few well-known ones in C++.
+The executables of ``rclcpp_components`` are the same programs. They load components in Python,
+including teleopctl's replacements for a few well-known components in C++.
 """
 
 import contextlib

@@ -23,7 +23,7 @@ def main(args: list[str] | None = None) -> int:
     """Run the node ``controller_manager`` until Ctrl-C or a shutdown; return the exit status.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
 
     Raises:
         TeleopctlError: A controller manager of the same name runs already.

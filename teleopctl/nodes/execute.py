@@ -1,8 +1,8 @@
 """Execution of a program in this process, as ``ros2 run`` would start it.
 
-The program may be one of ours, a user's installed entry point, a program of a source package that
-was never built, or a plain file. It may import ``rclpy`` and message packages, and so may the
-Python programs that it starts itself.
+The program may be one of teleopctl's, an installed entry point, a program of a source package that
+was never built, or a plain file. The program, and Python programs that it starts, can import
+``rclpy`` and message packages.
 """
 
 import errno
@@ -27,19 +27,19 @@ def run_executable(
     """Find an executable of a package, run it in this process, and return its exit status.
 
     Args:
-        package: The program's package, or None when ``executable`` is a path or a unique name.
-        executable: The program's name, or the path of a file.
-        args: Its arguments, ``--ros-args`` among them; they are handed over as they are.
-        builtin: Whether only the packages count that teleopctl brings itself.
+        package: Package of the program; None when ``executable`` is a path or a unique name.
+        executable: Name of the program, or path of a file.
+        args: Arguments of the program, including ``--ros-args``; passed on unchanged.
+        builtin: Whether only packages of teleopctl itself are searched.
 
     Returns:
-        The exit status: what the program returned, 130 when Ctrl-C ended it, 0 when its context
-        was shut down from outside, 1 after an exception, whose traceback has been printed.
+        Exit status: the program's return value, 130 when Ctrl-C ended the program, 0 when its
+        context was shut down from outside, 1 after an exception, whose traceback has been printed.
 
     Raises:
-        TeleopctlError: There is no such program, or one of ours raised it. Of a user's program it
-            is an exception like any other.
-        SystemExit: When the program called ``sys.exit``.
+        TeleopctlError: The program does not exist, or a program of teleopctl raised the error. From
+            a user's code, the error is handled like any other exception.
+        SystemExit: The program called ``sys.exit``.
     """
     return execute(find_executable(package, executable, builtin=builtin), args)
 
@@ -50,14 +50,14 @@ def execute(executable: PackageProgram, args: Sequence[str]) -> int:
     from teleopctl.compat import activation
 
     log_file = take_log_file()
-    # In the foreground what it prints may be a result, for a pipe or a file that a person chose.
+    # In the foreground, the output may be a result that the user sends to a pipe or a file.
     outlive_output(log_file=log_file, lossless_stdout=log_file is None)
     activation.activate()
     activation.activate_children()
     if executable.import_roots:
         roots = [str(root) for root in executable.import_roots]
         sys.path[:0] = roots
-        # What the program starts has to find the package as well.
+        # Child processes of the program have to find the package as well.
         inherited = os.environ.get("PYTHONPATH")
         os.environ["PYTHONPATH"] = os.pathsep.join(roots + ([inherited] if inherited else []))
     try:
@@ -72,7 +72,7 @@ def execute(executable: PackageProgram, args: Sequence[str]) -> int:
         if _is_external_shutdown(error):
             return 0
         if isinstance(error, BrokenPipeError) and not _passed_a_users_code(error, executable):
-            discard_output()  # who read it, as ``head`` does, has enough
+            discard_output()  # the reader, such as ``head``, has closed the pipe
             return 0
         if isinstance(error, TeleopctlError) and not _passed_a_users_code(error, executable):
             raise
@@ -130,11 +130,11 @@ def _use_of(file: Path) -> str:
 
 
 def _run_program(file: Path, args: Sequence[str]) -> int:
-    """Run a program that is not Python; Ctrl-C reaches it through the terminal, or from us."""
+    """Run a program that is not Python; pass SIGINT and SIGTERM on to it."""
     import subprocess
 
     try:
-        # Python ignores SIGPIPE; so it stays, since what a node says must not end it.
+        # SIGPIPE stays ignored, as in Python: printing to a closed pipe must not end a node.
         process = subprocess.Popen([str(file), *args], restore_signals=False)
     except OSError as error:
         if error.errno in (errno.EACCES, errno.ENOEXEC):
@@ -157,7 +157,7 @@ def _status(returned: object) -> int:
 
 
 def _is_external_shutdown(error: Exception) -> bool:
-    # The class lives in a module that a program without nodes never imports.
+    # A program without nodes never imports the module of this class.
     module = sys.modules.get("teleopctl.node.values.exceptions")
     expected = getattr(module, "ExternalShutdownException", None)
     return expected is not None and isinstance(error, expected)
@@ -175,9 +175,9 @@ def _passed_a_users_code(error: BaseException, executable: PackageProgram) -> bo
 
 
 def _print_traceback(error: BaseException) -> None:
-    """Print a traceback of the program, without what is ours in it.
+    """Print a traceback of the program without the frames of teleopctl.
 
-    Of ours there stays what follows the user's last line, when the exception is none of ours.
+    Frames of teleopctl after the user's last frame stay, unless the error is a `TeleopctlError`.
     """
     import traceback
 

@@ -1,7 +1,7 @@
 """Executable ``joint_state_publisher_gui``: joint_state_publisher with sliders on a web page.
 
-The sliders are those of the viewer's page. Where one runs already this node listens to it; else it
-serves a page of its own, with the picture of the robot and the sliders.
+The sliders are part of the viewer's page. If a viewer runs already, this node subscribes to its
+sliders; otherwise the node serves a page of its own, with the robot and the sliders.
 """
 
 from __future__ import annotations
@@ -23,8 +23,8 @@ from teleopctl.nodes.joint_state_publisher import JointStatePublisher, read_desc
 from teleopctl.nodes.rviz2 import add_page_options, report_address
 
 _NAME = "joint_state_publisher_gui"
-# Launch files start the page beside this node, and call it by either name; it is there within
-# this time, in seconds.
+# Names of the viewer in launch files that start it together with this node, and the seconds within
+# which it is in the graph.
 _PAGES = ("rviz", "rviz2")
 _TIMEOUT_S = 3.0
 
@@ -33,7 +33,7 @@ def main(args: list[str] | None = None) -> int:
     """Run ``joint_state_publisher_gui`` until Ctrl-C, with a page of sliders unless a page runs.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
 
     Raises:
         TeleopctlError: The file cannot be read, a parameter is wrong or the page cannot be opened.
@@ -83,7 +83,7 @@ def _open(node: Node, options: argparse.Namespace) -> Node:
         options.port,
         options.token_file,
         panels=["joints"],
-        # The name that a launch file gives this node is not the page's.
+        # A launch file's name for this node must not rename the viewer.
         cli_args=["--ros-args", "-r", "__node:=rviz"],
     )
     node.get_logger().info(f"The sliders are at {address.url}")

@@ -16,16 +16,16 @@ class BroadcasterReplay:
     """Broadcasters of a recorded launch, run again in memory on the bag's joint states.
 
     Args:
-        urdf: The robot description.
-        parameters: Recorded parameters of all nodes, by the node's full name and the dotted name.
-        states_topic: Where the simulator publishes the states of the control ticks.
+        urdf: Robot description as URDF text.
+        parameters: Recorded parameters of all nodes, by full node name and parameter name.
+        states_topic: Topic on which the simulator publishes the states of the control ticks.
         period_ns: Time between two ticks, in nanoseconds.
         publish: Called with each topic, the simulated time in nanoseconds, and the message's CDR.
 
     Attributes:
         topics: Topics on which the broadcasters publish.
-        commanding: The controllers that claim commands and are not run, by their full names.
-        not_run: The nodes of these and of others that cannot be run, and why.
+        commanding: Full names of the controllers that claim command interfaces and are not run.
+        not_run: Reasons why nodes are not run, by full node name.
     """
 
     def __init__(
@@ -78,7 +78,7 @@ class BroadcasterReplay:
         stack = ControlStack(update_rate=rate_hz, parameters=own, last_only=True)
         stack.time_ns = 0
         stack.load_urdf(urdf)
-        # One component's states time the cycles; the others are read and written with it.
+        # The states of one component start the cycles, which read and write all components.
         hardware = [component.hardware for component in stack.resources.components.values()]
         cycling = next((each for each in hardware if each.drives_cycle), None)
         if cycling is None or self._states_topic not in stack.node.endpoints:
@@ -104,7 +104,8 @@ class BroadcasterReplay:
         """Activate a controller without command interfaces; otherwise return why it is not."""
         assert self._stack is not None
         stack, manager = self._stack, self._stack.manager
-        # Its rate counts from when it was activated, which is not recorded: it runs at each tick.
+        # The update rate counts from the activation, whose time is not recorded: the controller
+        # runs at each tick.
         without_rate = {key: each for key, each in parameters.items() if key != "update_rate"}
         stack.set_controller_parameters(name, without_rate)
         before = len(stack.log.lines)
@@ -124,5 +125,5 @@ class BroadcasterReplay:
 
 
 def _values(parameters: Mapping[str, object]) -> dict[str, AllowableParameterValue]:
-    # YAML has no other values than parameters have.
+    # YAML values have the types that parameters may have.
     return dict(parameters)  # type: ignore[arg-type]

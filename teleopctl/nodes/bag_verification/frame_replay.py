@@ -21,18 +21,18 @@ _DEFAULT_NAME = "/robot_state_publisher"
 class FrameReplay:
     """Replay of robot_state_publisher: computes a bag's ``/tf`` again from its joint states.
 
-    Which of the states it takes follows from the last ones that it took; of a state that it had no
-    room for nothing is sent.
+    As in the node, a state is due when the publish interval has passed since the last state that
+    was used. For a state without a recorded message, nothing is computed.
 
     Args:
-        urdf: The robot description.
-        parameters: Of all nodes, by full name and dotted name.
+        urdf: Robot description as URDF text.
+        parameters: Recorded parameters of all nodes, by full node name and parameter name.
 
     Attributes:
-        name: The node's full name.
-        states_topic: The joint states that it takes.
-        children: The names of the frames that move.
-        fixed: The transforms of those that stand still, with a stamp of zero, by their names.
+        name: Full name of the robot_state_publisher node.
+        states_topic: Topic of the joint states that the node subscribes to.
+        children: Names of the moving frames.
+        fixed: Transforms of the fixed frames, with zero stamps, by frame name.
     """
 
     def __init__(self, urdf: str, parameters: Mapping[str, Mapping[str, object]]) -> None:
@@ -62,9 +62,9 @@ class FrameReplay:
         """Compare a JointState's transforms with the recorded ``stream``; return CDR, or None.
 
         Args:
-            time_ns: The state's time, in nanoseconds.
+            time_ns: Time of the joint state, in nanoseconds.
             state: CDR of the joint state.
-            stream: What was recorded.
+            stream: Recorded messages of the node on ``/tf``.
         """
         is_due = (
             not self._last_ns
@@ -72,7 +72,7 @@ class FrameReplay:
             or time_ns - self._interval_ns >= self._last_ns
         )
         if not is_due:
-            # If it was recorded it remains in the stream, and is found to be too much.
+            # A recorded message of this time stays in the stream, and is reported as extra.
             return None
         if stream.at(time_ns) is None:
             if self._last_ns is not None and stream.begin_ns < time_ns < stream.end_ns:
@@ -95,11 +95,11 @@ def split_by_frames(
     """Return recorded ``/tf`` messages by publisher, given the frames of each in ``groups``.
 
     Args:
-        topic: What was recorded.
-        groups: Names of the frames of each publisher that is run again.
+        topic: Recorded messages of ``/tf``.
+        groups: Names of the frames of each replayed publisher, by its name.
 
     Returns:
-        The messages of each of them, and under an empty name those of others.
+        Messages by name of the publisher; those of other publishers have an empty name.
     """
     message_class = get_message(TF_TYPE)
     found: dict[str, list[Any]] = {name: [] for name in ("", *groups)}

@@ -28,14 +28,14 @@ from teleopctl.nodes.bag_verification.broadcaster_replay import BroadcasterRepla
 from teleopctl.nodes.bag_verification.frame_replay import TF_TYPE, FrameReplay, split_by_frames
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
-# The versions on which bits depend.
+# Libraries whose versions affect the bits of the messages.
 _LIBRARIES = ("mujoco", "numpy", "teleopctl")
 
 _SIMULATOR = "/mujoco_sim"
 _TF, _TF_STATIC = "/tf", "/tf_static"
 
 _BY_WALL_TIME = "depends on wall time"
-# By type, or by the package of it.
+# By message type, or by the type's package.
 _REASONS = {
     "rcl_interfaces": _BY_WALL_TIME,
     "diagnostic_msgs": _BY_WALL_TIME,
@@ -58,7 +58,7 @@ class Verification(NamedTuple):
     """Result of `verify_bag`: comparison of messages, other library versions, remarks.
 
     Attributes:
-        verdict: How the messages compare.
+        verdict: Comparison of the messages.
         other_versions: Libraries whose version has changed since the recording, with both versions.
         remarks: Other possible reasons for differences, one sentence each.
     """
@@ -78,23 +78,22 @@ def verify_bag(
 ) -> Verification:
     """Simulate a recorded bag again without a ROS graph; return how its messages compare.
 
-    The simulator runs with its recorded parameters, and takes the recorded commands at the
-    simulated times at which it took them; controllers that command nothing, and
-    robot_state_publisher, get its states. All of it is in this process, without a graph, and as
-    fast as the machine allows.
+    The simulator runs with its recorded parameters, and applies the recorded commands at their
+    recorded simulated times. Controllers without command interfaces and robot_state_publisher
+    receive its states. Everything runs in this process, as fast as the machine allows.
 
     Args:
-        path: The bag.
+        path: Path of the bag.
         tolerance: Largest allowed difference of two numbers; 0 for equal bits.
-        world: Another world than the recorded one; empty for none.
-        timestep_s: Another physics step than the recorded one, in seconds.
-        on_message: Called with the topic, its type, the simulated time in nanoseconds, and the CDR
-            of the recorded message and of the one of now.
+        world: World that replaces the recorded one; empty for no world.
+        timestep_s: Physics timestep that replaces the recorded one, in seconds.
+        on_message: Called with the topic, its type, the simulated time in nanoseconds, the CDR of
+            the recorded message and the CDR of the replayed message.
 
     Raises:
-        InvalidFileError: The bag has no whole run.
+        InvalidFileError: The bag does not hold a complete run.
         InvalidDescriptionError: The robot or the world cannot be simulated.
-        NotFoundError: The bag or the world is not there.
+        NotFoundError: The bag or the world does not exist.
     """
     with open_bag(path) as bag:
         session = read_session(bag)
@@ -115,12 +114,12 @@ def verify_bag(
 
 
 class _Run:
-    """A run that was recorded, and the same once more.
+    """Replay of a recorded run, with the comparison of its messages.
 
     Args:
-        session: The run as the bag has it.
-        parameters: Of the simulator.
-        tolerance: What two numbers may be apart.
+        session: Recorded run, as read from the bag.
+        parameters: Parameters of the simulator.
+        tolerance: Largest allowed difference of two numbers.
         on_message: See `verify_bag`.
     """
 
@@ -165,12 +164,12 @@ class _Run:
         """Store recorded topics and prepare the comparison; InvalidFileError without commands.
 
         Raises:
-            InvalidFileError: That is no whole run.
+            InvalidFileError: A controller commands joints, and no commands were recorded.
         """
         self._recorded = topics
         commands = topics.get(self._commands_topic)
         cycles = any(topics[name].messages for name in self._broadcasters.topics & set(topics))
-        # Where a cycle of controllers ran, it answered; before the first one nobody commands.
+        # Each cycle of the controllers sends commands; before the first cycle there are none.
         lacks = commands is None or (cycles and not commands.messages)
         if lacks and self._broadcasters.commanding:
             raise InvalidFileError(
@@ -233,8 +232,7 @@ class _Run:
         """Run the simulation again with the recorded commands, and compare all messages."""
         self._rerun.run(self._commands.by_time, self._end_ns, self._take_tick)
         if self._frames.states_topic not in self._broadcasters.topics:
-            # Nobody who is run again publishes the states that it took: those of the bag stand for
-            # them.
+            # No replayed publisher has these joint states, so the recorded ones are used.
             states = self._recorded.get(self._frames.states_topic)
             for state in states.messages if states else ():
                 self._take_frames(state.time_ns, state.data)
@@ -250,7 +248,7 @@ class _Run:
         self._close()
 
     def _publish(self, topic: str, time_ns: int, data: bytes) -> None:
-        """Take a message of the simulator."""
+        """Compare a message of the simulator, or store it if it is latched."""
         if topic == self._states_topic:
             self._broadcasters.update(time_ns, data)
         if topic == _TF:
@@ -273,7 +271,7 @@ class _Run:
                 self._on_message(_TF, TF_TYPE, time_ns, recorded.data, now)
 
     def _take_tick(self, time_ns: int) -> None:
-        """Look whether a tick has its command, and only one."""
+        """Check that a control tick has exactly one recorded command."""
         if (stream := self._command_stream) is not None and (recorded := stream.at(time_ns)):
             stream.take(time_ns, recorded.data)
         elif stream is not None:
@@ -284,7 +282,7 @@ class _Run:
             self._on_message(stream.topic, stream.type_name, time_ns, recorded.data, data)
 
     def _compare_fixed_frames(self) -> None:
-        """Compare the frames that stand still, but for their stamps: those are of the start."""
+        """Compare the fixed frames except for their stamps, which are times of the start."""
         topic = self._recorded.get(_TF_STATIC)
         if topic is None:
             return
@@ -307,7 +305,7 @@ class _Run:
                 bytes(serialize(message_class(transforms=[*self._frames.fixed.values()]))),
             )
         if self._frames_stream is not None and self._frames.fixed and not stream.compared:
-            # Who sends the frames that move sends these too.
+            # The publisher of the moving frames publishes the fixed frames too.
             stream.add(Difference(_TF_STATIC, 0, kind=DifferenceKind.MISSING))
         if others:
             self.verdict.not_compared[f"{_TF_STATIC}: {', '.join(sorted(others))}"] = _OTHERWISE
@@ -321,7 +319,7 @@ class _Run:
         commands = self._command_stream
         for stream in self.verdict.streams:
             if stream is commands:
-                # One cycle of the controllers makes both.
+                # One controller cycle publishes both the commands and the joint states.
                 stream.close(self._streams.get(self._frames.states_topic))
             elif stream.topic in self._broadcasters.topics:
                 stream.close(commands)
@@ -336,10 +334,11 @@ class _Run:
         self._say_not_compared()
 
     def _count(self) -> None:
-        """Look by the recorder's numbers for messages whose absence their times do not show.
+        """Find missing and repeated messages by the recorder's sequence numbers.
 
-        A latched message is sent again to those that come later, so that its topic has no times to
-        compare; and others may be missing before the first one that was recorded.
+        Their times do not show them all: a latched message is sent again to late subscribers, so
+        its topic has no times to compare, and messages may be missing before the first recorded
+        one.
         """
         for name, topic in self._recorded.items():
             streams = [stream for stream in self.verdict.streams if stream.topic == name]
@@ -412,7 +411,7 @@ def _is_below(topic: str, node: str) -> bool:
 
 
 def _rate_hz(topics: Mapping[str, RecordedTopic]) -> int:
-    """The rate of the control ticks, by the least time between two of them; 10 where none were."""
+    """Return the rate of the control ticks by their shortest interval; 10 without an interval."""
     found: Sequence[RecordedMessage] = topics[STATES_TOPIC].messages if topics else ()
     times_ns = sorted({each.time_ns for each in found})
     period_ns = min((b - a for a, b in itertools.pairwise(times_ns)), default=0)

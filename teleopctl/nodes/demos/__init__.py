@@ -1,7 +1,7 @@
 """Programs of ROS 2's tutorials, under the names of ROS 2's packages, written with rclpy.
 
-Those of ``demo_nodes_py``, ``action_tutorials_py`` and ``lifecycle_py``, and of ``demo_nodes_cpp``
-the ones that most tutorials start; they print what the programs of ROS 2 print.
+Included are the programs of ``demo_nodes_py``, ``action_tutorials_py`` and ``lifecycle_py``, and
+those of ``demo_nodes_cpp`` that most tutorials start. They print the same text as in ROS 2.
 """
 
 from __future__ import annotations
@@ -17,8 +17,8 @@ def run(make_node: Callable[[], Node], args: list[str] | None = None) -> None:
     """Create a node by ``make_node``, spin the node until Ctrl-C or a shutdown, and destroy it.
 
     Args:
-        make_node: The node's class, or a function that makes it.
-        args: Command line; None takes the process's.
+        make_node: Class of the node, or a function that returns the node.
+        args: Command line; None takes ``sys.argv``.
     """
     rclpy.init(args=args)
     node = make_node()

@@ -85,7 +85,7 @@ def fibonacci_action_client(args: list[str] | None = None) -> None:
         node.send_goal(_ORDER)
         rclpy.spin(node)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # the result is there, or Ctrl-C
+        pass  # the result was received, or Ctrl-C
     finally:
         node.destroy_node()
         rclpy.try_shutdown()

@@ -1,7 +1,8 @@
 """Demo of service introspection: a service and a client that publish what they exchange.
 
 ``ros2 param set /introspection_client client_configure_introspection contents`` (or ``metadata``)
-turns it on, likewise for the service; ``service echo /add_two_ints`` shows what is exchanged.
+enables introspection of the client, and ``/introspection_service service_configure_introspection``
+of the service; ``service echo /add_two_ints`` shows the events.
 """
 
 from __future__ import annotations

@@ -14,7 +14,7 @@ _PERIOD_S = 1.0
 class LifecycleTalker(Node):
     """Lifecycle node that publishes on ``lifecycle_chatter`` once a second while active.
 
-    What it publishes leaves it while it is active.
+    While the node is inactive, its lifecycle publisher drops the messages.
     """
 
     def __init__(self, node_name: str) -> None:

@@ -14,7 +14,7 @@ from rclpy.node import Node
 from std_msgs.msg import String
 
 _NAME = "LoggerServiceNode"
-# For the other node to log what it has received.
+# Time for the other node to log the received message.
 _PAUSE_S = 0.5
 _LONGEST_WAIT_S = 10.0
 
@@ -37,7 +37,7 @@ class LoggerServiceNode(Node):
 class TestNode(Node):
     """Node that sets the logger level of `LoggerServiceNode`, and publishes on ``output``."""
 
-    __test__ = False  # no class of tests
+    __test__ = False  # not a test class of pytest
 
     def __init__(self) -> None:
         super().__init__("TestNode")

@@ -67,10 +67,10 @@ class MatchedEventDetectNode(Node):
 
 
 class _MatchingNodes:
-    """Nodes that connect to it, one after the other.
+    """Nodes whose endpoints match those of `MatchedEventDetectNode`, one after the other.
 
     Args:
-        watched: Node that logs them.
+        watched: Node that logs the matches.
     """
 
     def __init__(self, watched: MatchedEventDetectNode) -> None:

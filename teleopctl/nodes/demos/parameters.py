@@ -86,7 +86,7 @@ def async_param_client(args: list[str] | None = None) -> None:
     """Run ``async_param_client``, which sets, reads and deletes parameters of a blackboard node.
 
     Raises:
-        RuntimeError: No blackboard runs.
+        RuntimeError: No node ``parameter_blackboard`` was found within 3 s.
     """
     rclpy.init(args=args)
     node = rclpy.create_node("async_param_client")
@@ -99,7 +99,7 @@ def async_param_client(args: list[str] | None = None) -> None:
             )
         _Steps(node, client).run()
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # Ctrl-C while nobody answers
+        pass  # Ctrl-C while waiting for a response
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
@@ -143,7 +143,7 @@ class _Steps:
             self._log_results([name], [result])
             self._say(f"        reason: {result.reason}")
 
-    # Any: the results of rcl_interfaces' services.
+    # Any: results of the services of rcl_interfaces.
     def _log_results(self, names: Sequence[str], results: Sequence[Any]) -> None:
         for name, result in zip(names, results, strict=True):
             self._say(f"    {name}:")
@@ -151,4 +151,4 @@ class _Steps:
 
     def _done(self, future: Future[Any]) -> Any:
         rclpy.spin_until_future_complete(self._node, future)
-        return future.result()  # raises what went wrong
+        return future.result()  # raises the exception of a failed call

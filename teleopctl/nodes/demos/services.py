@@ -21,7 +21,7 @@ class AddTwoIntsServer(Node):
     def __init__(self) -> None:
         super().__init__("add_two_ints_server")
         self._service = self.create_service(AddTwoInts, "add_two_ints", self._add)
-        # demo_nodes_cpp has it: end after the first request.
+        # Parameter of demo_nodes_cpp: exit after the first request.
         self._one_shot = bool(self.declare_parameter("one_shot", False).value)
 
     def _add(
@@ -65,7 +65,7 @@ def _run_client(args: list[str] | None, *, is_async: bool) -> None:
             rclpy.spin_until_future_complete(node, future)
         _log_result(node, future)
     except (KeyboardInterrupt, ExternalShutdownException):
-        pass  # Ctrl-C while nobody serves
+        pass  # Ctrl-C while waiting for the server
     finally:
         node.destroy_node()
         rclpy.try_shutdown()

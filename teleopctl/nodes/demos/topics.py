@@ -95,7 +95,7 @@ def _say_reliability(node: Node, qos: QoSProfile | int) -> None:
 def _spin_some(
     node_class: type[Talker] | type[Listener], name: str, cycles: str, args: list[str] | None
 ) -> None:
-    """Spin a node with the QoS of the command line, so many times."""
+    """Spin a node with the QoS of the command line for the number of cycles given there."""
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(prog=name)
     parser.add_argument("--reliable", action="store_true", help="set qos profile to reliable")

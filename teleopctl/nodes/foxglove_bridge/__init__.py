@@ -1,7 +1,7 @@
 """Executable ``foxglove_bridge``: the ROS graph for Foxglove, by the official SDK's server.
 
-Messages pass undecoded, as CDR with their definitions in ROS's own language. Names and parameters
-are those of ROS 2's foxglove_bridge, except that it listens on loopback by default.
+Messages are forwarded undecoded, as CDR with ROS message definitions. Names and parameters are
+those of ROS 2's foxglove_bridge, except that this bridge listens on loopback by default.
 """
 
 from __future__ import annotations
@@ -16,11 +16,11 @@ def main(args: list[str] | None = None) -> int:
     """Run the node ``foxglove_bridge`` until Ctrl-C, and return the exit status.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
 
     Raises:
-        MissingExtraError: The SDK is not installed.
-        TeleopctlError: A parameter is wrong, or nothing can listen at that address.
+        MissingExtraError: The Foxglove SDK is not installed.
+        TeleopctlError: A parameter is wrong, or the bridge cannot listen on its address.
     """
     with extra("foxglove", "foxglove"):
         import foxglove as foxglove

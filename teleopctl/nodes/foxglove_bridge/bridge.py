@@ -35,8 +35,8 @@ class AssetReader:
     """Callable that returns the file of an asset URI (mesh, texture) if an allowlist has the URI.
 
     Args:
-        settings: Which URIs clients may request.
-        logger: Logs refused and missing files.
+        settings: Settings with the allowlist of asset URIs.
+        logger: Logger for refused and missing files.
     """
 
     def __init__(self, settings: BridgeSettings, logger: RcutilsLogger) -> None:
@@ -44,8 +44,8 @@ class AssetReader:
         self._logger = logger
 
     def __call__(self, uri: str) -> bytes | None:
-        """The bytes of a file; None where there is none for clients."""
-        # Two dots would lead out of the package, also where they are written as %2e%2e.
+        """Return the bytes of the file; None if the URI is not allowed or the file not readable."""
+        # Two dots, also written as %2e%2e, could lead out of the package.
         if ".." in unquote(uri) or not allows(self._settings.assets, uri):
             self._logger.warning(f"Asset URI not allowed: {uri}")
             return None
@@ -59,7 +59,7 @@ class AssetReader:
         return None
 
 
-# The graph's changes come in bursts; clients are notified of them together, at this period.
+# Graph changes arrive in bursts; clients are notified of them together, at this period.
 _UPDATE_PERIOD_S = 0.25
 
 
@@ -67,7 +67,7 @@ class FoxgloveBridge(Node):
     """Node ``foxglove_bridge``, which serves the ROS graph to Foxglove over a WebSocket.
 
     Raises:
-        TeleopctlError: A parameter is wrong, or nothing can listen at that address.
+        TeleopctlError: A parameter is wrong, or the bridge cannot listen on its address.
     """
 
     def __init__(self) -> None:
@@ -76,8 +76,8 @@ class FoxgloveBridge(Node):
         self._settings = settings = BridgeSettings(self)
         context = Context()
         self._channels = Channels(self, settings, context)
-        # What the server's threads hand over to the executor: they must not wait for it, nor may
-        # they call the server back.
+        # Tasks that the server's threads pass to the executor: these threads must neither wait for
+        # the executor nor call the server.
         self._tasks: queue.SimpleQueue[Callable[[], object]] = queue.SimpleQueue()
         self._work = self.create_guard_condition(self._run_tasks)
         self._graph_changed, self._connections_wanted = True, False
@@ -265,7 +265,7 @@ class _Listener(ServerListener):
 def _open_server(
     node: FoxgloveBridge, settings: BridgeSettings, context: Context, listener: _Listener
 ) -> tuple[WebSocketServer, tuple[str, int]]:
-    """Start the SDK's server where only the gate reaches it; returns it and its address."""
+    """Start the SDK's server on loopback; return the server and its address and port."""
     failure: Exception | None = None
     for host in inner_addresses():
         try:

@@ -28,7 +28,7 @@ _LONGEST_LEARNING_S = 2.0
 
 
 class _Open:
-    """A channel, its clients, and the ROS subscription while there are any."""
+    """A channel, its clients, and the ROS subscription while the channel has clients."""
 
     def __init__(self, channel: Channel, topic: str, type_name: str) -> None:
         self.channel = channel
@@ -42,9 +42,9 @@ class Channels:
     """Foxglove channels, one per ROS topic and type; only for the executor's thread.
 
     Args:
-        node: Subscribes.
-        settings: Which topics there are for clients.
-        context: The server's.
+        node: Node that subscribes to the topics.
+        settings: Settings with the allowed topics and QoS limits.
+        context: Foxglove context of the server.
     """
 
     def __init__(self, node: Node, settings: BridgeSettings, context: Context) -> None:
@@ -76,8 +76,8 @@ class Channels:
         if entry is None:
             return
         if entry.clients and entry.subscription and entry.subscription.qos_profile.is_latched:
-            # The topic's latest messages are for the new client: a new subscription sends them to
-            # all, since the SDK does not give the number that addresses a single client.
+            # The new client needs the latched messages. A new subscription sends them to all
+            # clients, since the SDK does not expose the ID that addresses a single client.
             self._stop(entry)
         entry.clients.add(client_id)
         if entry.subscription is None:
@@ -107,7 +107,7 @@ class Channels:
         self._by_id[channel.id()] = entry
 
     def _schema(self, graph: Graph, topic: str, type_name: str) -> Schema | None:
-        """The definition; None, which clients show as raw bytes, where it is not known."""
+        """Return a type's definition; None if unknown: clients then show raw bytes."""
         try:
             add_type_from_graph(self._node, type_name, graph, _LONGEST_LEARNING_S)
             text = complete_definition_text(type_name)

@@ -28,8 +28,8 @@ class ClientTopics:
     """ROS publishers for the channels that Foxglove clients advertise; thread-safe.
 
     Args:
-        node: Publishes.
-        settings: Which topics clients may publish.
+        node: Node that publishes the messages.
+        settings: Settings with the topics that clients may publish.
     """
 
     def __init__(self, node: Node, settings: BridgeSettings) -> None:
@@ -42,7 +42,8 @@ class ClientTopics:
         """Create a ROS publisher for a channel that a Foxglove client advertises; raise if refused.
 
         Raises:
-            TeleopctlError: It may not, or its type or its encoding is not known.
+            TeleopctlError: The client may not publish the topic, or the channel's type or encoding
+                is unknown.
         """
         if not allows(self._settings.client_topics, channel.topic):
             raise RefusedError(f"clients may not publish '{channel.topic}'")
@@ -70,12 +71,12 @@ class ClientTopics:
         """Publish a message (CDR or JSON) that a Foxglove client sent on an advertised channel.
 
         Raises:
-            TeleopctlError: It is no message of the type that was announced.
+            TeleopctlError: The data is not a message of the channel's type.
         """
         with self._lock:
             advertised = self._advertised.get((client_id, channel_id))
         if advertised is None:
-            return  # it was refused, and has got the error
+            return  # the channel was refused, and the client has received the error
         if advertised.is_json:
             text = data.decode(errors="replace")
             advertised.publisher.publish(message_from_yaml(advertised.message_class, text))

@@ -1,12 +1,12 @@
 """Access check in front of the Foxglove SDK's server, which does not check origins or tokens.
 
-The SDK shows no handshake and listens on TCP only. So the gate is what listens at the bridge's
-address: it reads the head of a request, has `teleopctl.base.access` decide, and from then on passes
-bytes on between the client and the SDK's server, without looking at them.
+The SDK does not expose the handshake and listens on TCP only. So the gate listens on the bridge's
+address, reads the head of each request, checks it with `teleopctl.base.access`, and then relays
+bytes between the client and the SDK's server without parsing them.
 
-The SDK's own port must not be a second way in. On Linux a filter in the kernel lets through only
-what comes from the gate's own connections, whatever user or page it is that tries. Elsewhere the
-port is at an address that no page can name or guess; see `inner_addresses`.
+The SDK's own port must not bypass the gate. On Linux a socket filter in the kernel accepts packets
+from the gate's own connections only, and drops those of other users and of web pages. On other
+systems the port is on an address that no page can name or guess; see `inner_addresses`.
 """
 
 from __future__ import annotations
@@ -31,27 +31,27 @@ from teleopctl.errors import UnavailableError
 if TYPE_CHECKING:
     from websockets.http11 import Request
 
-# A browser's head is 1 kB; cookies of other programs on the host may add some.
+# In bytes: a browser's request head is 1 kB; cookies of other programs on the host may add to it.
 _LONGEST_HEAD = 32 * 1024
 _HEAD_WITHIN_S = 10.0
 _MOST_HANDSHAKES = 200
-# In bytes: a picture, so that a slow client is sent what is new. The SDK drops what is older.
+# In bytes: about one image, so that a slow client receives new messages. The SDK drops older ones.
 _CHUNK = 256 * 1024
 # Linux: asm-generic/socket.h and linux/filter.h.
 _SO_ATTACH_FILTER = 26
 _LOAD_SOURCE_PORT = (0x28, 0, 0, 0)  # BPF_LD | BPF_H | BPF_ABS: a TCP header begins with it
 _DROP, _KEEP = (0x06, 0, 0, 0), (0x06, 0, 0, 0xFFFFFFFF)  # BPF_RET
 _JUMP_IF_EQUAL = 0x15  # BPF_JMP | BPF_JEQ
-# A filter has 4096 instructions at most, and its jumps go 255 of them far.
+# A filter has at most 4096 instructions, and a jump skips at most 255 of them.
 _MOST_CLIENTS = 250
 
 
 def inner_addresses() -> Iterator[str]:
     """Yield loopback addresses for the Foxglove SDK's server, the hardest for web pages first.
 
-    Pages in a browser can connect to any port of 127.0.0.1. On Linux and Windows each of the 16
-    million addresses of 127.0.0.0/8 is this machine; on macOS only one is, but the link-local one
-    of the loopback device has a zone, which the address of a page or a websocket cannot have.
+    Pages in a browser can connect to any port of 127.0.0.1. On Linux and Windows all 16 million
+    addresses of 127.0.0.0/8 are this machine. On macOS only 127.0.0.1 is, but the link-local
+    address of the loopback device has a zone, which a URL in a browser cannot contain.
     """
     if sys.platform == "darwin":
         with contextlib.suppress(OSError):
@@ -65,19 +65,19 @@ class Gate:
     """TCP listener that checks each Foxglove client's access, then relays to the SDK's server.
 
     Args:
-        access: Decides on requests.
-        host: The address to listen on.
-        port: The port; any for 0.
-        inner: Address and port of the SDK's server, as `inner_addresses` gave them.
-        tls: The certificate, where connections are encrypted.
-        on_refused: Called in the gate's thread with what an answer says to a client that is
-            turned away.
+        access: Access check of the requests.
+        host: Address to listen on.
+        port: Port to listen on; 0 for any free one.
+        inner: Address, from `inner_addresses`, and port of the SDK's server.
+        tls: TLS context with the certificate; None for unencrypted connections.
+        on_refused: Called in the gate's thread with the text of the answer, when a client is
+            refused with status 403.
 
     Attributes:
-        port: The port that it listens on.
+        port: Port that the gate listens on.
 
     Raises:
-        UnavailableError: Nothing can listen there.
+        UnavailableError: The gate cannot listen on the address and port.
     """
 
     def __init__(
@@ -133,8 +133,8 @@ class _Relay(asyncio.Protocol):
     """One side of a forwarded connection; received bytes go to the other side.
 
     Attributes:
-        transport: Its own side.
-        other: The other one, once there is one.
+        transport: Transport of this side.
+        other: Other side of the connection; None before it is connected.
     """
 
     transport: asyncio.Transport
@@ -158,7 +158,7 @@ class _Relay(asyncio.Protocol):
             self.other.transport.resume_reading()
 
     def connection_lost(self, error: Exception | None) -> None:
-        del error  # a client that is gone is nothing special
+        del error  # disconnected clients are normal
         if self.other is not None:
             self.other.transport.close()
 
@@ -167,7 +167,7 @@ class _Client(_Relay):
     """Connection of a client: its request is checked, then forwarded.
 
     Args:
-        gate: What it comes to.
+        gate: Gate that accepted the connection.
     """
 
     def __init__(self, gate: Gate) -> None:
@@ -191,8 +191,8 @@ class _Client(_Relay):
             super().data_received(data)
             return
         self._head += data
-        # A request whose head is cut in small pieces is looked through again and again: so it is
-        # bounded, in length and in time.
+        # A head that arrives in small pieces is searched again for each piece, so its length and
+        # its time are limited.
         if b"\r\n\r\n" not in self._head and len(self._head) <= _LONGEST_HEAD:
             return
         head, self._head = bytes(self._head), None
@@ -237,7 +237,7 @@ class _Client(_Relay):
         self.transport.close()
 
     async def _lead(self, head: bytes) -> None:
-        """Connect the client to the SDK's server, which is given the request."""
+        """Connect the client to the SDK's server, and forward the request to it."""
         inner = _ServerSide(self._gate.inner)
         inner.other = self
         try:
@@ -276,8 +276,8 @@ class _SdkPort:
     """The port of the SDK's server, to which only the gate can connect.
 
     Args:
-        host: Where the SDK's server listens.
-        port: Its port.
+        host: Address on which the SDK's server listens.
+        port: Port of the SDK's server.
     """
 
     def __init__(self, host: str, port: int) -> None:
@@ -286,7 +286,7 @@ class _SdkPort:
         )[0]
         self._listener = _listener_at(port) if sys.platform == "linux" else None
         if self._listener is not None:
-            # Accepted connections inherit it.
+            # Accepted connections inherit the buffer size.
             self._listener.setsockopt(socket.SOL_SOCKET, socket.SO_SNDBUF, _CHUNK)
         self._ports: set[int] = set()
         self._admit()
@@ -295,7 +295,7 @@ class _SdkPort:
         """Connect ``protocol`` to the SDK's server, from a port that the kernel filter admits.
 
         Raises:
-            OSError: It cannot be reached, or has too many clients.
+            OSError: The server cannot be reached, or the gate has too many clients.
         """
         if len(self._ports) >= _MOST_CLIENTS:
             raise ConnectionRefusedError
@@ -323,7 +323,7 @@ class _SdkPort:
         """Remove a closed connection's local port from those that the kernel filter admits.
 
         Args:
-            local_address: Its own address and port.
+            local_address: Local address and port of the closed connection.
         """
         self._ports.discard(local_address[1])
         self._admit()
@@ -336,8 +336,8 @@ class _SdkPort:
     def _admit(self) -> None:
         """Make the kernel drop packets that do not come from our own connections' ports.
 
-        A port belongs to one connection while that lasts, so that no other process can use it.
-        What an accepted connection lets through is decided when it is made.
+        While a connection is open, no other process can use its port. An accepted connection keeps
+        the filter that was set when it was accepted.
         """
         if self._listener is None:
             return
@@ -355,10 +355,10 @@ class _SdkPort:
 
 
 def _listener_at(port: int) -> socket.socket:
-    """Return our handle of the socket that the SDK listens with, which it does not give away.
+    """Return a duplicate of the SDK's listening socket, which the SDK does not expose.
 
     Raises:
-        UnavailableError: There is none.
+        UnavailableError: No open file of this process is that socket.
     """
     for name in os.listdir("/proc/self/fd"):  # noqa: PTH208 -- numbers, not files
         with contextlib.suppress(OSError):

@@ -31,8 +31,8 @@ class RemoteParameters:
     """Access of Foxglove clients to the parameters of all nodes; used on the server's threads.
 
     Args:
-        node: Calls the other nodes' services.
-        settings: Which parameters there are for clients.
+        node: Node that calls the parameter services of other nodes.
+        settings: Settings with the parameters that clients may access.
     """
 
     def __init__(self, node: Node, settings: BridgeSettings) -> None:

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
     from teleopctl.wire import Graph
 
-# Seconds until a client gets the error that no service server answers; a thread waits for it.
+# Seconds until a client receives the error that the service does not respond; a thread waits.
 _LONGEST_CALL_S = 30.0
 _LONGEST_LEARNING_S = 2.0
 
@@ -26,9 +26,9 @@ class RemoteServices:
     """Services of the ROS graph, offered to Foxglove clients, whose calls are forwarded.
 
     Args:
-        node: Calls.
-        settings: Which services there are for clients.
-        server: Offers them.
+        node: Node that calls the services.
+        settings: Settings with the services that clients may call.
+        server: Foxglove server that offers the services.
     """
 
     def __init__(self, node: Node, settings: BridgeSettings, server: WebSocketServer) -> None:
@@ -81,12 +81,12 @@ class RemoteServices:
         return ServiceSchema(type_name, request=request, response=response)
 
     def _call(self, request: ServiceRequest) -> bytes:
-        """Answer a client, on a thread of the server's; errors are sent to the client."""
+        """Forward a client's call, on a thread of the server; errors are sent to the client."""
         if request.encoding != "cdr":
             raise UnsupportedError(f"Requests are written as cdr, not as '{request.encoding}'")
         client = self._client(request.service_name)
         message_class = client.srv_type.Request
-        # Without fields, ROS 2 sends a byte that Foxglove's definitions do not know of.
+        # For a type without fields, ROS 2 sends a byte that Foxglove's definition does not have.
         is_empty = not message_class.get_fields_and_field_types()
         message = message_class() if is_empty else deserialize(request.payload, message_class)
         response = client.call_async(message).wait_for_response(_LONGEST_CALL_S)
@@ -97,7 +97,8 @@ class RemoteServices:
         return bytes(serialize(response))
 
     def _client(self, name: str) -> Client[Any, Any]:
-        # Made when first called: each is in the graph, and most services are never called.
+        # Created on the first call: each client is in the graph, and most services are never
+        # called.
         with self._lock:
             if name not in self._clients:
                 service_class = get_service(self._types[name])

@@ -35,7 +35,7 @@ _ASSETS = (
 _ANY = [".*"]
 _NONE = ["(?!)"]
 _HIGHEST_PORT = 65_535
-# Foxglove's web app, and its app for the desktop, whose pages are files of Electron.
+# Foxglove's web app, and its desktop app, whose pages are files of Electron.
 _ORIGINS = ("https://app.foxglove.dev", FILE_ORIGIN)
 
 
@@ -43,10 +43,10 @@ class BridgeSettings:
     """Values of the Foxglove bridge's parameters, read once at the start.
 
     Args:
-        node: Declares the parameters.
+        node: Node that declares the parameters.
 
     Raises:
-        InvalidParameterError: A value makes no sense.
+        InvalidParameterError: The value of a parameter is invalid.
     """
 
     def __init__(self, node: Node) -> None:
@@ -96,7 +96,7 @@ class BridgeSettings:
         """Capabilities that the Foxglove server announces to its clients."""
         from foxglove.websocket import Capability
 
-        # The SDK adds `assets` itself where there is somebody to ask for them.
+        # The SDK adds `assets` itself when the server has an asset handler.
         by_name = {
             "clientPublish": Capability.ClientPublish,
             "connectionGraph": Capability.ConnectionGraph,
@@ -152,7 +152,7 @@ class BridgeSettings:
             ) from error
 
     def _token_file(self) -> Path | None:
-        """The file of the token, which is needed beyond loopback."""
+        """Return the file of the access token; None on loopback, where no token is required."""
         named = str(
             self._declare("token_file", "", "File of the access token that clients must present")
         )

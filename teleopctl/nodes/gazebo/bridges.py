@@ -1,13 +1,13 @@
 """Executables ``parameter_bridge``, ``bridge_node`` and ``image_bridge``, as Gazebo's bridges.
 
-Gazebo has messages of its own, which these programs of ROS 2 translate. The simulator here speaks
-ROS 2 itself, so that a topic with one name on both sides needs no bridge. One that has another name
-in ROS, by the file or by a remapping, is passed on under it. Gazebo has one type for velocities
-with a stamp and without: its bases, and so the simulator's, take those without.
+Gazebo has messages of its own, which these programs translate in ROS 2. teleopctl's simulator uses
+ROS 2 messages, so a topic with the same name on both sides needs no bridge. A topic whose file or
+remapping gives another name in ROS is republished under that name. Gazebo has one type for
+velocities with and without a stamp; its bases, and so the simulator's, subscribe to those without.
 
-A word of the command line is ``/topic@ros_type@gz_type``, with ``[`` in place of the second ``@``
-for Gazebo to ROS alone and ``]`` for the other way. A file is a list of mappings, whose topics may
-have one name in ROS and another in Gazebo.
+An argument of the command line is ``/topic@ros_type@gz_type``, with ``[`` in place of the second
+``@`` for Gazebo to ROS only and ``]`` for ROS to Gazebo only. A file is a list of mappings, whose
+topics may have different names in ROS and in Gazebo.
 """
 
 from __future__ import annotations
@@ -36,7 +36,7 @@ from teleopctl.robot import ros_topic
 
 _WORD: Final = re.compile(r"([^@]+)@([^@\[\]]+)([@\[\]])([^@\[\]]+)")
 _SERVICE: Final = re.compile(r"([^@]+)@([^@\[\]]+/srv/[^@\[\]]+)(@[^@]+@[^@]+)?")
-# What Gazebo calls the topics of a sensor that has no `<topic>`, and what the simulator here does.
+# Gazebo's topic names of a sensor without `<topic>`, and below the names in teleopctl's simulator.
 _OF_SENSOR: Final = re.compile(r"/world/[^/]+/model/.+/link/[^/]+/sensor/(?P<sensor>[^/]+)/(.+)")
 _ALONE: Final = frozenset(
     ["air_pressure", "altimeter", "contact", "forcetorque", "imu", "magnetometer", "navsat", "scan"]
@@ -53,9 +53,9 @@ class Bridge(NamedTuple):
     """A topic to bridge between Gazebo and ROS, with both names and the direction.
 
     Attributes:
-        ros_topic: Its name in ROS, before remapping.
-        gz_topic: Its name in Gazebo.
-        ros_type: Its type in ROS.
+        ros_topic: Name of the topic in ROS, before remapping.
+        gz_topic: Name of the topic in Gazebo.
+        ros_type: Type of the topic in ROS.
         direction: ``GZ_TO_ROS``, ``ROS_TO_GZ`` or ``BIDIRECTIONAL``.
     """
 
@@ -68,7 +68,7 @@ class Bridge(NamedTuple):
 def simulated_topics(gz_topic: str) -> tuple[str, ...]:
     """Return the names that teleopctl's simulator may use for a Gazebo topic.
 
-    The only camera of a robot has another name than one of several.
+    The topics of a robot's only camera are named differently from those of several cameras.
     """
     found = _OF_SENSOR.fullmatch(gz_topic)
     if found is None:
@@ -82,10 +82,10 @@ def parse_bridge_arguments(arguments: Sequence[str]) -> tuple[list[Bridge], list
     """Parse ``parameter_bridge``'s arguments; return a list of bridges and service names.
 
     Returns:
-        The topics, and the names of services.
+        Topics to bridge, and names of services.
 
     Raises:
-        UsageError: A word names neither.
+        UsageError: An argument names neither a topic nor a service.
     """
     bridges: list[Bridge] = []
     services: list[str] = []
@@ -107,7 +107,8 @@ def read_bridge_file(path: Path) -> tuple[list[Bridge], list[str]]:
     """Read a configuration file of ros_gz_bridge; return a list of bridges and error messages.
 
     Returns:
-        The topics, and what is wrong with the file, which bridges the rest, as the real one does.
+        Topics to bridge, and error messages of the invalid entries, which are skipped as in
+        ros_gz_bridge.
     """
     from teleopctl.base import ros_yaml
 
@@ -148,7 +149,7 @@ def _entry_bridge(entry: object) -> Bridge:
 
 _TWIST, _STAMPED = "geometry_msgs/msg/Twist", "geometry_msgs/msg/TwistStamped"
 _IMAGE = "sensor_msgs/msg/Image"
-# As deep as the real ones' queues.
+# Queue depth of ros_gz_bridge.
 _DEPTH = 10
 
 
@@ -156,7 +157,7 @@ def parameter_bridge() -> int:
     """Run ``parameter_bridge`` until Ctrl-C: republish topics whose ROS and Gazebo names differ.
 
     Raises:
-        UsageError: A word of the command line is no topic.
+        UsageError: An argument names neither a topic nor a service.
     """
     bridges, services = parse_bridge_arguments(parse_ros_arguments(sys.argv[1:]).program)
     with _bridging("ros_gz_bridge") as (node, simulators):
@@ -189,7 +190,7 @@ def image_bridge() -> int:
     """Run ``image_bridge`` until Ctrl-C: republish images whose ROS and Gazebo names differ.
 
     Raises:
-        UsageError: There is no topic on the command line.
+        UsageError: The command line names no topic.
     """
     topics = parse_ros_arguments(sys.argv[1:]).program
     if not topics:
@@ -203,7 +204,7 @@ def image_bridge() -> int:
 
 @contextlib.contextmanager
 def _bridging(name: str) -> Iterator[tuple[Node, Node]]:
-    """The node on ROS's side, with its remappings, and the one on the simulator's, without."""
+    """Yield a node for ROS, with remappings, and a node for the simulator, without remappings."""
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(),
@@ -214,7 +215,7 @@ def _bridging(name: str) -> Iterator[tuple[Node, Node]]:
 
 
 def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
-    """Pass on the topics that have two names, and name those that need it not."""
+    """Republish the topics that have two names, and log those that need no bridge."""
     same: list[str] = []
     for bridge in bridges:
         ros = node.resolve_topic_name(bridge.ros_topic)
@@ -250,7 +251,7 @@ def _bridge(node: Node, simulators: Node, bridges: list[Bridge]) -> None:
 class _Side:
     """A topic on one of the two sides of a bridge.
 
-    Of a bridge in both directions, what is published here is received here, and goes no further.
+    In a bidirectional bridge, messages that this side published are received again and dropped.
     """
 
     def __init__(self, node: Node, topic: str, message: type[Any]) -> None:
