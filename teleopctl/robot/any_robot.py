@@ -89,7 +89,7 @@ def with_absolute_mesh_paths(urdf: str, folder: Path) -> str:
 
 
 def controller_parameter_files(description: RobotDescription) -> list[str]:
-    """Return the paths of controller parameter files in a description, as written there.
+    """Return the ``<parameters>`` paths of Gazebo's ros2_control plug-ins in a description.
 
     The paths are the ``<parameters>`` of Gazebo's ros2_control plug-in.
     """
@@ -97,7 +97,7 @@ def controller_parameter_files(description: RobotDescription) -> list[str]:
 
 
 def controller_namespace(description: RobotDescription) -> str:
-    """Return the namespace of a description's controller manager, such as ``/arm``.
+    """Return the namespace of a description's controller manager, such as ``/arm``, or "".
 
     Read from ``<namespace>`` of Gazebo's ros2_control plug-in; empty for none or the root.
     """
@@ -109,7 +109,7 @@ def controller_namespace(description: RobotDescription) -> str:
 
 
 def controller_remappings(description: RobotDescription) -> list[str]:
-    """Return the remappings for a description's controllers, as ``from:=to``.
+    """Return the ``<remapping>`` texts of Gazebo's ros2_control plug-ins, as ``from:=to``.
 
     Read from the ``<remapping>`` elements of Gazebo's ros2_control plug-in.
     """
@@ -131,7 +131,7 @@ def _plugin_parameters(description: RobotDescription, parameter: str) -> list[st
 def default_controllers(
     description: RobotDescription, plugins: MotionPlugins | None = None
 ) -> dict[str, Any]:
-    """Return parameters of default controllers that move every joint of ``<ros2_control>``.
+    """Return parameters, by node name, of a controller manager and default controllers for a robot.
 
     Joints with a position interface get a joint trajectory controller, the others a group
     controller for velocities or efforts.

@@ -62,7 +62,7 @@ class RobotDescription:
 
     @cached_property
     def child_joints(self) -> Mapping[str, tuple[Joint, ...]]:
-        """Joints whose parent is a link, by link."""
+        """Joints that each link is the parent of, by link name."""
         found: dict[str, list[Joint]] = {name: [] for name in self.links}
         for joint in self.joints.values():
             found[joint.parent].append(joint)
@@ -70,7 +70,7 @@ class RobotDescription:
 
     @cached_property
     def tree(self) -> tuple[Joint, ...]:
-        """All joints, each before the joints of its child link."""
+        """All joints, breadth first from the root link: parents before children."""
         order: list[Joint] = []
         pending = [self.root]
         while pending:
@@ -91,7 +91,7 @@ class RobotDescription:
         return read_components(_parse_robot(self.urdf), self.joints)
 
     def require_ros2_control(self) -> tuple[HardwareInfo, ...]:
-        """Return the hardware components; raise if there are none.
+        """Return the hardware components of ``<ros2_control>``; raise if there are none.
 
         Raises:
             InvalidDescriptionError: When there is no hardware component, or a tag is wrong.
@@ -113,7 +113,7 @@ class RobotDescription:
 
     @property
     def transmissions(self) -> tuple[TransmissionInfo, ...]:
-        """Transmissions of all hardware components."""
+        """``<transmission>`` tags of all ``<ros2_control>`` hardware components."""
         return tuple(found for part in self.ros2_control for found in part.transmissions)
 
     @cached_property

@@ -35,23 +35,23 @@ class XmlElement(Protocol):
     sourceline: int | None
 
     def get(self, key: str) -> str | None:
-        """Return the value of an attribute, or None."""
+        """Return the value of an attribute of the element, or None."""
         ...
 
     def find(self, path: str) -> "XmlElement | None":
-        """Return the first child that matches, or None."""
+        """Return the first child element that matches a tag path, or None."""
         ...
 
     def findall(self, path: str) -> "list[XmlElement]":
-        """Return every child that matches."""
+        """Return every child element that matches a tag path."""
         ...
 
     def set(self, key: str, value: str) -> None:
-        """Set an attribute."""
+        """Set an attribute of the element."""
         ...
 
     def remove(self, element: "XmlElement") -> None:
-        """Remove a child."""
+        """Remove a child element."""
         ...
 
     def __iter__(self) -> "Iterator[XmlElement]": ...
@@ -126,7 +126,7 @@ def line_of(number: int | None) -> str:
 
 
 def required(element: XmlElement, attribute: str) -> str:
-    """Return a required attribute.
+    """Return the value of an element's attribute; raise if it is missing or empty.
 
     Raises:
         InvalidDescriptionError: When the attribute is missing or empty.
@@ -149,7 +149,7 @@ def child_text(element: XmlElement, tag: str, default: str = "") -> str:
 
 
 def to_number(text: str) -> float | None:
-    """Return a text as a float, with infinity and without NaN; None for other texts."""
+    """Return a text as a float, infinity included; None for NaN and texts that are no number."""
     try:
         value = float(text)
     except ValueError:
@@ -161,7 +161,7 @@ def to_number(text: str) -> float | None:
 def number(
     element: XmlElement, attribute: str, default: float | None = None, *, finite: bool = True
 ) -> float:
-    """Return an attribute as a number.
+    """Return an attribute as a number; raise if invalid, or if missing without a default.
 
     Args:
         element: Element with the attribute.
@@ -185,7 +185,7 @@ def number(
 
 
 def numbers(element: XmlElement, attribute: str, count: int) -> tuple[float, ...]:
-    """Return an attribute with ``count`` finite numbers.
+    """Return an attribute as exactly ``count`` finite numbers; raise if missing or invalid.
 
     Raises:
         InvalidDescriptionError: When the attribute is missing or is not ``count`` finite numbers.
@@ -205,7 +205,7 @@ def numbers(element: XmlElement, attribute: str, count: int) -> tuple[float, ...
 
 
 def vector(element: XmlElement, attribute: str, default: Vector3 | None = None) -> Vector3:
-    """Return an attribute as three numbers.
+    """Return an attribute as three finite numbers; raise if invalid, or missing without a default.
 
     Raises:
         InvalidDescriptionError: When the attribute is required and missing, or is not three finite
@@ -218,7 +218,7 @@ def vector(element: XmlElement, attribute: str, default: Vector3 | None = None) 
 
 
 def boolean(text: str, where: str) -> bool:
-    """Parse ``true`` or ``false`` in any case.
+    """Return the text ``true`` or ``false``, in any case, as a bool; raise for other texts.
 
     Raises:
         InvalidDescriptionError: When the text is anything else.

@@ -41,7 +41,7 @@ _GAZEBO_COLOURS = {
 
 
 def gazebo_colour(material: str) -> tuple[float, float, float] | None:
-    """Return the colour (0 to 1) of a Gazebo material such as ``Gazebo/Orange``."""
+    """Return the RGB colour (0 to 1) of a Gazebo material such as ``Gazebo/Orange``, or None."""
     return _GAZEBO_COLOURS.get(material.rpartition("/")[2].lower())
 
 

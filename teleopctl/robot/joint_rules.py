@@ -66,12 +66,12 @@ class JointLimits:
 
     @property
     def rest(self) -> float:
-        """Resting position of the joint; see `rest_within`."""
+        """Resting position: 0 if allowed, else the middle of the range or the only finite limit."""
         return rest_within(self.lower, self.upper)
 
     @property
     def mechanical(self) -> JointLimits:
-        """The limits of the mechanism, without those of control."""
+        """Copy with the URDF's own position and velocity limits, not soft or control limits."""
         lower, upper = self.stops
         return replace(self, lower=lower, upper=upper, velocity=self.top_speed, lines={})
 
@@ -82,7 +82,7 @@ UNLIMITED = JointLimits()
 def clamped_command_text(
     joint: str, interface: str, command: float, clamped: float, limits: JointLimits, by: str
 ) -> str:
-    """Return a log warning that a command was clamped, ``by`` the named kind of limit.
+    """Return a warning text about a clamped command; ``by`` names the limit, such as velocity.
 
     Args:
         joint: Name of the joint.
@@ -105,7 +105,7 @@ def clamped_command_text(
 
 
 def rest_within(lower: float, upper: float) -> float:
-    """Return the resting position in a joint's range: 0, or the middle (else the finite end)."""
+    """Return the resting position in a range: 0 if inside, else the middle or only finite limit."""
     if lower <= 0.0 <= upper:
         return 0.0
     if math.isinf(lower) or math.isinf(upper):
@@ -224,7 +224,7 @@ def _smallest(*values: float | None) -> float:
 def mimic_in_control(
     joint: Joint, enabled: bool | None, parameters: Mapping[str, str], warnings: list[str]
 ) -> Mimic | None:
-    """Return a joint's mimic relation for ros2_control: the URDF's, or by its parameters.
+    """Return a joint's mimic relation in ros2_control, from URDF or parameters; None if disabled.
 
     Args:
         joint: Joint of the URDF.

@@ -181,7 +181,7 @@ class FreeJoint:
     rising: bool = True
 
     def advance(self, step: float) -> None:
-        """Move the position by a step, back and forth between the limits."""
+        """Move the position by a step, and reverse the direction of motion at a limit."""
         position = self.position + (step if self.rising else -step)
         if position >= self.maximum:
             position, self.rising = self.maximum, False
@@ -228,13 +228,13 @@ class JointSet:
         }
 
     def positions(self) -> list[float]:
-        """Return the position of each joint of ``names``."""
+        """Return the positions of all joints, mimic joints included, in the order of ``names``."""
         free = {name: joint.position for name, joint in self.free.items()}
         complete = self._joints.positions(free)
         return [complete[name] for name in self.names]
 
     def derivatives(self, quantity: str) -> list[float]:
-        """Return ``velocity`` or ``effort`` of each joint of ``names``."""
+        """Return ``velocity`` or ``effort`` of all joints, mimic joints too, as in ``names``."""
         return [self._derivative(name, quantity) for name in self.names]
 
     def update(
@@ -259,7 +259,7 @@ class JointSet:
                     setattr(self.free[name], attribute, float(value))
 
     def advance(self, step: float) -> None:
-        """Move every independent joint by a step, back and forth between its limits."""
+        """Move each independent joint by a step, and reverse its direction at a limit."""
         for joint in self.free.values():
             joint.advance(step)
 

@@ -74,7 +74,7 @@ class SegmentTree:
         return [segment.joint for segment in self._moving.values()]
 
     def transforms(self, positions: Mapping[str, float]) -> list[tuple[Joint, Transform]]:
-        """Return the transform of each joint with a known position, from parent to child link.
+        """Return pairs of joint and transform, parent to child link, where a position is known.
 
         Args:
             positions: Positions by joint, rad or m. Mimic joints are added, unknown names ignored.

@@ -53,7 +53,7 @@ class MeshFileResolver(Resolver):
         self.faults: dict[str, str] = {}
 
     def get(self, key: str) -> bytes:
-        """Return the content of a file that the mesh names; called by trimesh.
+        """Return the content of a file that the mesh names, for trimesh; raise if it is unusable.
 
         Raises:
             FileNotFoundError: The file cannot be read; trimesh then continues without it.
@@ -94,7 +94,7 @@ class MeshFileResolver(Resolver):
 
 
 def check_picture(content: bytes) -> None:
-    """Check a texture's size by its file header, before it is decoded; raise if too large.
+    """Check by its header that a file is an image of allowed size, before decoding; else raise.
 
     Raises:
         ValueError: The content is not a picture, or has too many pixels.

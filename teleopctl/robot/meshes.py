@@ -54,7 +54,7 @@ Faces = npt.NDArray[np.uint32]
 
 
 class InvalidMeshError(TeleopctlError):
-    """Error: a mesh file cannot be read, or is rejected."""
+    """Raised when a mesh file cannot be read or is rejected."""
 
 
 class LoadedMesh(NamedTuple):

@@ -25,7 +25,7 @@ _KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf",
 
 
 def model_kind(path: Path | str) -> ModelKind:
-    """Return a robot file's format, URDF, SDF or MJCF, by its root element.
+    """Return a robot file's format by its root element: "sdf", "mjcf", else "urdf", also for xacro.
 
     An unreadable file, or one with another root, counts as URDF, whose reader reports the fault.
     """
@@ -51,7 +51,7 @@ def read_model(
     safe: bool | None = None,
     places: bool = False,
 ) -> ExpandedXacro:
-    """Read a robot file of any format; return URDF text, and the files that it includes.
+    """Read a robot file of any format; return URDF text and all files read as `ExpandedXacro`.
 
     Args:
         path: Path of the file: URDF, xacro, SDF or MJCF.

@@ -34,7 +34,7 @@ _PARTS: dict[str, Callable[[XmlElement], object]] = {
 
 
 def repair_urdf(robot: XmlElement) -> list[str]:
-    """Repair a ``<robot>`` element in place where urdfdom would accept it; return the repairs.
+    """Repair a ``<robot>`` in place where urdfdom would accept it; return sentences on the repairs.
 
     Returns:
         One sentence for each kind of repair, with its lines.

@@ -51,12 +51,12 @@ class RosNames:
 
     @property
     def has_plugin(self) -> bool:
-        """Whether a ``gazebo_ros`` plug-in publishes the sensor."""
+        """Whether a ``gazebo_ros`` plug-in publishes the sensor's data."""
         return self._plugin is not None
 
     @property
     def topic_decides(self) -> bool:
-        """Whether ``<topic>`` names the topic, as in new Gazebo.
+        """Whether the sensor's ``<topic>`` names its ROS topic, instead of its plug-in.
 
         True without a ``gazebo_ros`` plug-in, or with a ``<topic>`` and a plug-in without a
         ``<ros>`` element, which is meant for ROS 1.
@@ -68,11 +68,11 @@ class RosNames:
 
     @property
     def plugin_file(self) -> str:
-        """File of the sensor's ROS plug-in; empty if there is none."""
+        """File name of the sensor's ``gazebo_ros`` plug-in; empty if there is none."""
         return "" if self._plugin is None else self._plugin.filename
 
     def setting(self, *paths: str) -> str:
-        """Return the first text in the plug-in at one of some paths; empty for none."""
+        """Return the first text that the ROS plug-in has at given parameter paths; else empty."""
         texts = () if self._plugin is None else map(self._plugin.parameter, paths)
         return next(filter(None, texts), "")
 
@@ -82,7 +82,7 @@ class RosNames:
         return "" if target is None else self._within(target)
 
     def of_plugin(self, name: str) -> str:
-        """Return the ROS topic of a plug-in's name ``~/out``: remapped, else in its namespace."""
+        """Return the ROS name of a plug-in's topic such as ``~/out``, remapped or namespaced."""
         return self.remapped(name) or self._within(name)
 
     def _full(self, name: str) -> str:

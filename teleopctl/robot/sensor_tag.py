@@ -66,7 +66,7 @@ class Lens:
 
 
 def read_lens(element: XmlElement | None, horizontal_fov: float, where: XmlElement) -> Lens | None:
-    """Return the lens of a wide angle camera's ``<lens>``; None if the projection is a pinhole.
+    """Return the lens of a wide angle camera's ``<lens>``; None for a pinhole projection.
 
     Args:
         element: ``<lens>`` tag; None for SDF's default lens.
@@ -143,7 +143,7 @@ class PluginTag:
         return "ros2_control" in self.filename
 
     def parameter(self, path: str, default: str = "") -> str:
-        """Return the plug-in parameter at a path as text, or the default."""
+        """Return the first text of the plug-in's parameter at a path, or the default."""
         return self.parameters.get(path, (default,))[0]
 
 
@@ -243,7 +243,7 @@ class RaySweep:
 
     @property
     def step(self) -> float:
-        """Angle between two neighbouring rays, in radians."""
+        """Angle between two neighbouring rays, in radians; 0 for a single ray."""
         return (self.last - self.first) / (self.count - 1) if self.count > 1 else 0.0
 
 
@@ -338,7 +338,7 @@ def read_sensor(element: XmlElement, link: str) -> SensorTag:
 
 
 def sensor_of_plugin(plugin: PluginTag, children: Mapping[str, str]) -> SensorTag | None:
-    """Return the sensor that Gazebo classic's robot-wide force-torque plug-in stands for.
+    """Return the sensor of a Gazebo Classic force-torque plug-in; None for other plug-ins.
 
     Args:
         plugin: Plug-in of the robot.
@@ -503,7 +503,7 @@ def _read_pose(element: XmlElement) -> Pose:
 def number_in(
     element: XmlElement | None, tag: str, default: Default, *, finite: bool = True
 ) -> float | Default:
-    """Return the number in a child element, from its text or its attribute ``value``.
+    """Return the number in a child's text or ``value``; the default if the child is missing.
 
     Args:
         element: Parent element, or None.
@@ -535,7 +535,7 @@ def _required_number(element: XmlElement, tag: str) -> float:
 
 
 def flag(element: XmlElement, text: str) -> bool:
-    """Parse ``true``, ``false``, ``1`` or ``0``.
+    """Return the text ``true``, ``false``, ``1`` or ``0`` as a bool; raise for other texts.
 
     Raises:
         InvalidDescriptionError: When the text is anything else.

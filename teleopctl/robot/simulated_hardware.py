@@ -45,7 +45,7 @@ _NO_MASS, _NO_MOMENT = "1e-9", "1e-12"
 def split_planar_joints(
     robot: etree._Element, joints: Mapping[str, Joint]
 ) -> tuple[list[str], list[str]]:
-    """Replace each planar joint of a ``<robot>`` by two prismatic joints and a continuous one.
+    """Split planar joints into two prismatic and one continuous; return new names and remarks.
 
     Args:
         robot: Root element of the URDF, which is changed.
@@ -178,7 +178,7 @@ def simulated(urdf: str) -> SimulatedDescription:
 
 
 def with_plugin_joints(urdf: str) -> str:
-    """Return a URDF with ``<ros2_control>`` joints added that Gazebo plug-ins move.
+    """Return a URDF with the ``<ros2_control>`` interfaces that Gazebo plug-ins command added.
 
     Args:
         urdf: Expanded description; returned unchanged if no joint is missing.
@@ -232,7 +232,7 @@ def _plain_commands(systems: list[etree._Element]) -> list[str]:
 
 
 def usual_command(kind: str) -> str:
-    """Return the command interface that a joint gets by default, by its URDF type."""
+    """Return the default command of a URDF joint type: position, or velocity if continuous."""
     return "velocity" if kind == "continuous" else "position"
 
 

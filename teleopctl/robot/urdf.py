@@ -31,7 +31,7 @@ UNLIMITED = "{http://sdformat.org/schemas/root.xsd}unlimited"
 
 @dataclass(frozen=True, slots=True)
 class Pose:
-    """Pose of a frame in another frame."""
+    """Pose of a frame in another frame: ``xyz`` in metres, ``rpy`` in radians."""
 
     xyz: Vector3 = _ZERO
     rpy: Vector3 = _ZERO
@@ -146,7 +146,7 @@ class Limit:
 
 @dataclass(frozen=True, slots=True)
 class Mimic:
-    """A joint that follows another: position = multiplier · other + offset."""
+    """Relation of a joint to a leading ``joint``: position = multiplier · leader's + offset."""
 
     joint: str
     multiplier: float = 1.0
@@ -155,7 +155,7 @@ class Mimic:
 
 @dataclass(frozen=True, slots=True)
 class Dynamics:
-    """Viscous damping and dry friction, in N m s/rad and N m (prismatic: N s/m and N)."""
+    """Joint damping and dry friction, in N m s/rad and N m (prismatic: N s/m and N)."""
 
     damping: float = 0.0
     friction: float = 0.0
@@ -193,12 +193,12 @@ class Joint:
 
     @property
     def is_single_axis(self) -> bool:
-        """Whether the joint's position is one number."""
+        """Whether the joint is revolute, continuous or prismatic: its position is one number."""
         return self.type in ("revolute", "continuous", "prismatic")
 
 
 def read_links(robot: XmlElement) -> dict[str, Link]:
-    """Read every ``<link>`` of a ``<robot>``, in the order of the file.
+    """Return every ``<link>`` of a ``<robot>`` by name, in the order of the file.
 
     Raises:
         InvalidDescriptionError: When a link is incomplete or two links have the same name.
@@ -223,7 +223,7 @@ def read_links(robot: XmlElement) -> dict[str, Link]:
 
 
 def read_joints(robot: XmlElement) -> dict[str, Joint]:
-    """Read every ``<joint>`` of a ``<robot>``, in the order of the file.
+    """Return every ``<joint>`` of a ``<robot>`` by name, in the order of the file.
 
     Raises:
         InvalidDescriptionError: When a joint is incomplete or two joints have the same name.
@@ -348,7 +348,7 @@ def read_inertial(element: XmlElement) -> Inertial:
 
 
 def read_visual(element: XmlElement, materials: dict[str, Material]) -> Visual:
-    """Return a ``<visual>`` element of a URDF as a `Visual`.
+    """Return a ``<visual>`` of a URDF as a `Visual`; add a new material to `materials`.
 
     Args:
         element: ``<visual>`` element.

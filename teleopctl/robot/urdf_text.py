@@ -44,7 +44,7 @@ def pose_text(place: Transform) -> str:
 
 
 def topic_name(name: str) -> str:
-    """Return a name as a valid topic name: other characters become underscores."""
+    """Return a name as a valid relative topic name: other characters become underscores."""
     parts = (re.sub(r"\W", "_", part, flags=re.ASCII) for part in name.split("/") if part)
     return "/".join(f"_{part}" if part[0].isdigit() else part for part in parts)
 

@@ -38,7 +38,7 @@ _XACRO = b"http://www.ros.org/wiki/xacro"
 
 @dataclass(frozen=True)
 class World:
-    """World file that was read: a scene, or one model's description.
+    """World file that was read: an SDF or YAML scene, a URDF description, or MJCF, not parsed.
 
     Attributes:
         path: Path of the file.
@@ -96,7 +96,7 @@ def is_world(path: Path) -> bool:
 
 
 def read_world(path: Path) -> World:
-    """Read a world file, YAML or SDF; return it as a `World`.
+    """Read a world file (YAML, SDF, URDF, xacro or MJCF); return it as a `World`.
 
     Args:
         path: Path of the file: world YAML by its suffix; URDF, xacro, SDF or MJCF by its root
@@ -128,7 +128,7 @@ def read_world(path: Path) -> World:
 
 
 def read_world_text(text: str, where: str) -> World:
-    """Read a world's text, YAML or SDF; return it as a `World`.
+    """Read a world's text (YAML, SDF, URDF or MJCF); return it as a `World`.
 
     Args:
         text: URDF, SDF, MJCF or world YAML.
