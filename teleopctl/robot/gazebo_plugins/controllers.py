@@ -43,7 +43,7 @@ DIFF_DRIVE_TAGS = words(
 
 
 def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
-    """Convert ``libgazebo_ros_diff_drive.so``, also of ROS 1, to a ``diff_drive_controller``.
+    """Return a ``diff_drive_controller`` in place of ``libgazebo_ros_diff_drive.so`` (or ROS 1's).
 
     Raises:
         InvalidDescriptionError: The tags do not describe a valid base.
@@ -86,7 +86,7 @@ def classic_diff_drive(plugin: PluginReader) -> PluginEffect:
 
 
 def diff_drive(plugin: PluginReader) -> PluginEffect:
-    """Convert ``gz-sim-diff-drive-system`` to a ``diff_drive_controller``.
+    """Return a ``diff_drive_controller`` in place of ``gz-sim-diff-drive-system``.
 
     Raises:
         InvalidDescriptionError: The tags do not describe a valid base.
@@ -221,14 +221,14 @@ ACKERMANN_TAGS = _BASE_TAGS | words(
 
 
 def joint_states(plugin: PluginReader) -> PluginEffect:
-    """Convert ``libgazebo_ros_joint_state_publisher.so`` to a ``joint_state_broadcaster``."""
+    """Return a ``joint_state_broadcaster`` for ``libgazebo_ros_joint_state_publisher.so``."""
     # The broadcaster publishes all joints, not only those of the tags.
     plugin.joints("joint_name")
     return _broadcaster(plugin, plugin.topic("joint_states"))
 
 
 def gz_joint_states(plugin: PluginReader) -> PluginEffect:
-    """Convert ``gz-sim-joint-state-publisher-system`` to a ``joint_state_broadcaster``."""
+    """Return a ``joint_state_broadcaster`` for ``gz-sim-joint-state-publisher-system``."""
     # The broadcaster publishes all joints, as in `joint_states`.
     plugin.joints("joint_name")
     own = f"world/default/model/{plugin.robot}/joint_state"
@@ -242,12 +242,12 @@ def _broadcaster(plugin: PluginReader, topic: str) -> PluginEffect:
 
 
 def joint_pose_trajectory(plugin: PluginReader) -> PluginEffect:
-    """Convert ``libgazebo_ros_joint_pose_trajectory.so`` to a ``joint_trajectory_controller``."""
+    """Return a ``joint_trajectory_controller`` for ``libgazebo_ros_joint_pose_trajectory.so``."""
     return _trajectories(plugin, plugin.free_joints(), plugin.topic("set_joint_trajectory"))
 
 
 def gz_joint_trajectory(plugin: PluginReader) -> PluginEffect:
-    """Convert ``gz-sim-joint-trajectory-controller-system``, without gains, to ros2_control's."""
+    """Return ``gz-sim-joint-trajectory-controller-system`` as a ``joint_trajectory_controller``."""
     joints = plugin.joints("joint_name") or plugin.free_joints()
     return _trajectories(plugin, joints, plugin.gz_topic("topic", "joint_trajectory"))
 
@@ -272,7 +272,7 @@ def _trajectories(plugin: PluginReader, joints: list[str], topic: str) -> Plugin
 
 
 def mecanum(plugin: PluginReader) -> PluginEffect:
-    """Convert ``gz-sim-mecanum-drive-system`` to a ``mecanum_drive_controller``.
+    """Return a ``mecanum_drive_controller`` in place of ``gz-sim-mecanum-drive-system``.
 
     Raises:
         InvalidDescriptionError: A joint tag is missing or given more than once.
@@ -297,7 +297,7 @@ def mecanum(plugin: PluginReader) -> PluginEffect:
 
 
 def ackermann(plugin: PluginReader) -> PluginEffect:
-    """Convert ``gz-sim-ackermann-steering-system`` to an ``ackermann_steering_controller``.
+    """Return an ``ackermann_steering_controller`` in place of ``gz-sim-ackermann-steering-system``.
 
     Raises:
         InvalidDescriptionError: A joint tag is missing or given more than once.

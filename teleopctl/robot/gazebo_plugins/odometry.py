@@ -32,7 +32,7 @@ ODOMETRY_TAGS = words(
 
 
 def planar_variance(plugin: PluginReader) -> tuple[float, ...]:
-    """Return the covariance diagonal for odometry from a Gazebo Classic plug-in for a base."""
+    """Return the six covariance diagonal values of a Gazebo Classic drive plug-in's odometry."""
     x, y, yaw = (
         plugin.number(f"covariance_{name}", default=value)
         for name, value in (("x", 1e-5), ("y", 1e-5), ("yaw", 1e-3))
@@ -41,7 +41,7 @@ def planar_variance(plugin: PluginReader) -> tuple[float, ...]:
 
 
 def classic_odometry(plugin: PluginReader, rate_hz: float, *, default: bool) -> GroundTruth | None:
-    """Return the odometry of a Gazebo Classic plug-in that drives a base; None if it has none.
+    """Return a Gazebo Classic drive plug-in's odometry; None if it publishes none.
 
     Args:
         plugin: Reader of the plug-in.
@@ -67,7 +67,7 @@ def classic_odometry(plugin: PluginReader, rate_hz: float, *, default: bool) -> 
 
 
 def planar_move(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``libgazebo_ros_planar_move.so``."""
+    """Return velocity topic and odometry in place of ``libgazebo_ros_planar_move.so``."""
     rate = plugin.number("publish_rate", "odometry_rate", "odometryRate", default=_PLANAR_RATE_HZ)
     truth = classic_odometry(plugin, rate, default=True)
     command = plugin.topic(plugin.text("command_topic", "commandTopic", default="cmd_vel"))
@@ -77,7 +77,7 @@ def planar_move(plugin: PluginReader) -> PluginEffect:
 
 
 def p3d(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``libgazebo_ros_p3d.so``.
+    """Return the true odometry of a link in place of ``libgazebo_ros_p3d.so``.
 
     Raises:
         InvalidDescriptionError: The plug-in names no link, or a link that does not exist.
@@ -107,7 +107,7 @@ def p3d(plugin: PluginReader) -> PluginEffect:
 
 
 def odometry_publisher(plugin: PluginReader) -> PluginEffect:
-    """Return the equivalent of ``gz-sim-odometry-publisher-system``.
+    """Return true odometry of the root link in place of ``gz-sim-odometry-publisher-system``.
 
     Raises:
         InvalidDescriptionError: A tag cannot be read.

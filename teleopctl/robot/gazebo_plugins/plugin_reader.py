@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class PluginController:
-    """A controller that replaces a Gazebo plug-in.
+    """Controller that replaces a Gazebo plug-in: type, parameters, remappings and joints.
 
     Attributes:
         name: Name of the controller: the name of the plug-in.
@@ -144,16 +144,16 @@ class PluginReader:
         self._namespace = plugin.parameter("ros/namespace").strip("/")
 
     def text(self, *tags: str, default: str = "") -> str:
-        """Return the text of the first of these tags that exists."""
+        """Return the plug-in's first text among the given tags, or a default."""
         return next((text for tag in tags if (text := self._plugin.parameter(tag))), default)
 
     def number(self, *tags: str, default: float = math.nan) -> float:
-        """Return the number in the first of these tags that exists."""
+        """Return the plug-in's first number among the given tags, or a default."""
         values = self.numbers(*tags)
         return values[0] if values else default
 
     def numbers(self, *tags: str) -> list[float]:
-        """Return the numbers in these tags.
+        """Return the plug-in's numbers in all given tags; raise if a text is no number.
 
         Raises:
             InvalidDescriptionError: A value is not a number.
@@ -168,14 +168,14 @@ class PluginReader:
         return values
 
     def flag(self, *tags: str, default: bool) -> bool:
-        """Return the truth value in the first of these tags that exists."""
+        """Return the plug-in's first truth value among the given tags, or a default."""
         text = self.text(*tags)
         if not text:
             return default
         return text == "1" if text in ("0", "1") else boolean(text, f"<{tags[0]}>")
 
     def joints(self, *tags: str) -> list[str]:
-        """Return the joints named in these tags.
+        """Return the joint names in all given tags of the plug-in; raise for an unknown joint.
 
         Raises:
             InvalidDescriptionError: The robot has no such joint.
@@ -187,7 +187,7 @@ class PluginReader:
         return names
 
     def free_joints(self) -> list[str]:
-        """Return the revolute and prismatic joints that mimic no other joint."""
+        """Return the names of the robot's revolute and prismatic joints without ``<mimic>``."""
         return [
             name
             for name, joint in self._description.joints.items()
@@ -195,7 +195,7 @@ class PluginReader:
         ]
 
     def link(self, *tags: str) -> str:
-        """Return the link named in the first of these tags.
+        """Return the link name in the plug-in's first given tag; raise if missing or unknown.
 
         Raises:
             InvalidDescriptionError: The robot has no such link.
@@ -208,7 +208,7 @@ class PluginReader:
         return name
 
     def vector(self, *tags: str) -> Vector3:
-        """Return the three numbers in the first of these tags that exists, else zeros.
+        """Return three numbers of the plug-in's first given tag that exists, else zeros.
 
         Raises:
             InvalidDescriptionError: The tag does not have three numbers.
@@ -239,7 +239,7 @@ class PluginReader:
         return f"/{self._namespace}/{name}" if self._namespace else f"/{name}"
 
     def gz_topic(self, tag: str, own: str) -> str:
-        """Return a Gazebo topic: that of a tag, else the default below the model's name.
+        """Return the topic in a tag, or the default ``/model/ROBOT/OWN`` with ``own`` at the end.
 
         Args:
             tag: Tag with the topic.

@@ -70,7 +70,7 @@ class MotionPlugins(NamedTuple):
 
     # Any: parameters have one of nine types.
     def as_parameters(self, manager: str = "controller_manager") -> dict[str, Any]:
-        """Return the content of a parameter file for the controllers.
+        """Return a parameter file's content for the controller manager and the controllers.
 
         Args:
             manager: Node name of the controller manager, in any namespace.
@@ -92,7 +92,7 @@ class MotionPlugins(NamedTuple):
 
     @property
     def commands(self) -> dict[str, str]:
-        """Command interface of each joint that plug-ins move."""
+        """Command interface of each joint that the plug-ins' controllers move, by joint name."""
         return {name: kind for one in self.controllers for name, kind in one.joints.items()}
 
     @property
@@ -117,7 +117,7 @@ def tags_of_plugin(filename: str) -> frozenset[str] | None:
 
 
 def motion_plugins(description: RobotDescription) -> MotionPlugins:
-    """Return the equivalents of a description's Gazebo plug-ins; faulty ones are left out.
+    """Return the equivalents of a description's supported Gazebo plug-ins, without faulty ones.
 
     Args:
         description: Description of the robot.

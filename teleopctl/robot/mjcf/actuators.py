@@ -77,7 +77,7 @@ def equality_mimics(model: Any) -> dict[str, Mimic]:
 
 
 def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
-    """Return the MJCF actuators that can be command interfaces of joints.
+    """Return MJCF actuators that can be command interfaces, and sentences about the others.
 
     Returns:
         At most one actuator for each interface of a joint, and a sentence about each other actuator

@@ -41,7 +41,7 @@ _READ_BY_ALL = (".stl", ".obj")
 
 
 def add_shapes(link: etree._Element, mjcf: Mjcf, body: int) -> list[str]:
-    """Add the visual and collision geometry of a MuJoCo body to its URDF link.
+    """Add a MuJoCo body's geometry to its URDF link; return sentences on geoms left out.
 
     Returns:
         A sentence for each geom that URDF cannot express.
@@ -151,7 +151,7 @@ _NOWHERE = Transform()
 
 
 def mjcf_as_urdf(path: Path) -> ExpandedXacro:
-    """Convert an MJCF file to URDF text; return the text, and the files that were read.
+    """Convert an MJCF file to URDF; return text and files read as an `ExpandedXacro`.
 
     Raises:
         InvalidDescriptionError: See `load_mjcf`.

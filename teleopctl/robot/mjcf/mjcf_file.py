@@ -45,7 +45,7 @@ class Mjcf:
 
     @property
     def root(self) -> str:
-        """Name of the root link: that of the only free body, else the world."""
+        """Name of the root link: the robot's only top-level body if it is free, else ``world``."""
         if len(self.tops) == 1 and free_joint(self.model, self.tops[0]) is not None:
             return str(self.model.body(self.tops[0]).name)
         return WORLD
@@ -56,7 +56,7 @@ class Mjcf:
         return [body for body in range(1, m.nbody) if int(m.body_rootid[body]) in self.tops]
 
     def place(self, body: int) -> tuple[str, Transform] | None:
-        """Return the URDF link that carries a body, and the body's pose in that link's frame.
+        """Return a body's URDF link and pose in that link; None for moving bodies of no robot.
 
         A body of the robot is a link itself; any other static body is fixed to the world. None for
         a moving body that is not part of the robot.
@@ -89,7 +89,7 @@ class Mjcf:
 
 
 def load_mjcf(path: Path) -> Mjcf:
-    """Read and compile an MJCF file with its includes.
+    """Read and compile an MJCF file with its includes; return it as an `Mjcf`, or raise.
 
     Raises:
         InvalidDescriptionError: MuJoCo rejects the file or would need too much memory for it, or

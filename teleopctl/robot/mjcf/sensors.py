@@ -29,7 +29,7 @@ _COLOURS = int(mujoco.mjtCamOutBit.mjCAMOUT_RGB)
 
 
 def camera_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
-    """Return the fixed perspective cameras of an MJCF file as URDF ``<sensor>`` tags.
+    """Return tags of an MJCF file's fixed perspective cameras, and sentences about the others.
 
     Returns:
         A ``<gazebo>`` element for each camera, and a sentence for each camera that is left out.
@@ -163,7 +163,7 @@ _Z_FORWARD = Transform(rotation=quaternion_from_rpy(0.0, -math.pi / 2.0, 0.0))
 
 
 def sensor_tags(mjcf: Mjcf) -> tuple[list[etree._Element], list[str]]:
-    """Return the cameras and sensors of an MJCF file as URDF ``<sensor>`` tags.
+    """Return URDF tags of an MJCF file's cameras and sensors, and sentences about those left out.
 
     Returns:
         URDF elements for cameras, sensors and the links of their frames, and a sentence for each

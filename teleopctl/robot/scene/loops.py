@@ -46,7 +46,7 @@ class Loop:
 
     @property
     def anchors(self) -> list[Vector3]:
-        """Return the points of the child link that the joint holds fixed in the parent link.
+        """Points of the child link that the joint holds fixed in the parent link: none, 1 or 2.
 
         A hinge has two points, on its axis; a fixed joint has none.
         """
@@ -65,7 +65,7 @@ class Loop:
 def tree_and_loops(
     joints: Iterable[SceneJoint], bodies: Iterable[str]
 ) -> tuple[list[SceneJoint], list[SceneJoint]]:
-    """Divide a model's joints into a tree and the joints that close loops in the tree.
+    """Divide a model's joints into those of a tree and those that close loops; return both lists.
 
     Ball joints close loops rather than belong to the tree, where possible. A joint whose child is
     reached before its parent is reversed, with its axis, so that its position is the same.
@@ -117,7 +117,7 @@ def _reversed(joint: SceneJoint) -> SceneJoint:
 
 
 def loops_path(loop: Loop, joints: Mapping[str, tuple[str, str]]) -> list[str]:
-    """Return the tree's joints between the two links of a loop, from the root outward.
+    """Return the names of the tree's joints between the links of a loop, from the root outward.
 
     Args:
         loop: Joint that closes the loop.
@@ -138,7 +138,7 @@ def loops_path(loop: Loop, joints: Mapping[str, tuple[str, str]]) -> list[str]:
 
 
 def loop_of(joint: SceneJoint, child: Transform) -> Loop | None:
-    """Return an SDF joint as a loop-closing joint; None for a prismatic one, which cannot be.
+    """Return an SDF joint as a `Loop`, which closes a loop; None for a prismatic joint.
 
     Args:
         joint: Joint of the SDF file.
@@ -156,7 +156,7 @@ def loop_of(joint: SceneJoint, child: Transform) -> Loop | None:
 
 # Any, here and below: lxml elements, whose class has no types.
 def add_loop(robot: Any, loop: Loop) -> None:
-    """Write a loop-closing joint into a URDF's ``<gazebo>`` element, for `read_loops`."""
+    """Add a ``<gazebo>`` element with a loop-closing joint to a URDF, for `read_loops`."""
     holder = etree.SubElement(robot, "gazebo")
     joint = etree.SubElement(holder, "joint", name=loop.name, type=loop.kind)
     etree.SubElement(joint, "parent").text = loop.parent
@@ -168,7 +168,7 @@ def add_loop(robot: Any, loop: Loop) -> None:
 
 
 def read_loops(gazebo: Any) -> list[Loop]:
-    """Return the loop-closing joints that `add_loop` wrote into a ``<gazebo>`` element.
+    """Return the joints of a ``<gazebo>`` element, which close loops; raise for invalid ones.
 
     Raises:
         InvalidDescriptionError: A joint has no name or links, an invalid pose or axis, or a type

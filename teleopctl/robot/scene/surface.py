@@ -37,7 +37,7 @@ class Surface:
 
     @property
     def values(self) -> list[float]:
-        """Return the contact properties as numbers, in the order of the attributes."""
+        """Contact properties as numbers, in the order of the attributes."""
         return list(asdict(self).values())
 
 
@@ -67,7 +67,7 @@ def expressed_in(element: Any) -> str:
 
 
 def read_surface(number: Callable[[str, float], float]) -> Surface | None:
-    """Read an SDF ``<surface>`` element; return None if all values are defaults.
+    """Return the `Surface` that the function `number` reads; None if all values are defaults.
 
     Args:
         number: Function called with a path below ``<surface>`` and a default; returns the number at

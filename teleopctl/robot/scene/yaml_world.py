@@ -74,7 +74,7 @@ class YamlEntry:
         return InvalidDescriptionError(f"{self.path}:{line}: {self.name} {words}")
 
     def entries(self, known: Iterable[str] | None = None) -> dict[str, YamlEntry]:
-        """Return the entries of a mapping by key; raise for unknown keys.
+        """Return a mapping's entries by key; raise for keys outside `known`, if that is given.
 
         Raises:
             InvalidDescriptionError: The value is no mapping, or has an unknown or repeated key.
@@ -111,7 +111,7 @@ class YamlEntry:
         ]
 
     def text(self) -> str:
-        """Return the value as text; raise if it is none.
+        """Return the value as text; raise if it is no string or empty.
 
         Raises:
             InvalidDescriptionError: The value is no text, or empty.
@@ -121,7 +121,7 @@ class YamlEntry:
         return self.value
 
     def flag(self) -> bool:
-        """Return the value as true or false; raise if it is neither.
+        """Return the value as a bool; raise if it is neither true nor false.
 
         Raises:
             InvalidDescriptionError: The value is neither.
@@ -131,7 +131,7 @@ class YamlEntry:
         return self.value
 
     def number(self, *, positive: bool = False) -> float:
-        """Return the value as a finite number; raise if it is none.
+        """Return the value as a finite float; raise if it is no number.
 
         Raises:
             InvalidDescriptionError: The value is no finite number, or not positive as required.
@@ -144,7 +144,7 @@ class YamlEntry:
         return float(value)
 
     def numbers(self, *counts: int, positive: bool = False) -> tuple[float, ...]:
-        """Return the value as a list of finite numbers, of one of the allowed lengths.
+        """Return a list of finite numbers as a tuple; raise if its length is not a given one.
 
         Raises:
             InvalidDescriptionError: The length is not allowed, or an item is no valid number.

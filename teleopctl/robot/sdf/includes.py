@@ -66,7 +66,7 @@ def find_file(uri: str, folder: Path) -> Path:
 
 
 def model_file(path: Path) -> Path:
-    """Return the newest SDF file that a model folder's ``model.config`` names.
+    """Return a model folder's newest SDF file by ``model.config``; a file's path unchanged.
 
     Raises:
         NotFoundError: The folder has no SDF file.
@@ -92,7 +92,7 @@ def model_file(path: Path) -> Path:
 
 
 def gazebo_models(uri: str = "") -> list[Path]:
-    """Return the model files in a folder, or in all folders on Gazebo's search paths.
+    """Return the SDF files of the models in a folder, or in all of Gazebo's search folders.
 
     Args:
         uri: Folder; empty for Gazebo's environment variables and ``~/.gazebo/models``.

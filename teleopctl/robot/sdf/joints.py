@@ -70,7 +70,7 @@ class SdfJoints:
     between: list[SceneBody] = field(default_factory=list)
 
     def read(self, element: Any, links: Container[str]) -> None:
-        """Return the joints of a ``<model>`` element, except gearboxes.
+        """Append the joints of a ``<model>`` element, except gearboxes, to ``joints``.
 
         Args:
             element: ``<model>`` element.

@@ -88,7 +88,7 @@ class SdfReader:
         )
 
     def parse_file(self, path: Path) -> tuple[Any, SdfFile]:
-        """Parse an SDF file; return its root element and its reader.
+        """Parse an SDF file; return its root element and its `SdfFile`.
 
         Raises:
             InvalidDescriptionError: The file cannot be read, or is no SDF.

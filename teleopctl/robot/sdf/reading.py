@@ -59,7 +59,7 @@ class SdfFrames:
         self._placed[name] = _Placed(relative, pose, element)
 
     def add_model(self, model: SceneModel, element: Any, prefix: str) -> None:
-        """Add the frames of a nested model, with its name as prefix.
+        """Add a nested model's frame and the frames in the model, these with a prefix.
 
         Args:
             model: Nested model.
@@ -141,7 +141,7 @@ class Remarks:
         self.own.setdefault(path, {}).setdefault(tag, []).append(line)
 
     def sentences(self) -> tuple[str, ...]:
-        """Return the warnings: one per kind of element left out of each file."""
+        """Return the warnings: for each file, one per reason and one on Gazebo-only elements."""
         told = [
             f"{path}:{lines_text(lines)}: {words}" for (path, words), lines in self.lines.items()
         ]

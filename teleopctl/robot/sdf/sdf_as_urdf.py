@@ -46,7 +46,7 @@ _FAR = 1e6
 
 
 def sdf_as_urdf(path: Path) -> ExpandedXacro:
-    """Convert an SDF file with one model to URDF text.
+    """Convert an SDF file with one model to URDF; return text, files and source lines.
 
     Raises:
         InvalidDescriptionError: The file cannot be read, or is no robot; the message names the

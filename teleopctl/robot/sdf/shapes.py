@@ -99,7 +99,7 @@ def _surface(file: SdfFile, collision: Any) -> Surface | None:
 
 
 def read_inertial(file: SdfFile, link: Any, place: Transform) -> SceneInertial | None:
-    """Read the ``<inertial>`` of an SDF link; None if it is to be computed from the shapes.
+    """Return the inertia of an SDF link; None if ``auto`` requests computing from the shapes.
 
     A link without the element has SDF's default: 1 kg, and moments of 1 kg m².
 

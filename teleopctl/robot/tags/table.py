@@ -60,7 +60,7 @@ class TagEntry(NamedTuple):
 
 
 class TagFinding(NamedTuple):
-    """Unsupported tag or attribute in a description: it has no effect or is unknown.
+    """Finding about a tag or attribute in a description: unknown, repeated or without effect.
 
     Attributes:
         element: Element of the tag, or element with the attribute.
@@ -88,7 +88,7 @@ class TagFinding(NamedTuple):
 
     @property
     def sentence(self) -> str:
-        """Sentence that the tag or attribute is unknown, or why it has no effect."""
+        """Sentence that the tag or attribute is unknown or repeated, or why it has no effect."""
         if self.entry is not None and self.entry.fate == "works":
             return f"Of several <{local_name(self.element.tag)}> side by side the first is used"
         if self.entry is None:
@@ -146,7 +146,7 @@ class Table(Mapping[str, TagEntry]):
         return len(self._entries)
 
     def findings(self, element: etree._Element, path: str = "") -> Iterator[TagFinding]:
-        """Yield a finding for each tag and attribute of an element without effect or unknown.
+        """Yield a finding for each tag and attribute in an element unknown or without effect.
 
         Args:
             element: Element of the description.

@@ -66,7 +66,7 @@ URDF = Table(f"""
 
 
 def unknown_tags(urdf: str) -> list[str]:
-    """Return a warning for each kind of tag or attribute that URDF does not know.
+    """Return a warning for each kind of unknown or ineffective tag or attribute in a URDF.
 
     Args:
         urdf: Expanded robot description, which is well-formed XML.

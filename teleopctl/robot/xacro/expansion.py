@@ -79,7 +79,7 @@ class ExpandedXacro(NamedTuple):
 def expand_xacro(
     path: Path | str, mappings: Mapping[str, str] | None = None, *, safe: bool | None = None
 ) -> str:
-    """Expand a xacro file; a plain URDF file is returned with the same content.
+    """Expand a xacro file and return the URDF text; a plain URDF keeps its content.
 
     Args:
         path: Path of the file.
@@ -103,7 +103,7 @@ def read_xacro(
     safe: bool | None = None,
     places: bool = False,
 ) -> ExpandedXacro:
-    """Expand a xacro file as `expand_xacro` does; return the files that it includes, too.
+    """Expand a xacro file; return URDF text, files read and optional source lines.
 
     Args:
         path: As for `expand_xacro`.
@@ -148,7 +148,7 @@ def read_xacro(
 
 
 def over_budget(path: Path, error: Exception) -> TeleopctlError | None:
-    """Return the error line about a xacro expansion that exceeded its limits.
+    """Return an error to raise for an expansion beyond the limits; None for other errors.
 
     Args:
         path: Path of the file that was expanded.
@@ -162,7 +162,7 @@ def over_budget(path: Path, error: Exception) -> TeleopctlError | None:
 
 
 def is_safe(env: Mapping[str, str] = os.environ) -> bool:
-    """Return whether descriptions are expanded in safe mode (``TELEOPCTL_SAFE=1``)."""
+    """Return whether safe mode is on: ``TELEOPCTL_SAFE`` is set, and neither empty nor 0."""
     return env.get(SAFE, "") not in ("", "0")
 
 

@@ -90,7 +90,7 @@ class SourceLines:
 
 @contextlib.contextmanager
 def recorded_lines(xacro: ModuleType) -> Iterator[SourceLines]:
-    """Context in which xacro records the source line of each element that it reads."""
+    """Yield `SourceLines` that record the source line of each element that xacro then reads."""
     notes, parse = SourceLines(), vars(xacro)["parse"]
 
     # Any: as in xacro's `parse`.
