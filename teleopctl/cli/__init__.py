@@ -1,12 +1,13 @@
 """Command line: the verbs of ``teleopctl``, their options, help, completion and output.
 
-A verb is a plain function whose parameters carry [`Option`][teleopctl.cli.verb.Option] or
-[`Argument`][teleopctl.cli.verb.Argument]. That one declaration is read by the quick parser, which
-takes a well-formed command line without loading anything, by ``--help``, by Tab completion, and by
-Typer, which reports the faults of a command line. `main` determines the module of a verb.
+A verb is a plain function whose parameters are annotated with
+[`Option`][teleopctl.cli.verb.Option] or [`Argument`][teleopctl.cli.verb.Argument]. This declaration
+is used by the quick parser, which parses a well-formed command line without importing Typer, by
+``--help``, by Tab completion, and by Typer, which reports errors of a command line. `main` finds
+the module of a verb.
 
-May import `bag`, `compat`, `control`, `diagram`, `interfaces`, `launch`, `node`, `nodes`, `sweep`,
-`tf` and `wire`, besides `base`, `errors`, `packages` and `plugins`.
+May import `bag`, `base`, `compat`, `control`, `diagram`, `errors`, `interfaces`, `launch`, `node`,
+`nodes`, `packages`, `plugins`, `sweep`, `tf` and `wire`.
 """
 
 from __future__ import annotations

@@ -24,14 +24,14 @@ def command_node(
     """Yield the hidden node ``_ros2cli_PID`` of a verb, in a session of its own.
 
     Args:
-        session_mode: ``client`` for a few exchanges through the router; ``peer`` for a stream,
-            which then goes straight from process to process.
-        name: Another name.
-        use_sim_time: Let its clock follow ``/clock``.
-        ros_args: What stands behind ``--ros-args``, such as ``-r __ns:=/left``.
+        session_mode: Mode of the Zenoh session: ``client`` for a few messages through the router,
+            ``peer`` for a stream of messages directly between processes.
+        name: Name of the node, instead of ``_ros2cli_PID``.
+        use_sim_time: Whether the node's clock follows ``/clock``.
+        ros_args: Arguments after ``--ros-args``, such as ``-r __ns:=/left``.
 
     Raises:
-        RouterNotRunning: A client finds no router.
+        RouterNotRunning: No router runs, and ``session_mode`` is ``client``.
         TeleopctlError: A ROS argument is malformed.
     """
     from teleopctl.node import Node, Parameter
@@ -54,11 +54,11 @@ def brief_node(*, name: str | None = None, starts_router: bool = False) -> Itera
     """Yield a node without parameters, for a few exchanges through the router.
 
     Args:
-        name: Another name.
-        starts_router: Start the daemon where no router answers; see `ensure_router`.
+        name: Name of the node, instead of ``_ros2cli_PID``.
+        starts_router: Whether to start the daemon if no router runs; see `ensure_router`.
 
     Raises:
-        RouterNotRunning: There is no router.
+        RouterNotRunning: No router runs, and ``starts_router`` is false.
     """
     from teleopctl.node import BareNode
     from teleopctl.wire import RouterNotRunning
@@ -87,10 +87,11 @@ def _command_context(
     from teleopctl.node import Context, SignalHandlerOptions
 
     context = Context()
-    # A command has nothing to put in order: SIGTERM may end it at once, wherever it is.
+    # A command needs no cleanup: SIGTERM may end it at any time.
     context.init(
         ["--ros-args", *ros_args] if ros_args else [],
-        # Its output is the command's, and the import of logging takes longer than some commands.
+        # The command prints its output itself, and importing logging takes longer than some
+        # commands.
         initialize_logging=False,
         session_mode=session_mode,
         signal_handler_options=SignalHandlerOptions.NO,
@@ -113,15 +114,15 @@ def call_all(
     """Call the same service of several nodes at once; return the response or error of each.
 
     Args:
-        node: The node that asks.
-        type_: The service's type.
-        service: The service's name below that of the node, such as ``get_state``.
-        node_names: Full names of those that are asked.
-        request: What they are sent.
-        timeout_s: Longest wait for all the answers, in seconds.
+        node: Node that calls the services.
+        type_: Type of the services.
+        service: Name of the service relative to its node, such as ``get_state``.
+        node_names: Full names of the nodes whose service is called.
+        request: Request that is sent to each service.
+        timeout_s: Longest wait for all responses, in seconds.
 
     Returns:
-        The response of each, or an UnavailableError where one did not answer.
+        Response by full node name, or an UnavailableError for a node that did not respond.
     """
     from teleopctl.wire import responses_of_nodes
 

@@ -1,7 +1,7 @@
 """Executable ``joint_state_publisher``: publishes positions of joints that nobody measures.
 
-Publishes ``joint_states`` at ``rate`` (Hz): every movable joint of the description at its zero,
-or where the topics of ``source_list`` put it.
+Publishes ``joint_states`` at ``rate`` (Hz): every movable joint of the description at its zero
+position, or at the position received on the topics of ``source_list``.
 """
 
 import argparse
@@ -30,12 +30,12 @@ from teleopctl.robot import Joints, JointSet, Mimic, RobotDescription
 class JointStatePublisher(Node):
     """Node that publishes ``joint_states``: default positions, or those of source topics.
 
-    The description comes from a file, else from the parameter ``robot_description``, else from
-    the topic of that name; a new one on the topic replaces what was known.
+    The description is read from a file, else from the parameter ``robot_description``, else from
+    the topic of that name. A new description on the topic replaces the present one.
 
     Args:
-        urdf: The description, or None.
-        name: The node's name.
+        urdf: Robot description as URDF text; None for the parameter or topic.
+        name: Name of the node.
         sources: Topics to subscribe to in addition to those of ``source_list``.
     """
 
@@ -87,7 +87,7 @@ class JointStatePublisher(Node):
         self.create_timer(1.0 / rate, self._publish)
 
     def _parameter(self, name: str, default: Any) -> Any:
-        """Return a parameter, which may have been declared by an override already."""
+        """Return the value of a parameter; declare it unless an override has declared it."""
         if not self.has_parameter(name):
             self.declare_parameter(name, Parameter.Type.STRING_ARRAY if default == [] else default)
         return self.get_parameter_or(name, Parameter(name, value=default)).value
@@ -102,7 +102,7 @@ class JointStatePublisher(Node):
             return
         progress.report(progress.READY)
         if before is not None:
-            # a new description of the same robot does not make it jump
+            # A new description of the same robot keeps the joint positions.
             self._joints.update(before.names, before.positions())
 
     def _joint_set(self, description: RobotDescription) -> JointSet:
@@ -155,11 +155,10 @@ def main(args: list[str] | None = None) -> int:
     """Run ``joint_state_publisher`` until Ctrl-C or a shutdown; return the exit status.
 
     Args:
-        args: Command line, with the description's file as its only word, if any; None takes the
-            process's.
+        args: Command line, optionally with the file of the description; None takes ``sys.argv``.
 
     Raises:
-        TeleopctlError: When the file cannot be read or a parameter is wrong.
+        TeleopctlError: The file cannot be read or a parameter is wrong.
     """
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(prog="joint_state_publisher")
@@ -178,7 +177,7 @@ def read_description(file: str | None) -> str | None:
     """Return the robot description in a URDF or xacro file, as URDF; None if ``file`` is None.
 
     Raises:
-        TeleopctlError: It cannot be read.
+        TeleopctlError: The file cannot be read.
     """
     if file is None:
         return None

@@ -1,19 +1,19 @@
 """Executable ``mujoco_sim``: physics of a robot in lockstep with its controllers.
 
-Topics out: ``/clock``, ``/robot_joint_states`` (each control tick), ``/mujoco_sim/joint_states``
-(for viewers, while somebody subscribes), ``/mujoco_sim/free_joint_states`` and ``/tf`` (what moves
-freely, likewise), ``/mujoco_sim/contacts`` (all that touches, likewise), ``/performance_metrics``
-(the real-time factor that is reached, likewise), ``/mujoco_sim/world_markers`` (what the world
-looks like), and those of the description's sensors. In: ``/robot_description`` unless the
-parameter of that name is given, ``/robot_joint_commands``. Services: ``~/set_pause``,
-``~/step_simulation``, ``~/reset_world``, ``~/save_world``, ``~/set_free_joint_state``.
+Published topics: ``/clock``, ``/robot_joint_states`` (at each control tick), the topics of the
+description's sensors, ``/mujoco_sim/world_markers`` (shapes of the world), and, while they have a
+subscriber, ``/mujoco_sim/joint_states`` (for viewers), ``/mujoco_sim/free_joint_states`` and
+``/tf`` (free bodies), ``/mujoco_sim/contacts`` (all contacts), ``/performance_metrics`` (measured
+real-time factor). Subscribed topics: ``/robot_description`` unless the parameter of that name is
+given, ``/robot_joint_commands``. Services: ``~/set_pause``, ``~/step_simulation``,
+``~/reset_world``, ``~/save_world``, ``~/set_free_joint_state``.
 
 Parameters: ``robot_description``, ``world`` (a file, see `teleopctl.robot.read_world`),
-``update_rate`` (Hz of control), ``timestep`` (s of physics, at most; 0 is what an MJCF file says,
-and 1 ms for others), ``real_time_factor`` (0: as fast as possible; can be set while running),
-``gravity`` (m/s²; likewise), ``paused``, ``lockstep_timeout`` (s of wall time), ``state_rate``
-(Hz, for viewers), ``end_time`` (s of simulated time, then it ends; 0: never), ``mass_scale`` and
-``friction_scale`` (factors to what is described), ``joint_states_topic``,
+``update_rate`` (control rate in Hz), ``timestep`` (longest physics step in s; 0: that of an MJCF
+file, else 1 ms), ``real_time_factor`` (0: as fast as possible; settable at runtime), ``gravity``
+(m/s²; settable at runtime), ``paused``, ``lockstep_timeout`` (s of wall time), ``state_rate`` (Hz,
+for viewers), ``end_time`` (simulated time in s at which the node exits; 0: never), ``mass_scale``
+and ``friction_scale`` (factors on the described values), ``joint_states_topic``,
 ``joint_commands_topic``.
 """
 
@@ -32,8 +32,8 @@ def main(args: list[str] | None = None) -> int:
     Raises:
         TeleopctlError: A simulator of the same name runs already.
     """
-    # The simulator renders nothing: MUJOCO_GL, and its errors, concern the camera node alone.
-    # mujoco reads that when it is imported.
+    # The simulator renders nothing, so MUJOCO_GL and its errors concern the camera node only.
+    # mujoco reads the variable at import.
     os.environ["MUJOCO_GL"] = "disable"
     from teleopctl.sim import MujocoSim
 

@@ -1,11 +1,11 @@
 """Executable ``recorder``: writes topics into a bag, for launch files.
 
-Parameters, as rosbag2 names them: ``storage.uri`` (the bag's folder), ``storage.storage_id``
+Parameters, with rosbag2's names: ``storage.uri`` (folder of the bag), ``storage.storage_id``
 (``mcap`` or ``sqlite3``), ``storage.max_bagfile_size``, ``storage.max_bagfile_duration`` (s),
-``storage.max_cache_size``, ``record.all_topics`` (all there
-are, where nothing is chosen), ``record.topics``, ``record.regex``, ``record.exclude_topics``,
-``record.exclude_regex``, ``record.include_hidden_topics``, ``record.start_paused``. Ours:
-``record.from_first_message``, so that of what starts later not even the first messages are missed.
+``storage.max_cache_size``, ``record.all_topics`` (default: true if neither topics nor a regex are
+given), ``record.topics``, ``record.regex``, ``record.exclude_topics``, ``record.exclude_regex``,
+``record.include_hidden_topics``, ``record.start_paused``. Only in teleopctl:
+``record.from_first_message``, which records nodes that start later from their first message on.
 """
 
 from __future__ import annotations
@@ -51,9 +51,9 @@ def main(args: list[str] | None = None) -> int:
     """Record topics, chosen by parameters, into a bag until Ctrl-C or SIGTERM; return the status.
 
     Raises:
-        InvalidParameterError: A parameter is unknown, or of another type.
-        RefusedError: There is something at the place of the bag already.
-        SystemFailureError: The bag cannot be written; what was written can be read.
+        InvalidParameterError: A parameter is unknown, or has the wrong type.
+        RefusedError: The bag's path exists already.
+        SystemFailureError: The bag cannot be written; the part written before can be read.
     """
     progress.report(progress.STARTING)
     arguments = parse_ros_arguments(sys.argv if args is None else args)
@@ -62,7 +62,7 @@ def main(args: list[str] | None = None) -> int:
     options = _options(values, name)
     folder = Path(values["storage.uri"]) if values.get("storage.uri") else default_bag_folder()
     context = Context()
-    # The signals are this function's: the bag is to be finished whichever it is.
+    # This function handles the signals itself, to finish the bag on SIGINT and SIGTERM.
     context.init(args, signal_handler_options=SignalHandlerOptions.NO)
     with contextlib.suppress(KeyboardInterrupt):
         signal.signal(signal.SIGTERM, signal.default_int_handler)
@@ -79,7 +79,7 @@ def main(args: list[str] | None = None) -> int:
     return 0
 
 
-# Any: values of YAML.
+# Any: parameter values as in YAML.
 def _options(values: dict[str, Any], name: str) -> RecorderOptions:
     for key, value in values.items():
         if key in _EVERY_NODE_HAS or key.startswith("qos_overrides."):

@@ -1,8 +1,8 @@
 """Executable ``robot_state_publisher``: publishes transforms from joint positions.
 
-Publishes the description, latched, on ``robot_description``; what stands still, latched, on
-``/tf_static``; and what moves on ``/tf`` for each message on ``joint_states``, at most at
-``publish_frequency``.
+Publishes the description, latched, on ``robot_description``; the transforms of fixed joints,
+latched, on ``/tf_static``; and those of moving joints on ``/tf`` for each message on
+``joint_states``, at most at ``publish_frequency``.
 """
 
 from __future__ import annotations
@@ -49,22 +49,23 @@ class JointTransforms:
     """TransformStamped messages of a robot's joints, computed from joint positions.
 
     Args:
-        tree: The robot's segments.
-        prefix: What stands before the names of frames.
+        tree: Segments of the robot.
+        prefix: Prefix of all frame names.
     """
 
     def __init__(self, tree: SegmentTree, prefix: str = "") -> None:
         self._tree = tree
         self._prefix = prefix
-        # Made once for each frame that moves: they are most of the work at a kilohertz.
+        # Created once per moving frame: at 1 kHz, creating messages would be most of the work.
         self._messages: dict[str, TransformStamped] = {}
 
     def moving(self, state: JointState, stamp_ns: int) -> list[TransformStamped]:
         """Return TransformStamped messages for a JointState's joints, reused by the next call.
 
         Args:
-            state: Has as many positions as names; those that are not finite are left out.
-            stamp_ns: Goes into the messages, in nanoseconds.
+            state: Joint state with as many positions as names; joints whose position is not finite
+                are left out.
+            stamp_ns: Stamp of the messages, in nanoseconds.
         """
         measured = {
             name: value
@@ -100,10 +101,10 @@ class RobotStatePublisher(Node):
     """Node ``robot_state_publisher``: publishes a robot's transforms from joint states.
 
     Args:
-        file: A URDF file, where the parameter is empty.
+        file: URDF file that is read if the parameter ``robot_description`` is empty.
 
     Raises:
-        TeleopctlError: When ``robot_description`` is missing or no robot.
+        TeleopctlError: ``robot_description`` is missing or is not a robot.
     """
 
     def __init__(self, file: Path | None = None) -> None:
@@ -171,7 +172,7 @@ class RobotStatePublisher(Node):
                     throttle_duration_sec=1.0,
                 )
             else:
-                # velocity or effort alone says nothing about where a joint stands
+                # Velocities or efforts without positions do not determine transforms.
                 self.get_logger().warning(
                     "Robot state publisher ignored a JointState message about joint(s) "
                     f"{', '.join(names)}: it has no positions",
@@ -194,7 +195,7 @@ class RobotStatePublisher(Node):
         self._last_published.update(dict.fromkeys(names, stamp))
 
     def _check_parameters(self, parameters: list[Parameter]) -> Any:
-        """Refuse what would leave the node without a robot or with an impossible rate."""
+        """Reject an invalid ``robot_description`` or ``publish_frequency``."""
         result = get_message("rcl_interfaces/msg/SetParametersResult")(successful=True)
         for parameter in parameters:
             try:
@@ -229,10 +230,10 @@ def main(args: list[str] | None = None) -> int:
     """Run ``robot_state_publisher`` until Ctrl-C or a shutdown; return the exit status.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
 
     Raises:
-        TeleopctlError: When there is no valid description.
+        TeleopctlError: The description is missing or invalid.
     """
     words = parse_ros_arguments(sys.argv[1:] if args is None else args).program
     with (
@@ -258,9 +259,9 @@ def publish_interval_ns(frequency: float) -> int:
     """Return the shortest time between two tf messages for a frequency in Hz, in nanoseconds.
 
     Raises:
-        InvalidParameterError: It is no rate that the node can have.
+        InvalidParameterError: The frequency is not above 0 and at most 1000 Hz.
     """
     if not 0.0 < frequency <= _MAX_FREQUENCY:
         raise InvalidParameterError(f"publish_frequency must be between 0.0 and {_MAX_FREQUENCY}")
-    # whole milliseconds, as in ROS 2, so that a stream at exactly that rate is not thinned
+    # Whole milliseconds, as in ROS 2, so that no message of a stream at exactly that rate is lost.
     return int(1000 / frequency) * 1_000_000

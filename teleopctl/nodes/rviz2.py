@@ -18,7 +18,7 @@ from teleopctl.base.token_file import Address
 from teleopctl.errors import UsageError
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
 
-# Those of a message with a thousand markers, for one.
+# Threshold of the garbage collector: a message with a thousand markers has about as many objects.
 _NEW_OBJECTS = 20_000
 _NICENESS = 5
 OPEN_VARIABLE = "TELEOPCTL_OPEN"
@@ -29,10 +29,10 @@ def main(args: list[str] | None = None) -> int:
     """Serve the viewer's web page until Ctrl-C or a shutdown; return the exit status.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
 
     Raises:
-        PageError: It cannot be opened.
+        PageError: The page cannot be opened.
     """
     from teleopctl.viewer import open_viewer
 
@@ -45,7 +45,7 @@ def main(args: list[str] | None = None) -> int:
     options, unserved = parser.parse_known_args(parse_ros_arguments(words).program)
     progress.report(progress.STARTING)
     if hasattr(os, "nice"):
-        # Whoever controls the robot comes first.
+        # The processes that control the robot have priority over the viewer.
         os.nice(_NICENESS)
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
@@ -56,7 +56,7 @@ def main(args: list[str] | None = None) -> int:
         )
         with viewer as node:
             if unserved:
-                # Such as -f for the fixed frame, which the .rviz file or the page gives.
+                # For example -f for the fixed frame, which is set in the .rviz file or on the page.
                 node.get_logger().warning(f"Without effect on the page: {' '.join(unserved)}")
             node.get_logger().info(f"The robot is at {address.url}")
             report_address(address, open_it=options.open)
@@ -66,10 +66,10 @@ def main(args: list[str] | None = None) -> int:
 
 
 def _spare_collections() -> None:
-    """Look for garbage less often, and not among what is there since the start.
+    """Collect garbage less often, and exclude the objects that exist since the start.
 
-    What is drawn ten times a second comes and goes without cycles. A thousand cubes that move
-    cost a fifth less of a core so.
+    The objects that are drawn ten times a second have no reference cycles. With this, a thousand
+    moving cubes use a fifth less of a core.
     """
     gc.collect()
     gc.freeze()
@@ -86,8 +86,8 @@ def report_address(address: Address, *, open_it: bool) -> None:
 def open_in_browser(address: Address) -> None:
     """Open a web page in the browser, without its access token among process arguments.
 
-    A browser is started with the address among its arguments, which everybody can list. So where
-    the address has a token, what it is given is a file of the user's own that leads there.
+    All users can list the arguments of the browser's process. So for an address with a token, the
+    browser opens a private file of the user that redirects to the address.
     """
     if address.token_file is None:
         webbrowser.open(address.url)
@@ -100,7 +100,7 @@ def open_in_browser(address: Address) -> None:
 
 
 class _NoToken(argparse.Action):
-    """Refuses a token among the arguments, which everybody on the machine can read."""
+    """Action that rejects a token on the command line, which all users of the machine can read."""
 
     def __call__(self, *_: object) -> None:
         raise UsageError(

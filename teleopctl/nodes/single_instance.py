@@ -12,7 +12,7 @@ def require_single_instance(node: Node) -> None:
     The node is in the graph already, so of two that start at the same time at least one fails.
 
     Raises:
-        RefusedError: There is another one.
+        RefusedError: Another node of the same full name is in the graph.
     """
     name = node.get_fully_qualified_name()
     if node.get_fully_qualified_node_names().count(name) > 1:

@@ -29,12 +29,12 @@ class SpawnRequest:
     """Request to load, configure and activate one controller.
 
     Attributes:
-        name: The controller.
-        param_files: Parameter files for its node, later ones win.
-        load_only: Leave it unconfigured.
-        inactive: Leave it inactive.
-        ros_args: ROS arguments for its node.
-        type: Its type, where no parameter file gives it.
+        name: Name of the controller.
+        param_files: Parameter files for the controller's node; later files override earlier ones.
+        load_only: Whether the controller stays unconfigured.
+        inactive: Whether the controller stays inactive.
+        ros_args: ROS arguments for the controller's node.
+        type: Type of the controller, if no parameter file gives it.
     """
 
     name: str
@@ -154,8 +154,8 @@ def read_command_line(
     """Parse the spawner's arguments; return common options and a request for each controller.
 
     Args:
-        arguments: The program's arguments, without ROS's.
-        ros_files: Parameter files of the spawner itself, which are the controllers' as well.
+        arguments: Arguments of the program, without ``--ros-args`` groups.
+        ros_files: Parameter files of the spawner itself, which the controllers use too.
     """
     groups: list[list[str]] = [[]]
     for word in arguments:
@@ -179,7 +179,7 @@ def read_command_line(
             list(options.controller_ros_args),
             options.controller_type,
         )
-        # Names have no blanks: a launch argument gives several of them as one word.
+        # A launch argument may give several names as one word; names contain no blanks.
         for word in options.controller_names
         for name in word.split()
     ]
@@ -198,7 +198,7 @@ def read_command_line(
     if not requests:
         parser.error("At least one controller name must be provided")
     for request in requests:
-        # The same file twice counts once; the last mention decides the order.
+        # A file that is given twice counts once, at its last position.
         own_files = list(dict.fromkeys(reversed(request.param_files)))[::-1]
         request.param_files = list(dict.fromkeys([*own_files, *ros_files]))
     return options, requests
@@ -207,8 +207,8 @@ def read_command_line(
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 
 
-# In the controller manager's refusal where another controller has the interface, or commands the
-# joint in another way.
+# Parts of the controller manager's refusal if another controller has claimed the interface, or
+# commands the joint in another mode.
 _CLAIMED = (
     "is currently claimed by another controller",
     "prepare command mode switch was rejected",
@@ -223,8 +223,8 @@ class Spawner:
     """Client of a controller manager that loads, configures and activates controllers.
 
     Args:
-        node: The spawner's node.
-        options: The common options.
+        node: Node of the spawner.
+        options: Common options of `read_command_line`.
     """
 
     def __init__(self, node: Node, options: argparse.Namespace) -> None:
@@ -240,9 +240,9 @@ class Spawner:
         """Wait for the controller manager; load, configure and activate controllers as requested.
 
         Raises:
-            SpawnError: One could not be brought up; those behind it have not been tried, unless
-                that is wanted.
-            ControllerManagerUnavailableError: The controller manager does not answer.
+            SpawnError: A controller could not be spawned; with ``--keep-going``, all others have
+                been tried.
+            ControllerManagerUnavailableError: The controller manager does not respond.
         """
         progress.report(progress.STARTING, f"waiting for {self._client.name}")
         self._client.wait(self._options.controller_manager_timeout, log_waiting=True)
@@ -277,8 +277,9 @@ class Spawner:
         """Spawn the controllers, and again in each new controller manager; never return.
 
         Raises:
-            ExternalShutdownException: The process got the request to end.
-            ControllerManagerUnavailableError: None answers within the time that is given for it.
+            ExternalShutdownException: The context was shut down.
+            ControllerManagerUnavailableError: No controller manager responds within
+                ``--controller-manager-timeout``.
         """
         while True:
             progress.report(progress.STARTING)
@@ -290,11 +291,11 @@ class Spawner:
             except SpawnError:
                 pass  # the reason is in the log, and in the progress file for a launch that waits
             except ControllerManagerUnavailableError as error:
-                self._logger.error(error.message)  # it ended meanwhile
+                self._logger.error(error.message)  # the controller manager ended meanwhile
             self._client.wait_for_restart(served)
 
     def _prepare(self, request: SpawnRequest) -> bool:
-        """Bring one controller up; whether it is still to be activated, with its group."""
+        """Bring a controller up; return whether it still has to be activated with the group."""
         progress.doing(f"loading {request.name}")
         state = self._load(request)
         if request.load_only:
@@ -317,7 +318,7 @@ class Spawner:
         return False
 
     def _load(self, request: SpawnRequest) -> str:
-        """Load a controller unless it is; returns its state before."""
+        """Load a controller unless it is loaded; return its state."""
         present = {
             controller.name: controller.state for controller in self._client.list_controllers()
         }
@@ -354,7 +355,7 @@ class Spawner:
                 )
 
     def _switch(self, names: Sequence[str]) -> str:
-        """Activate controllers; return why that was refused, or an empty text."""
+        """Activate controllers; return the reason of a refusal, empty on success."""
         progress.doing(f"activating {', '.join(names)}")
         ok, message = self._client.switch_controllers(
             names, asap=self._options.switch_asap, timeout=self._options.switch_timeout
@@ -386,7 +387,7 @@ class Spawner:
     def _fail(
         self, text: str, controller: str = "", *, fatal: bool = True, why: str = ""
     ) -> NoReturn:
-        """End with an error; ``why`` is in the log already, and reported to a launch that waits."""
+        """Log and raise an error; a reason ``why``, which is logged already, is reported too."""
         if controller and (cause := self._client.cause(controller)):
             text = f"{text}: {cause}"
         reason = f"{text}: {' '.join(why.split())}" if why else text
@@ -413,8 +414,8 @@ def _colors_wanted() -> bool:
 
 
 def _catch_signals() -> queue.SimpleQueue[int]:
-    """From now on Ctrl-C and SIGTERM only go into the queue that is returned."""
-    # An event would not do: its lock may be held by the very wait that the signal interrupts.
+    """Handle SIGINT and SIGTERM from now on by putting their numbers into the returned queue."""
+    # Not an event: the wait that the signal interrupts may hold the event's lock.
     received: queue.SimpleQueue[int] = queue.SimpleQueue()
 
     def receive(number: int, frame: FrameType | None) -> None:
@@ -437,7 +438,7 @@ def spawner(args: list[str] | None = None) -> int:
     """Run ``controller_manager spawner``: bring controllers up; return the exit status.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
     """
     words = sys.argv[1:] if args is None else args
     given = parse_ros_arguments(words)
@@ -478,7 +479,7 @@ def unspawner(args: list[str] | None = None) -> int:
     """Run ``controller_manager unspawner``: unload controllers; return the exit status.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
     """
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from pathlib import Path
 
-# Any: xacro's documents and options.
+# Any: documents and options of the xacro library.
 from typing import Any
 
 from teleopctl.robot import bounded_xacro, over_budget
@@ -19,7 +19,7 @@ def main() -> None:
             try:
                 return expand(file, **options)
             except Exception as error:
-                # xacro would add a line for each macro, and has no end of them.
+                # xacro would print a line for each macro, of which there may be any number.
                 if refusal := over_budget(Path(file), error):
                     raise SystemExit(f"xacro: {refusal.message}") from error
                 raise

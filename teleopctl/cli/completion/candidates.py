@@ -1,6 +1,6 @@
 """Completion candidates from the live graph and from the files and packages of this machine.
 
-Completion never prints an error: without a router, or without an answer, it offers nothing.
+Completion prints no errors: without a router or a response, there are no candidates.
 """
 
 from __future__ import annotations
@@ -50,7 +50,7 @@ def files(incomplete: str) -> list[str]:
 
 
 def _files_and_folders(incomplete: str, is_wanted: Callable[[str], bool]) -> list[str]:
-    """Files of a kind; folders once it is clear that a path is meant, and not a package."""
+    """Return the files of a kind, and folders if the text is a path rather than a package."""
     folders = "/" if incomplete.startswith((".", "~")) or "/" in incomplete else "\0"
     return [name for name in files(incomplete) if is_wanted(name) or name.endswith(folders)]
 
@@ -62,7 +62,7 @@ def programs(ctx: TypedWords, incomplete: str) -> list[str]:
     words = ctx.params.get("words") or []
     names: set[str] = set()
     if not words:
-        # Which programs a package has stands in its scripts: only those that are meant are read.
+        # A package's programs are found in its build scripts, so only matching packages are read.
         for name in package_names(incomplete):
             try:
                 if packages.find_package(name).executables:
@@ -134,11 +134,11 @@ def _has_launch_files(package: str) -> bool:
     from teleopctl.launch import files_in_package, is_launch_file
 
     folder = packages.find_package(package).folder
-    try:  # mostly they lie where they are installed, which is dear to find out
+    try:  # most packages have a folder launch; reading the build scripts takes longer
         if any(is_launch_file(file.name) for file in (folder / "launch").iterdir()):
             return True
     except OSError:
-        # Without such a folder there is one only where something is installed into it.
+        # Without this folder, launch files exist only if a build script installs them.
         scripts = " ".join(_text_of(folder / name) for name in ("CMakeLists.txt", "setup.py"))
         if "launch" not in scripts and "add_subdirectory" not in scripts:
             return False

@@ -1,6 +1,7 @@
 """Completion of command lines, from the declarations of the verbs.
 
-Nothing is loaded for it but these and what knows the candidates: neither the verb nor Typer.
+Completion imports only the declarations and the functions that return candidates, neither the
+modules of the verbs nor Typer.
 """
 
 from __future__ import annotations
@@ -31,7 +32,7 @@ class TypedWords:
         params: Values of the verb's parameters, by name.
     """
 
-    def __init__(self, params: dict[str, Any]) -> None:  # Any: whatever type each one has
+    def __init__(self, params: dict[str, Any]) -> None:  # Any: parameters have various types
         self.params = params
 
 
@@ -39,7 +40,7 @@ def print_candidates(words: Sequence[str]) -> None:
     """Print the candidates that a shell requests, one per line.
 
     Args:
-        words: The words behind the program's name, which hold the line; see `shells`.
+        words: Words after the program's name, which hold the command line; see `shells`.
     """
     shell = os.environ.get(COMPLETION_VARIABLE, "")
     asked = shells.parse_request(shell, words)
@@ -47,7 +48,7 @@ def print_candidates(words: Sequence[str]) -> None:
         return
     try:
         offered = candidates(asked.words, asked.incomplete)
-    except TeleopctlError:  # a stranger's verb that cannot be loaded offers nothing
+    except TeleopctlError:  # a plug-in's verb that cannot be loaded has no candidates
         return
     lines = [shells.format_candidate(shell, asked, printable_line(each)) for each in offered]
     sys.stdout.write("".join(f"{line}\n" for line in lines))
@@ -57,11 +58,11 @@ def candidates(words: Sequence[str], incomplete: str) -> list[str]:
     """Return the completion candidates for the last word of a command line.
 
     Args:
-        words: The words before the last one, without the program's name.
-        incomplete: The beginning of the last one.
+        words: Words before the last one, without the program's name.
+        incomplete: Beginning of the last word.
 
     Raises:
-        BrokenPluginError: The verb is a stranger's and cannot be loaded.
+        BrokenPluginError: The verb is from a plug-in that cannot be loaded.
     """
     if not words:
         flags = (*_HELP_FLAGS, "--version", "--debug")
@@ -87,7 +88,7 @@ def _of_verb(found: DeclaredVerb, words: list[str], incomplete: str) -> list[str
         if isinstance(parameter.declaration, Option)
         for flag in parameter.declaration.flags
     }
-    # Any: whatever type each one has.
+    # Any: parameters have various types.
     values: dict[str, Any] = {parameter.name: parameter.default for parameter in found.parameters}
     positional, option, may_be_flag = _read(found.verb, flags, words, values)
     wanted = _take_arguments(found.parameters, positional, values)
@@ -104,11 +105,11 @@ def _of_verb(found: DeclaredVerb, words: list[str], incomplete: str) -> list[str
 def _read(
     verb: Verb, flags: dict[str, VerbParameter], words: Iterable[str], values: dict[str, Any]
 ) -> tuple[list[str], VerbParameter | None, bool]:
-    """Take the options from a line.
+    """Parse the options of a command line into ``values``.
 
     Returns:
-        The other words; the option whose value comes next, if there is one; and whether another
-        option may stand there instead.
+        Positional words; the option whose value is the next word, or None; and whether the next
+        word may be an option instead.
     """
     positional: list[str] = []
     option: VerbParameter | None = None
@@ -139,7 +140,7 @@ def _is_number(verb: Verb, word: str) -> bool:
 def _take_arguments(
     declared_parameters: Iterable[VerbParameter], words: list[str], values: dict[str, Any]
 ) -> VerbParameter | None:
-    """Hand the words out to the arguments in order, and return the argument that comes next."""
+    """Assign the words to the arguments in order; return the argument of the next word."""
     for parameter in declared_parameters:
         if isinstance(parameter.declaration, Argument):
             if parameter.many:
@@ -168,7 +169,7 @@ def _of_parameter(
 
     try:
         complete = plugins.load(plugins.COMPLETIONS, name)
-    except TeleopctlError:  # a stranger's that cannot be loaded
+    except TeleopctlError:  # a plug-in that cannot be loaded
         return []
     code = getattr(complete, "__code__", None)
     match code and code.co_varnames[: code.co_argcount]:

@@ -11,7 +11,7 @@ if TYPE_CHECKING:
 
     from teleopctl.interfaces import Definition, FieldType
 
-# What a verb calls its type, and which part of that type it is given.
+# Parameters of verbs with a type, and the suffix of the message of that type to complete.
 _TYPES = {"message_type": "", "service_type": "_Request", "type_name": "_Goal"}
 
 
@@ -62,7 +62,7 @@ def fields(ctx: TypedWords, incomplete: str) -> list[str]:
     from teleopctl.interfaces import normalize
 
     try:
-        written = ctx.params.get("message_type") or "/"  # where another topic may stand as well
+        written = ctx.params.get("message_type") or "/"  # the parameter may also hold a topic
         is_type = not written.startswith("/")
         types = [normalize(written)] if is_type else _live_types(ctx.params.get("topic_name"))
         definition = _definition(types[0]) if types else None
@@ -113,7 +113,7 @@ def _fields(definition: Definition) -> dict[str, FieldType]:
 
 
 def _mapping(definition: Definition) -> str:
-    """A message in YAML on one line."""
+    """Return a message with default values in YAML on one line."""
     values = [f"{field.name}: {_value(field.type, field.default)}" for field in definition.fields]
     return f"{{{', '.join(values)}}}"
 

@@ -1,12 +1,12 @@
 """Completion scripts of the shells, and the format of their requests and of our answers.
 
 Each shell has a script, printed by ``teleopctl completion SHELL``, that runs teleopctl with
-``_TELEOPCTL_COMPLETE`` set to the shell's name and hands the line over behind a ``--``. Bash gives
-the line up to the cursor as it was typed, and its word breaks: there the quoting is ours to do. Zsh
-and fish give words without their quotes and quote candidates themselves. PowerShell cannot hand on
-words with quotes in them, so they stand in a variable.
+``_TELEOPCTL_COMPLETE`` set to the shell's name and passes the command line after a ``--``. Bash
+passes the line up to the cursor as typed, and its word breaks, so teleopctl handles the quotes. Zsh
+and fish pass words without quotes, and quote candidates themselves. PowerShell cannot pass words
+that contain quotes as arguments, so its script passes them in an environment variable.
 
-A candidate that ends with one of ``=/.`` is to be gone on with: no blank follows.
+No blank is added after a candidate that ends with one of ``=/.``, which the user continues.
 """
 
 from __future__ import annotations
@@ -89,11 +89,11 @@ class CompletionRequest:
     """Completion request of a shell: the words of a command line up to the cursor.
 
     Attributes:
-        words: The words before the last one, without the program's name and without quotes.
-        incomplete: The beginning of the last one, without quotes.
-        quote: The quote in which the cursor stands; "" for none.
-        kept: How much of ``incomplete`` the shell leaves as it is: it puts the rest of a candidate
-            behind that.
+        words: Words before the last one, without the program's name and without quotes.
+        incomplete: Beginning of the last word, without quotes.
+        quote: Quote character that is open at the cursor; "" for none.
+        kept: Number of characters of ``incomplete`` that the shell keeps; it inserts the rest of a
+            candidate after them.
     """
 
     __slots__ = ("incomplete", "kept", "quote", "words")
@@ -111,8 +111,8 @@ def parse_request(shell: str, words: Sequence[str]) -> CompletionRequest | None:
     """Parse the completion request of a shell; return None for an unknown shell.
 
     Args:
-        shell: Its name.
-        words: The words behind the program's name.
+        shell: Name of the shell: ``bash``, ``zsh``, ``fish`` or ``powershell``.
+        words: Words after the program's name.
     """
     given = list(words[1:] if words[:1] == ["--"] else words)
     if shell == "powershell":
@@ -129,7 +129,7 @@ def parse_request(shell: str, words: Sequence[str]) -> CompletionRequest | None:
 
 
 def _without_powershell_quotes(word: str) -> str:
-    """A word as PowerShell gives it: closed by the quote that opened it, nothing escaped inside."""
+    """Remove the quotes of a PowerShell word, which has no escaped characters."""
     quote = word[:1]
     return word[1:].removesuffix(quote) if quote in ("'", '"') else word
 
@@ -138,8 +138,8 @@ def split_line(line: str, breaks: str = "") -> CompletionRequest:
     """Split a line into words as a POSIX shell does; a quote may be open at its end.
 
     Args:
-        line: What was typed up to the cursor.
-        breaks: Characters at which the shell begins a new word in the middle of one.
+        line: Command line up to the cursor, as typed.
+        breaks: Characters after which the shell begins a new word for completion.
     """
     words: list[str] = []
     word: str | None = None  # None between two words
@@ -188,7 +188,7 @@ def format_candidate(shell: str, request: CompletionRequest, candidate: str) -> 
         return "".join(f"\\{each}" if each in _ESCAPED_IN_QUOTES else each for each in rest)
     if request.incomplete or _SPECIAL.isdisjoint(rest):
         return "".join(f"\\{each}" if each in _SPECIAL else each for each in rest)
-    # Nothing has been typed, so a whole word may have the quotes that are easiest to read.
+    # Nothing of the word has been typed, so the whole candidate gets the most readable quotes.
     if "'" not in rest:
         return f"'{rest}'"
     if not _ESCAPED_IN_QUOTES.intersection(rest) and "!" not in rest:

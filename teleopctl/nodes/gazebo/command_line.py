@@ -1,7 +1,6 @@
 """Command lines of Gazebo: ``gz sim``, ``gzserver`` and ``gazebo``, and the worlds that they name.
 
-Options that have no meaning for MuJoCo are not dropped: the parsed request lists them, so that the
-program can warn.
+The parsed request lists the options that have no effect with MuJoCo, so that the program can warn.
 """
 
 from __future__ import annotations
@@ -16,7 +15,7 @@ from teleopctl.robot import find_world, read_world
 if TYPE_CHECKING:
     from teleopctl.node import RcutilsLogger
 
-# Options that are followed by a value. Those of one letter may have it in the same word.
+# Options with a value, which may be part of the same word after a one-letter option.
 _SIM_VALUES: Final = frozenset(
     (
         "-z",
@@ -63,17 +62,17 @@ _SERVER_VALUES: Final = frozenset(
         "--server-plugin",
     )
 )
-# Options that are followed, or ask for what is so anyway: pictures need no window, and physics
-# waits for the controllers.
+# Options that are implemented, or request the only behaviour there is: rendering needs no window,
+# and physics waits for the controllers.
 _SIM_SERVED: Final = frozenset(
     ("-g", "-r", "-s", "-v", "--headless-rendering", "--verbose", "--version", "--versions")
 )
 _SERVER_SERVED: Final = frozenset(("-u", "-v", "--lockstep", "--pause", "--verbose", "--version"))
-# Gazebo's plug-ins for ROS 2: the clock, spawning and forces, which the simulator has itself.
+# Gazebo's plug-ins for ROS 2, whose functions the simulator has itself: clock, spawning, forces.
 _ROS_PLUGINS: Final = tuple(
     f"libgazebo_ros_{name}.so" for name in ("init", "factory", "force_system")
 )
-# The levels of gz's -v; any other shows everything.
+# Log levels by the value of gz's -v; any other value means DEBUG.
 _VERBOSITIES: Final = {"0": "FATAL", "1": "ERROR", "2": "WARN", "3": "INFO"}
 
 
@@ -82,7 +81,7 @@ class GazeboRequest(NamedTuple):
 
     Attributes:
         world: World file; empty for an empty world.
-        world_text: Text of the world, where there is no file.
+        world_text: SDF text of the world, if it is not in a file.
         paused: Whether the simulation starts paused.
         has_server: Whether to run the simulation.
         has_window: Whether to show the simulation.
@@ -112,7 +111,7 @@ def sim_request(arguments: Sequence[str]) -> GazeboRequest:
         has_server="-g" not in flags,
         has_window="-s" not in flags,
         asks_version=not flags.isdisjoint(("--version", "--versions")),
-        # As in gz, -v alone is everything.
+        # As in gz, -v without a value shows all messages.
         verbosity="" if level is None else _VERBOSITIES.get(level, "DEBUG"),
         unserved=(*worlds[1:], *_unserved(options, _SIM_SERVED)),
     )
@@ -140,7 +139,7 @@ def _unserved(options: Sequence[tuple[str, str]], served: frozenset[str]) -> lis
 def _sort(
     words: Sequence[str], with_value: frozenset[str]
 ) -> tuple[list[str], list[tuple[str, str]]]:
-    """Return the words that stand for themselves, and the options with their values."""
+    """Return the positional arguments, and the options with their values."""
     alone: list[str] = []
     options: list[tuple[str, str]] = []
     rest = list(reversed(words))
@@ -160,7 +159,7 @@ def _sort(
             not equals
             and rest
             and (
-                # The level behind -v may be left out.
+                # The level after -v is optional.
                 name in with_value or (name in ("-v", "--verbose") and rest[-1].isdigit())
             )
         ):
@@ -169,7 +168,7 @@ def _sort(
     return alone, options
 
 
-# Worlds that come with Gazebo, without anything in them but a floor and a light.
+# Worlds of Gazebo that hold only a ground plane and a light.
 _EMPTY: Final = frozenset({"empty", "default"})
 
 
@@ -178,11 +177,11 @@ def world_file(request: GazeboRequest, folder: Path, logger: RcutilsLogger) -> P
 
     Args:
         request: Parsed command line.
-        folder: Where files may be written.
-        logger: Logger for warnings.
+        folder: Folder to which a world given as text is written.
+        logger: Logger for a world that is not found.
 
     Raises:
-        InvalidDescriptionError: The file is no world, or malformed.
+        InvalidDescriptionError: The file is not a world, or is malformed.
     """
     if request.world_text:
         path = folder / "world.sdf"

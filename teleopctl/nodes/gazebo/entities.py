@@ -17,7 +17,7 @@ from teleopctl.tf import quaternion_from_rpy, rpy_from_quaternion
 if TYPE_CHECKING:
     from teleopctl.node import Node
 
-# Parameters of the simulator: what is to be spawned, and further properties of it.
+# Parameters of the node `gazebo`: description of the entity to spawn, and its other properties.
 DESCRIPTION = "robot_description"
 POSE = "robot_pose"
 _NAME, _FILE, _TOPIC, _RENAMES = "entity_name", "entity_file", "entity_topic", "entity_renames"
@@ -28,12 +28,12 @@ class GazeboEntity(NamedTuple):
     """Entity that a Gazebo program spawns: description, name, pose; without text, to delete.
 
     Attributes:
-        text: URDF, or SDF; empty to take it out.
-        name: What it is to be called; empty for its own name.
-        file: Where the text is from; empty for no file.
-        topic: The topic on which the text was received, or empty.
-        renames: Whether it may be called otherwise where there is one of that name.
-        pose: Where it is to be: x, y, z, roll, pitch, yaw.
+        text: URDF or SDF text; empty to delete the entity.
+        name: Name of the entity; empty for the name in its description.
+        file: Path of the file with the text; empty for no file.
+        topic: Topic on which the text was received; empty for no topic.
+        renames: Whether the entity may be renamed if its name is taken.
+        pose: Initial pose: x, y, z (m), roll, pitch, yaw (rad).
     """
 
     text: str = ""
@@ -43,7 +43,7 @@ class GazeboEntity(NamedTuple):
     renames: bool = False
     pose: tuple[float, ...] = NOWHERE
 
-    # Any: a parameter's value is of one of many types.
+    # Any: parameter values have several types.
     @classmethod
     def of_parameters(cls, values: Mapping[str, Any]) -> GazeboEntity:
         """Return the `GazeboEntity` for parameter values of the node ``gazebo``, by name."""
@@ -71,10 +71,10 @@ class GazeboEntity(NamedTuple):
         """Return the entity's description as URDF, converted from SDF if needed.
 
         Args:
-            folder: Where files may be written.
+            folder: Folder for a temporary file with the SDF text.
 
         Raises:
-            InvalidDescriptionError: It is SDF that cannot be read.
+            InvalidDescriptionError: The SDF cannot be read.
         """
         if self.file and model_kind(self.file) == "sdf":
             return read_model(self.file).text
@@ -105,12 +105,12 @@ def offer_spawn_services(node: Node, apply_entity: Callable[[GazeboEntity], str]
     """Create Gazebo classic's ``/spawn_entity`` and ``/delete_entity``, by a function.
 
     Args:
-        node: Whose they are.
-        apply_entity: Puts an entity into the world, or takes out one without a description; returns
-            why that was not done, or nothing.
+        node: Node that serves the two services.
+        apply_entity: Function that spawns an entity, or deletes an entity without a description,
+            and returns the reason of a failure, empty on success.
     """
 
-    # Any, here and below: messages, whose classes are made at run time.
+    # Any, here and below: messages, whose classes are created at run time.
     def spawn(request: Any, response: Any) -> Any:
         frame, name = request.reference_frame, request.name
         if frame not in _WORLD:
@@ -141,17 +141,18 @@ def offer_spawn_services(node: Node, apply_entity: Callable[[GazeboEntity], str]
     node.create_service(_DeleteEntity, "/delete_entity", delete)
 
 
-# The simulator's services take this long at most: a model is compiled, the loop has to wait.
+# Longest wait for the simulator's services, in seconds: they compile a model between two steps.
 _TIMEOUT_S = 30.0
 
 
 class ObjectSpawner:
     """Client of the simulator that spawns and deletes all entities except the robot.
 
-    It has a node of its own, since the node whose services call it waits meanwhile.
+    The clients have a node of their own, since the node ``gazebo`` waits for their responses in its
+    own service callbacks.
 
     Attributes:
-        entities: What is there by its name.
+        entities: Spawned entities by name.
     """
 
     def __init__(self) -> None:
@@ -161,7 +162,7 @@ class ObjectSpawner:
         self._executor.add_node(self._node)
         self._clients: dict[str, Client[Any, Any]] = {}
 
-    # SpawnEntity's field for a URI is in another message from simulation_interfaces 2 on.
+    # From simulation_interfaces 2 on, SpawnEntity has the URI in a nested message.
     _SERVICES: ClassVar = {"spawn_entity": "SpawnEntity", "delete_entity": "DeleteEntity"}
 
     def close(self) -> None:
@@ -198,9 +199,9 @@ class ObjectSpawner:
             self.entities.pop(name, None)
         return reason
 
-    # Any: messages, whose classes are made at run time.
+    # Any: messages, whose classes are created at run time.
     def _call(self, name: str, request: Any) -> tuple[Any, str]:
-        """Call a service; returns the response, and why it was refused, or nothing."""
+        """Call a service; return the response and the reason of a failure, empty on success."""
         client = self._clients.get(name)
         if client is None:
             kind = get_service(f"simulation_interfaces/srv/{self._SERVICES[name]}")

@@ -28,9 +28,9 @@ class Program(NamedTuple):
     """Program to run as a child process of a Gazebo program: name and command line.
 
     Attributes:
-        name: What it is called in messages.
-        command: Its command line.
-        ends: Whether it ends by itself when its work is done.
+        name: Name of the program in messages.
+        command: Command line of the program.
+        ends: Whether the program exits by itself when its work is done.
     """
 
     name: str
@@ -50,15 +50,15 @@ def programs_for(
     """Return the programs to start for a robot: simulator, controllers, spawner, camera.
 
     Args:
-        description: The robot.
-        folder: Where files for them may be written.
-        paused: Whether time is to stand still.
-        pose: Where it is to start: x, y, z, roll, pitch, yaw; empty for nowhere in particular.
-        topic: Where the description is; empty for ROS's.
-        world: The file of what stands around it; None for nothing.
+        description: Description of the robot.
+        folder: Folder for parameter files of the programs.
+        paused: Whether the simulation starts paused.
+        pose: Initial pose: x, y, z (m), roll, pitch, yaw (rad); empty for the default.
+        topic: Topic of the description; empty for ``/robot_description``.
+        world: Path of the world file; None for an empty world.
 
     Raises:
-        TeleopctlError: A file of parameters that the description names cannot be read.
+        TeleopctlError: A parameter file that the description names cannot be read.
     """
     control = next((one for one in description.gazebo.plugins if one.runs_controllers), None)
     files = [] if control is None else _files(control)
@@ -67,7 +67,7 @@ def programs_for(
     simulator = [f"update_rate:={_rate(files)}", f"paused:={str(paused).lower()}"]
     place = [f"spawn_pose:={[float(value) for value in pose]}"] if pose else []
     simulator += place
-    # In quotes, since a path need be nothing else to YAML.
+    # In quotes, so that YAML reads any path as a string.
     around = [] if world is None else [f"world:={json.dumps(str(world))}"]
     simulator += around
     elsewhere = ["-r", f"/robot_description:={topic}"] if topic else []
@@ -105,7 +105,7 @@ def _files(plugin: PluginTag) -> list[Path]:
 
 
 def _rate(files: list[Path]) -> int:
-    """Return in Hz how often controllers compute: one cycle for each state of the simulator."""
+    """Return the update rate (Hz) of the controllers: one cycle per state of the simulator."""
     rate = _DEFAULT_RATE_HZ
     for file in files:
         found = read_parameter_file(file).for_node(f"/{_MANAGER}").get("update_rate")
@@ -115,7 +115,7 @@ def _rate(files: list[Path]) -> int:
 
 
 def _parameters_of(plugins: MotionPlugins, manager: str, folder: Path) -> Path:
-    """Write the parameters of controllers that stand for plug-ins."""
+    """Write the parameters of the controllers that replace plug-ins to a file; return its path."""
     import yaml
 
     file = Path(tempfile.mkdtemp(dir=folder)) / "plugins.yaml"
@@ -124,7 +124,7 @@ def _parameters_of(plugins: MotionPlugins, manager: str, folder: Path) -> Path:
 
 
 def _name_of_manager(plugin: PluginTag | None) -> str:
-    """The controller manager's full name."""
+    """Return the full name of the controller manager."""
     if plugin is None:
         return f"/{_MANAGER}"
     name = plugin.parameter("controller_manager_name") or plugin.parameter(
@@ -163,7 +163,8 @@ def _program(
     return Program(executable, command)
 
 
-# Ctrl-C, and a launch that ends, reach the whole process group: at first they end by themselves.
+# Ctrl-C, and the end of a launch, signal the whole process group, so the children may exit by
+# themselves within this time, in seconds.
 _GRACE_S = 2.0
 
 
@@ -229,7 +230,7 @@ class ChildPrograms:
         return self.folder / f"{name}.log"
 
     def _end(self, *, at_once: bool) -> None:
-        # The simulator last: a controller manager tells its hardware good-bye.
+        # The simulator ends last: a controller manager still deactivates its hardware.
         steps = [signal.SIGTERM] if sys.platform == "win32" else [signal.SIGINT, signal.SIGTERM]
         if not at_once:
             self._wait()

@@ -1,9 +1,9 @@
 """Executables ``gz sim``, ``gzserver`` and ``gazebo``: simulate the first spawned robot.
 
-``create`` and ``spawn_entity.py`` set the parameters of a `GazeboEntity`, which succeeds once it
-stands in the simulator; programs of others call ``/spawn_entity``. The simulator is for one robot;
-what else is spawned are things around it, whatever the order in which they come. What simulates
-are programs of ours, which end with this one.
+``create`` and ``spawn_entity.py`` set the parameters of a `GazeboEntity`, which succeeds once the
+entity is in the simulator; other programs call ``/spawn_entity``. The simulator has one robot;
+other spawned entities are objects around the robot, in whatever order they are spawned. The
+simulation runs in child processes, which end with this program.
 """
 
 from __future__ import annotations
@@ -46,10 +46,10 @@ from teleopctl.robot import RobotDescription, motion_plugins, with_plugin_joints
 
 NAME = "gazebo"
 _TOPIC = f"/{DESCRIPTION}"
-# What is simulated, where that is not what ROS has on its topic.
+# Topic of the simulated description, if it differs from the one on `/robot_description`.
 _OWN_TOPIC = f"/{NAME}/{DESCRIPTION}"
 _SIMULATOR = "mujoco_sim"
-# The end of a child, and what it says of itself, are looked for this often, in seconds.
+# Period at which the children's progress and end are checked, in seconds.
 _LOOK_EVERY_S = 0.1
 WITHOUT_EFFECT = "Without effect here, where MuJoCo simulates: {}"
 _PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; there is no Gazebo window"
@@ -59,12 +59,12 @@ class GazeboServer(Node):
     """Node ``gazebo``: starts the simulator for a spawned robot, and spawns other entities.
 
     Args:
-        request: The parsed command line.
-        children: Starts and ends the programs.
+        request: Parsed command line.
+        children: Child processes, to which the simulator and its programs are added.
 
     Raises:
         InvalidDescriptionError: The world cannot be read.
-        RefusedError: Another one runs.
+        RefusedError: A node of the same name runs already.
     """
 
     def __init__(self, request: GazeboRequest, children: ChildPrograms) -> None:
@@ -104,7 +104,7 @@ class GazeboServer(Node):
         return _result(successful=True)
 
     def _take(self, entity: GazeboEntity) -> str:
-        """Spawn an entity or take it out, and return why that is not done; empty when it is."""
+        """Spawn or delete an entity; return the reason of a failure, empty on success."""
         try:
             reason = self._spawn(entity) if entity.text else self._remove(entity.name)
         except TeleopctlError as error:
@@ -114,10 +114,10 @@ class GazeboServer(Node):
         return reason
 
     def _spawn(self, entity: GazeboEntity) -> str:
-        """Put an entity into the world, and return why that cannot be; empty when it stands there.
+        """Spawn an entity; return the reason of a failure, empty on success.
 
         Raises:
-            TeleopctlError: It cannot be read.
+            TeleopctlError: The entity's description cannot be read.
         """
         if self._robot is None:
             return self._start(entity)
@@ -139,10 +139,10 @@ class GazeboServer(Node):
         return self._things.spawn(first)
 
     def _start(self, robot: GazeboEntity) -> str:
-        """Simulate a robot, and return why that cannot be; empty when it stands there.
+        """Start the simulation of a robot; return the reason of a failure, empty on success.
 
         Raises:
-            TeleopctlError: It cannot be read, or a file that it names.
+            TeleopctlError: The description, or a file that it names, cannot be read.
         """
         urdf = robot.urdf(self._children.folder)
         description = RobotDescription.from_urdf(urdf)
@@ -163,7 +163,7 @@ class GazeboServer(Node):
                 "The pose is ignored: the root link of the robot is the world"
             )
         if not self.get_publishers_info_by_topic(_TOPIC):
-            # It was read from a file; others take it from where ROS has it.
+            # The description is from a file; other nodes subscribe to `/robot_description`.
             self._publish(_TOPIC, urdf)
         if topic:
             self._publish(topic, commanded)
@@ -183,7 +183,7 @@ class GazeboServer(Node):
         return reason
 
     def _remove(self, name: str) -> str:
-        """Take out the robot or a thing, and return why that cannot be."""
+        """Delete the robot or an object; return the reason of a failure, empty on success."""
         if self._robot is None or self._description is None:
             return "There is no robot"
         if name not in ("", self._robot.name, self._description.name):
@@ -205,7 +205,7 @@ class GazeboServer(Node):
         self._publishers.append(publisher)
 
     def _wait_for_the_simulator(self) -> str:
-        # Who spawned the robot waits for this node, which hands on what the simulator does.
+        # The spawning program waits for this node, so this node reports the simulator's progress.
         progress.report(progress.STARTING, "starting the simulation")
         try:
             return self._watch_the_simulator_start()
@@ -232,7 +232,7 @@ def gz() -> int:
     """Run ``gz sim``, with MuJoCo in place of Gazebo, until Ctrl-C; return the exit status.
 
     Raises:
-        UsageError: It is another subcommand, which needs Gazebo itself.
+        UsageError: The subcommand is not ``sim``, and needs Gazebo itself.
     """
     words = _words()
     command = words[0] if words else ""
@@ -261,7 +261,7 @@ def server_of_gz() -> int:
     """Run ``ros_gz_sim gzserver`` with the world of its parameters; return the exit status.
 
     Raises:
-        UsageError: There is no world.
+        UsageError: Neither parameter gives a world.
     """
     given = parse_ros_arguments(sys.argv[1:])
     with init(publishes_after_signal=True), Node("gzserver") as asked:
@@ -305,12 +305,12 @@ def _print_version() -> int:
 
 
 def _run(request: GazeboRequest) -> int:
-    """Run until it is interrupted, or until one of the programs ends."""
+    """Run the node ``gazebo`` until Ctrl-C or until a child ends; return the exit status."""
     if request.asks_version:
         return _print_version()
     if not request.has_server:
         return _show(request)
-    # Behind `init`: what is shown while the children end may still be published.
+    # The children end before the context shuts down, so the node can still log and publish.
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(publishes_after_signal=True),

@@ -35,7 +35,7 @@ from teleopctl.robot import find_world
 _NUMBERS = ("x", "y", "z", "R", "P", "Y")
 _TEXTS = ("world", "file", "string", "topic", "name")
 _NO = ("false", "f", "no", "n", "0")
-# As often as the programs of ROS tell that they still wait, in seconds.
+# Period of the log lines while waiting, in seconds, as in the programs of ROS.
 _TIMEOUT_S = 1.0
 
 
@@ -53,7 +53,7 @@ def create() -> int:
         source.add_argument(f"-{name}", f"--{name}", default="")
     for name in ("name", "world"):
         parser.add_argument(f"-{name}", f"--{name}", default="")
-    # A flag of its own, or with its value behind it: `-allow_renaming true`.
+    # A flag, or an option with a value: `-allow_renaming true`.
     parser.add_argument("-allow_renaming", "--allow_renaming", nargs="?", default="false")
     _add_pose(parser)
     options, unknown = parser.parse_known_args(_words())
@@ -76,7 +76,7 @@ def create() -> int:
                 *filter(None, [" ".join(unknown)]),
             ],
         )
-        # Behind the flag there may be nothing, or any word of gflags' for no.
+        # The flag may have no value, or any of gflags' words for false.
         renames = renames or str(options.allow_renaming).lower() not in _NO
         reason = _send_entity(node, entity._replace(renames=renames))
         if reason is None:
@@ -225,10 +225,10 @@ def _written(options: argparse.Namespace, *names: str) -> list[str]:
 def _send_entity(
     node: Node, entity: GazeboEntity, namespace: str = "", timeout_s: float = math.inf
 ) -> str | None:
-    """Hand an entity to the simulator, one without a description to take it out.
+    """Set an entity as parameters of the node ``gazebo``; without a description, delete it.
 
     Returns:
-        Why that was refused, or None.
+        Reason of a failure, or None.
     """
     return _set(node, f"{namespace}/{NAME}", entity.as_parameters(), timeout_s)
 
@@ -236,7 +236,7 @@ def _send_entity(
 def _set(
     node: Node, target: str, parameters: list[Parameter], timeout_s: float = math.inf
 ) -> str | None:
-    """Set parameters of a node at once; return why that was not done, or None."""
+    """Set parameters of a node atomically; return the reason of a failure, or None."""
     simulator = AsyncParameterClient(node, target)
     deadline = time.monotonic() + timeout_s
     while not simulator.wait_for_services(min(_TIMEOUT_S, timeout_s)):

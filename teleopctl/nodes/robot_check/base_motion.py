@@ -16,9 +16,9 @@ SPEED = 0.3
 TURN = 0.5
 """Commanded turning speed of a base, in rad/s."""
 MOVING_S = 2.0
-"""Seconds of each motion."""
+"""Duration of each motion, in s."""
 ENOUGH = 0.5
-"""Smallest part of the commanded distance that passes."""
+"""Smallest fraction of the commanded distance that passes the check."""
 # A base that turns by sliding turns by less than commanded, see docs/physics.md.
 _ENOUGH_TURN = 0.15
 
@@ -44,7 +44,7 @@ class BaseMotion(NamedTuple):
     Attributes:
         ahead: Distance driven ahead, in m.
         turned: Angle turned afterwards, in rad.
-        speed_factor: Commanded velocity as a fraction of the usual one.
+        speed_factor: Commanded velocity as a fraction of `SPEED` and `TURN`.
     """
 
     ahead: float
@@ -79,7 +79,7 @@ def planar_move_motions(robot: SimulatedRobot) -> dict[str, BaseMotion]:
     """Command each planar-move plug-in in a new simulation; return the `BaseMotion` per topic.
 
     Args:
-        robot: The robot, of whose model a new simulation is made.
+        robot: Simulated robot, whose model is used for the new simulation.
     """
     from teleopctl.sim import Simulation
 

@@ -12,9 +12,9 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model import JointSpec
     from teleopctl.sim import Simulation
 
-# Shapes closer than this (m) touch: a drive that follows a trajectory strays by less.
+# Shapes closer than this (m) count as in contact: tracking errors of a drive are smaller.
 _CLEARANCE_M = 1e-3
-# Parts of the step that are tried, and at which parts of the way contacts are looked for.
+# Fractions of the step that are tried, and fractions of the path at which contacts are checked.
 _PARTS = (1.0, -1.0, 0.5, -0.5, 0.25, -0.25)
 _WAY = (0.25, 0.5, 0.75, 1.0)
 
@@ -24,16 +24,16 @@ def free_targets(
 ) -> dict[str, float]:
     """Return by joint a target position, at most ``step`` away, reached without new contacts.
 
-    Joint by joint: the first position counts that, on the straight way there of all joints chosen
-    so far, brings no shapes together that do not touch now.
+    Joints are added one by one. A joint's target is its first position for which the straight path
+    of all joints chosen so far has no contacts other than the present ones.
 
     Args:
-        simulation: The robot, where it starts; it is not changed.
-        joints: Those to be moved, in the order of the model.
-        step: How far at most, in rad or m; half of what is left to the limit, where that is less.
+        simulation: Simulation with the robot at its start; not changed.
+        joints: Joints to move, in the order of the model.
+        step: Largest distance in rad or m; reduced to half of the distance to the joint's limit.
 
     Returns:
-        By joint, in rad or m; one without such a position is left out.
+        Target position by joint, in rad or m; a joint without such a position is left out.
     """
     ways = _Ways(simulation)
     targets: dict[str, float] = {}
@@ -78,7 +78,7 @@ class _Ways:
         )
 
     def _pairs(self, positions: Mapping[str, float]) -> set[tuple[int, int]]:
-        """The pairs of shapes that touch with some joints elsewhere, and those that follow them."""
+        """Return the pairs of geoms in contact with joints, and their mimics, at ``positions``."""
         data: Any = self._data
         data.qpos[:] = self._qpos
         for joint in self._joints:

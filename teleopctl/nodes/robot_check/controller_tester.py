@@ -24,31 +24,31 @@ if TYPE_CHECKING:
     from teleopctl.mujoco_model import JointSpec
     from teleopctl.sim import SimulatedRobot, Simulation
 
-# How far or how fast a joint is to go, in rad or m, per s.
+# Commanded distance of a joint, in rad or m, and commanded speed, in rad/s or m/s.
 _STEP = 0.2
 _JOINT_SPEED = 0.5
 # Largest commanded speed of a base as a fraction of its wheels' fastest speed.
 _BELOW_LIMIT = 0.8
-# How much longer a trajectory or a gripper is waited for, in s.
+# Additional wait for the end of a trajectory or a gripper's motion, in s.
 _ARRIVING_S = 1.0
-# A joint that takes efforts gets this part of its limit, or so much, in N m or N.
+# Commanded effort as a fraction of a joint's limit, and in N m or N for a joint without a limit.
 _EFFORT_PART = 0.3
 _EFFORT = 20.0
-# Which motion by efforts is one at all, in rad or m.
+# Smallest motion by efforts that counts, in rad or m.
 _SOME = 0.01
 
-# Where a base takes velocities, by its kind and by whether they are stamped.
+# Topics of velocity commands, which depend on the controller and on whether they are stamped.
 _VELOCITIES = ("~/cmd_vel", "~/cmd_vel_unstamped", "~/reference", "~/reference_unstamped")
-# What controllers call the radius of their wheels.
+# Parameters of controllers with the radius of their wheels.
 _RADII = (
     *("wheel_radius", "wheels_radius", "rear_wheels_radius", "front_wheels_radius"),
     *("traction_wheels_radius", "kinematics.wheels_radius"),
 )
 _IN_PLACE = ("DiffDriveController", "MecanumDriveController")
 
-# Any stands for messages: their classes are made at run time, from definitions.
+# Any stands for messages: their classes are created at run time, from definitions.
 
-# Takes its time, and returns whether something moved, and that in words.
+# Yields once per control period; returns whether something moved, and a summary as text.
 _Act = Generator[None, None, tuple[bool, str]]
 
 
@@ -56,10 +56,10 @@ class MotionResult(NamedTuple):
     """Result of testing one controller: whether its joints or base moved, and how far.
 
     Attributes:
-        controller: Controller's name.
-        type: Controller's type, the plug-in's name.
+        controller: Name of the controller.
+        type: Type of the controller: the name of its plug-in.
         moved: Whether joints or base moved as commanded.
-        told: How far what moved, or why nothing did, as text.
+        told: Measured motion, or the reason why nothing moved, as text.
     """
 
     controller: str
@@ -72,9 +72,9 @@ class ControllerTester:
     """Tester that sends commands to controllers in simulation, and measures the motion.
 
     Args:
-        stack: The controllers.
-        simulation: The robot that they move.
-        robot: What it was built from.
+        stack: Control stack with the controllers.
+        simulation: Simulation of the robot that the controllers move.
+        robot: Simulated robot with the description and the model.
     """
 
     def __init__(self, stack: ControlStack, simulation: Simulation, robot: SimulatedRobot) -> None:
@@ -94,14 +94,14 @@ class ControllerTester:
         """Command an active controller, yielding each period; append the result to ``motions``.
 
         Args:
-            spec: The controller.
-            motions: What the controllers did.
+            spec: Controller to command.
+            motions: List to which the result is appended.
         """
         kind = spec.type.rpartition("/")[2]
         controller = spec.controller
         chainable = controller if isinstance(controller, ChainableControllerInterface) else None
         if chainable is not None and chainable.in_chained_mode:
-            return  # moved by the controller that commands it
+            return  # tested with the controller that commands its references
         endpoints = self._stack.nodes[spec.name].endpoints
         if "~/joint_trajectory" in endpoints:
             act = self._trajectory(spec)
@@ -125,7 +125,7 @@ class ControllerTester:
         return float(self._simulation.positions[names.index(joint)]) if joint in names else math.nan
 
     def _targets(self, joints: Sequence[str]) -> dict[str, float]:
-        """Positions a little away, where nothing is touched; none for a joint that has no such."""
+        """Return collision-free targets near the present positions, of joints that have any."""
         specs = [self._joints[name] for name in joints if name in self._joints]
         return free_targets(self._simulation, specs, _STEP)
 
@@ -214,7 +214,7 @@ class ControllerTester:
         self._send(spec, "~/commands", message)
 
     def _references(self, spec: ControllerSpec, controller: ChainableControllerInterface) -> _Act:
-        """Give a PID controller values of its first quantity; a derivative it leaves as it is."""
+        """Command the references of a PID controller's first interface, not its derivative."""
         first = controller.reference_interfaces[0].interface_name
         wanted = [one for one in controller.reference_interfaces if one.interface_name == first]
 
@@ -304,7 +304,7 @@ class ControllerTester:
         return way.is_enough, summary
 
     def _slower(self, spec: ControllerSpec) -> float:
-        """Which part of the usual velocity its wheels can do, by their limits."""
+        """Return the fraction of the test velocity that the limits of the wheels permit."""
         radii = [self._parameter(spec, name) for name in _RADII]
         known = [radius for radius in radii if isinstance(radius, float) and radius > 0.0]
         fastest = [self._joints[joint].limits.velocity for joint in self._wheels(spec)]
@@ -313,7 +313,7 @@ class ControllerTester:
         return min(1.0, _BELOW_LIMIT * min(fastest) * min(known) / SPEED)
 
     def _wheels(self, spec: ControllerSpec) -> list[str]:
-        """The joints that a controller turns."""
+        """Return the joints that a controller commands by velocity."""
         commanded = [
             interface.name.split("/")[-2]
             for interface in spec.controller.command_interfaces
@@ -322,7 +322,7 @@ class ControllerTester:
         return [joint for joint in commanded if joint in self._joints]
 
     def _without_shape(self, spec: ControllerSpec) -> str:
-        """The end of a sentence that names wheels without collision shapes, if there are any."""
+        """Return a clause that names wheels without collision shapes; empty if all have shapes."""
         joints = self._description.joints
         wheels = [joints[name].child for name in self._wheels(spec) if name in joints]
         bare = [link for link in wheels if not self._description.links[link].collisions]
@@ -337,7 +337,7 @@ class ControllerTester:
         if self._parameter(spec, "use_stamped_vel") is not False:
             message = get_message("geometry_msgs/msg/TwistStamped")(twist=twist)
         for _ in self.wait(MOVING_S):
-            # Without a stamp it counts from now on each time: a controller brakes upon old ones.
+            # A zero stamp means now, so each command is new: controllers stop on old commands.
             self._send(spec, topic, message)
             yield
 

@@ -1,7 +1,7 @@
 """Check that a robot's controllers move it: ros2_control and simulator in lockstep, in memory.
 
-Resource manager, controller manager and controllers are those of ``sim.yaml``, and so is the
-simulator's loop; messages go from one to the other without a graph.
+Resource manager, controller manager, controllers and the simulator's loop are those of
+``sim.yaml``; messages are passed in memory, without a ROS graph.
 """
 
 from __future__ import annotations
@@ -34,9 +34,10 @@ _MANAGER = "controller_manager"
 PLANAR_MOVE = "planar_move"
 """Type in the report for a Gazebo plug-in that moves a base instead of a controller."""
 _DEFAULT_RATE_HZ = 100
-# As the simulator has it.
+# The simulator's highest update rate.
 _MOST_HZ = 100_000
-# States come, then controllers hold for a while, in s.
+# Seconds with states only before the controllers are activated, and seconds for which the
+# controllers hold afterwards.
 _BEFORE_S = 0.1
 _SETTLING_S = 0.5
 
@@ -46,11 +47,11 @@ class ControllerReport:
     """Result of testing all controllers of a robot in simulation.
 
     Attributes:
-        own: Whether they are the robot's.
-        motions: What each that moves something did.
-        inactive: Controllers that did not become active, and why.
+        own: Whether the controllers are the robot's own, not defaults.
+        motions: Results of the controllers that command joints or a base.
+        inactive: Controllers that did not become active, with the reason.
         joints: Joints whose state a controller publishes.
-        fault: Why not all of it was tried; empty where it was.
+        fault: Reason why the test is incomplete; empty if it is complete.
     """
 
     own: bool
@@ -90,11 +91,11 @@ def check_controllers(
     """Command each of a robot's controllers in a new simulation; return a report, or None.
 
     Args:
-        robot: The robot, of whose model a new simulation is made.
-        controllers: Its controllers; None for one without.
+        robot: Simulated robot, whose model is used for the new simulation.
+        controllers: Controllers of the robot; None for a robot without controllers.
 
     Returns:
-        What became of it; None for one that nothing moves.
+        Report; None if neither a controller nor a planar-move plug-in moves the robot.
     """
     driven = ControllerReport(controllers is not None and controllers.own)
     for topic, way in planar_move_motions(robot).items():
@@ -129,7 +130,7 @@ def _run_controllers(
     stack.time_ns = 0
     stack.load_urdf(robot.description.urdf)
     hardware = [component.hardware for component in stack.resources.components.values()]
-    # One component's states time the cycles; the others are read and written with it.
+    # The states of one component start the cycles, which read and write all components.
     next(one for one in hardware if one.drives_cycle).set_cycle(stack.cycle.run)
     tester = ControllerTester(stack, simulation, robot)
     script = _script(stack, given, tester, driven)
@@ -170,7 +171,7 @@ def _script(
 
 
 def _bring_up(stack: ControlStack, name: str, given: ChosenControllers) -> str:
-    """Load, configure and activate a controller as the spawner does; returns why that failed."""
+    """Load, configure and activate a controller as the spawner does; return a failure's reason."""
     before = len(stack.log.lines)
     settings = controller_load_parameters(name, f"{given.namespace}/{_MANAGER}", [str(given.file)])
     if "type" in settings:
@@ -183,9 +184,9 @@ def _bring_up(stack: ControlStack, name: str, given: ChosenControllers) -> str:
     return "" if accepted else message or _reason(stack, manager.controllers[name], before)
 
 
-# Any: parameters have one of nine types, and files decide which.
+# Any: parameter values have one of nine types.
 def _parameters(name: str, given: ChosenControllers) -> Mapping[str, Any]:
-    """A controller's own parameters, and those that stand among the manager's."""
+    """Return a controller's parameters, including those given below the manager's node."""
     file = read_parameter_file(given.file)
     prefix = f"{name}."
     below = {

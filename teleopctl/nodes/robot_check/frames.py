@@ -17,7 +17,7 @@ if TYPE_CHECKING:
     from teleopctl.sim import SimulatedRobot
 
 _TRIES = 5
-# Where a joint without limits is put, in rad or m, to either side.
+# Range of random positions of a joint without limits, in rad or m, to either side.
 _ANYWHERE = 3.0
 
 _Matrix = npt.NDArray[np.float64]
@@ -27,10 +27,10 @@ class FrameComparison(NamedTuple):
     """Result of comparing robot_state_publisher's frames with the simulator's bodies.
 
     Attributes:
-        links: How many links it has.
-        missing: Links that have no frame on ``/tf``.
-        apart_m: The largest difference between a frame and its body in the simulator, over random
-            positions of all joints: in m, and in the numbers of the rotation's matrix.
+        links: Number of links of the robot.
+        missing: Links without a frame on ``/tf``.
+        apart_m: Largest difference between a frame and its body in the simulator, at random
+            positions of all joints: in m, and in the elements of the rotation matrix.
     """
 
     links: int
@@ -42,15 +42,15 @@ def compare_frames(robot: SimulatedRobot, published_joints: Container[str]) -> F
     """Compare the frames of robot_state_publisher with MuJoCo's bodies; return the differences.
 
     Args:
-        robot: The robot.
-        published_joints: Joints whose state is published.
+        robot: Simulated robot.
+        published_joints: Joints whose state is published on ``joint_states``.
     """
     description = robot.description
     joints = Joints.of(description)
     tree = SegmentTree(description, joints)
     moving = {joints[name].joint.child: joints[name].mimic for name in joints}
     child = {joints[name].joint.child: name for name in joints}
-    # What is on a floating joint is where physics has it, as the simulator publishes on request.
+    # The simulator publishes the frames of floating joints itself, from its physics.
     floating = {joint.child for joint in description.tree if joint.type == "floating"}
     missing = [
         link
@@ -93,7 +93,7 @@ def _range(lower: float, upper: float) -> tuple[float, float]:
 def _frames(
     description: RobotDescription, tree: SegmentTree, positions: dict[str, float]
 ) -> dict[str, _Matrix]:
-    """Each link's frame in the root link's, (4, 4)."""
+    """Return each link's pose in the frame of the root link, (4, 4)."""
     steps = {segment.joint.child: segment.origin for segment in tree.fixed}
     steps.update((joint.child, step) for joint, step in tree.transforms(positions))
     frames = {description.root: np.eye(4)}
@@ -110,7 +110,7 @@ def _matrix(transform: Transform) -> _Matrix:
     return matrix
 
 
-# Any: MuJoCo's data have no types.
+# Any: MuJoCo's data has no type hints.
 def _placed(data: Any, link: str) -> _Matrix:
     matrix = np.eye(4)
     matrix[:3, :3] = data.body(link).xmat.reshape(3, 3)

@@ -40,7 +40,7 @@ if TYPE_CHECKING:
     from teleopctl.sim import SimulatedRobot
 
 _SUFFIXES = (".urdf", ".xacro", ".xml", ".sdf")
-# Worlds, macros and other documents have other roots, or no links of their own.
+# Root elements of robot files; macros have the root of a robot too, but no links.
 _ROOTS = ("robot", "mujoco", "sdf")
 _XACRO = "{http://www.ros.org/wiki/xacro}"
 _MACROS = frozenset(f"{_XACRO}{tag}" for tag in ("macro", "property", "arg"))
@@ -49,10 +49,10 @@ _MACROS = frozenset(f"{_XACRO}{tag}" for tag in ("macro", "property", "arg"))
 def robots_in(paths: Iterable[Path]) -> Iterator[Path]:
     """Yield the given files, and robot files in given folders that no other file includes.
 
-    A xacro file without a name is a part of others, and so is what another MJCF file includes.
+    Xacro files without a robot name, and files that an MJCF file includes, are parts of others.
 
     Args:
-        paths: Files, which count whatever is in them, and folders.
+        paths: Files, yielded whatever their content, and folders.
     """
     for path in paths:
         if path.is_file():
@@ -88,10 +88,10 @@ def _is_robot(root: etree._Element) -> bool:
     return root.find(".//body") is not None or root.find("include") is not None
 
 
-# Given a robot's file and all arguments.
+# Called with the path of the robot's file and all arguments.
 ChooseControllers = Callable[[Path, Mapping[str, str]], "ChosenControllers | None"]
 
-# The arguments that are those of sim.yaml, and not of the description.
+# Arguments of sim.yaml, which are not arguments of the description.
 _OF_THE_LAUNCH = ("controllers", "controllers_file", "controllers_namespace", "fixed_base")
 _PARAMETERS = "ros__parameters"
 _PACKAGE = "package://"
@@ -102,26 +102,26 @@ class RobotReport:
     """Report on a robot file: errors, repairs, model, simulation, controllers and frames.
 
     Attributes:
-        file: The file.
+        file: Path of the robot file.
         kind: ``urdf``, ``sdf`` or ``mjcf``; ``world`` for a world without a robot.
-        error: Why the file is no robot; None if it is one.
-        refusal: Why it cannot be simulated; None if it can.
-        description: Parsed robot, if it is one.
+        error: Reason why the file is not a valid robot; None if it is valid.
+        refusal: Reason why the robot cannot be simulated; None if it can.
+        description: Parsed robot description; None if the file is not valid.
         mass_kg: Mass of the whole robot, as simulated.
         repaired: Corrections of the text, a sentence each.
         guessed: Values that were assumed, and parts left out, a sentence each.
         without_effect: Unsupported parts of the description, a sentence each.
         unknown: Unknown elements and attributes, a sentence each.
-        packages: Folders of the packages that it names; None for one that is not found.
-        meshes: Files of its meshes by URI; None for one that is not found.
-        controllers: Types of the controllers in the files that it names, by name.
-        second_reading: Comparison with what yourdfpy reads, if requested.
-        trial: Result of simulating it, if requested.
-        driven: Result of its controllers' test, if it stood before.
-        frames: Comparison of its frames, likewise.
-        places: Files and lines that the lines of its text come from, if not that file.
-        things: What stands and lies in a world, by name, and whether it moves freely.
-        world: What a world calls itself.
+        packages: Folders of the packages in the description; None for a package that is not found.
+        meshes: Files of the meshes by URI; None for a mesh that is not found.
+        controllers: Types by name of the controllers in the description's parameter files.
+        second_reading: Comparison with yourdfpy's model, if requested.
+        trial: Result of the simulation without controllers, if requested.
+        driven: Result of the test of the controllers, if requested and the robot has any.
+        frames: Comparison of the robot's frames, if simulation was requested.
+        places: Source file and line of each line of the text, where it is not that file's.
+        things: Objects of a world by name, and whether each moves freely.
+        world: Name of a world.
     """
 
     file: Path
@@ -174,15 +174,16 @@ def check_robot(
     """Read a robot file, build its model, simulate it if requested; return a `RobotReport`.
 
     Args:
-        file: URDF, xacro, SDF or MJCF.
-        arguments: Values of a xacro file's arguments, and of those of ``sim.yaml`` that say which
-            controllers it has and whether its root link stands still.
-        simulate_s: How long it is to stand, in simulated seconds; 0 for not at all.
-        compare_readers: Whether yourdfpy reads it as well. Its import and the meshes take time.
-        choose: Returns its controllers, or None where it has none.
+        file: Path of a URDF, xacro, SDF or MJCF file.
+        arguments: Values of the xacro file's arguments, and of the arguments of ``sim.yaml`` that
+            choose the controllers and whether the root link is fixed.
+        simulate_s: Simulated seconds for which the robot has to stand; 0 for no simulation.
+        compare_readers: Whether to read the file with yourdfpy too, which takes time for its import
+            and the meshes.
+        choose: Function that returns the robot's controllers; None for a robot without controllers.
 
     Returns:
-        The report; what is wrong with the file stands in it.
+        Report, which includes errors of the file.
     """
     report = RobotReport(file, model_kind(file))
     if is_world(file):
@@ -197,7 +198,7 @@ def check_robot(
             report.description = description = RobotDescription.from_urdf(text)
             _see_files(report, description)
             _see_controllers(report, description)
-            _ = description.ros2_control  # a mistake in it is one of the file's
+            _ = description.ros2_control  # parsed here, to report its errors as errors of the file
             urdf, remarks = simulated(text)
         except TeleopctlError as error:
             raise error.at(str(file)) from error
@@ -238,7 +239,7 @@ def defect_report(file: Path, error: Exception) -> RobotReport:
 
 
 def _of_world(report: RobotReport) -> RobotReport:
-    """Report on a world without a robot."""
+    """Complete and return the report on a world without a robot."""
     from teleopctl.mujoco_model import build_model
 
     nobody = RobotDescription.from_urdf('<robot name="nobody"><link name="world"/></robot>')
@@ -288,7 +289,7 @@ def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobo
         for part in RobotDescription.from_urdf(urdf).ros2_control
         for warning in part.warnings
     ]
-    # MuJoCo by itself writes them into a file in the current folder.
+    # Without a handler, MuJoCo writes its warnings to a file in the current folder.
     mujoco.set_mju_user_warning(lambda text: said.append(f"MuJoCo: {' '.join(text.split())}"))
     robot = simulate(
         urdf,
@@ -324,7 +325,7 @@ def _see_files(report: RobotReport, description: RobotDescription) -> None:
         try:
             path = resolve_uri(uri)
             report.meshes[uri] = str(path) if path.is_file() else None
-        except (TeleopctlError, OSError):  # too long for a file's name
+        except (TeleopctlError, OSError):  # OSError: the file name is too long
             report.meshes[uri] = None
         if uri.startswith(_PACKAGE):
             package = uri.removeprefix(_PACKAGE).partition("/")[0]
@@ -359,9 +360,9 @@ def _see_controllers(report: RobotReport, description: RobotDescription) -> None
         report.controllers.update(_types_in(content))
 
 
-# Any: what stands in YAML.
+# Any: content of a YAML file.
 def _types_in(content: Any) -> Iterator[tuple[str, str]]:
-    """Names and types of controllers, wherever a controller manager's parameters stand."""
+    """Yield names and types of controllers in controller managers' parameters at any depth."""
     if not isinstance(content, dict):
         return
     for name, value in content.items():

@@ -1,14 +1,14 @@
 """Second reading of a robot description, by yourdfpy, compared with ours in a robot check.
 
-yourdfpy is another reader of URDF, which shares no code with ours. What it does not support is no
-difference, and is evened out beforehand:
+yourdfpy is a reader of URDF that shares no code with teleopctl's. Features that yourdfpy does not
+support do not count as differences, and are compensated before the comparison:
 
-- Capsules, which it does not support, are left out.
-- Every joint is given its position, since yourdfpy lets a joint stand still that follows a mimic
-  joint. The numbers of ``<mimic>`` are compared.
-- Axes are made unit vectors, as ROS takes them: yourdfpy does so for rotations only.
+- Capsules are left out, since yourdfpy does not support them.
+- Every joint is set to its position, since yourdfpy does not move a joint that mimics a mimic
+  joint. The values of ``<mimic>`` are compared.
+- Axes are normalized, as in ROS: yourdfpy normalizes axes of rotation only.
 - Floating and planar joints stay at their origins.
-- The unit of a COLLADA file, which yourdfpy ignores, is taken out of the size of its mesh.
+- Mesh sizes are compared without the unit of a COLLADA file, which yourdfpy ignores.
 - A limit that is not given counts as 0, which is URDF's default.
 """
 
@@ -45,17 +45,18 @@ from teleopctl.robot import (
 )
 from teleopctl.tf import Transform, matrix_from_quaternion, quaternion_from_rpy
 
-# Two computations of the same pose differ by much less; in m and rad.
+# In m and rad; two computations of the same pose differ by much less.
 _SAME_POSE = 1e-6
-# Two readings of the same number do not differ; radians may have been degrees between.
+# Relative; two readings of a number differ only by a conversion to degrees and back.
 _SAME_NUMBER = 1e-9
-# Corners of meshes are 32-bit numbers, with seven digits.
+# Vertices of meshes are 32-bit floats, with seven digits.
 _SAME_SIZE_M, _SAME_SIZE = 1e-6, 1e-5
-# How far a vector may be from length 1 that is meant to have it: many are rounded to four digits.
+# Allowed deviation of a unit vector's length from 1: many are rounded to four digits.
 _UNIT = 1e-3
-# Where joints are put in their ranges. The middle is zero for many, where nothing would be seen.
+# Position of joints as a fraction of their ranges. The middle of many ranges is zero, where
+# differences would not show.
 _PART_OF_RANGE = 0.6
-# Where a joint without limits is put, in rad or m.
+# Position of a joint without limits, in rad or m.
 _ANYWHERE = 0.7
 
 _Matrix = npt.NDArray[np.float64]
@@ -69,8 +70,8 @@ class ReaderDifference(NamedTuple):
     Attributes:
         where: Joint or link, as text.
         what: Property that differs.
-        ours: Its value here, as text.
-        yourdfpy: Its value in yourdfpy, as text.
+        ours: Value of the property in teleopctl, as text.
+        yourdfpy: Value of the property in yourdfpy, as text.
     """
 
     where: str
@@ -88,9 +89,9 @@ class SecondReading(NamedTuple):
     """Result of reading a robot description with yourdfpy too: an error, or differences.
 
     Attributes:
-        error: Why yourdfpy cannot read it; empty where it can.
-        differences: What it reads differently.
-        meshes: Number of mesh files of the same size.
+        error: Reason why yourdfpy cannot read the description; empty if it can.
+        differences: Differences between the two models.
+        meshes: Number of mesh files with the same size in both models.
         capsules: Number of capsules, which yourdfpy does not support.
     """
 
@@ -116,9 +117,9 @@ def read_again(description: RobotDescription) -> SecondReading:
     """Read a robot description with yourdfpy; return how its model differs from teleopctl's.
 
     Args:
-        description: The robot, with absolute paths of its meshes.
+        description: Robot description with absolute paths of meshes.
     """
-    # It reports to the log what is compared here.
+    # yourdfpy logs the differences that are compared here.
     logging.getLogger("yourdfpy").setLevel(logging.CRITICAL)
     text, capsules = _without_capsules(description.urdf)
     try:
@@ -139,20 +140,20 @@ def read_again(description: RobotDescription) -> SecondReading:
 
 
 class _YourdfpyError(Exception):
-    """yourdfpy raised; the text says what."""
+    """yourdfpy raised an exception, whose type and message are the text."""
 
 
 def _asked(ask: Callable[[], _Answer]) -> _Answer:
     try:
         with warnings.catch_warnings():
-            warnings.simplefilter("ignore")  # numpy's, of infinite numbers
+            warnings.simplefilter("ignore")  # numpy warns of infinite numbers
             return ask()
-    except Exception as error:  # whatever its parsers do
+    except Exception as error:  # yourdfpy's parsers raise various exceptions
         reason = " ".join(f"{type(error).__name__}: {error}".split())[:200]
         raise _YourdfpyError(reason) from error
 
 
-# Any, here and below: yourdfpy has no types.
+# Any, here and below: yourdfpy has no type hints.
 def _parsed(text: str) -> Any:
     import yourdfpy
 
@@ -178,7 +179,7 @@ def _without_capsules(urdf: str) -> tuple[str, int]:
 
 
 def _pairs(ours: Mapping[str, _Part], theirs: Any) -> Iterator[tuple[_Part, Any]]:
-    """Yield what has the same name in both."""
+    """Yield pairs of teleopctl's and yourdfpy's links or joints with the same name."""
     return ((ours[one.name], one) for one in theirs if one.name in ours)
 
 
@@ -239,13 +240,13 @@ def _in_limits(where: str, joint: Joint, other: Any) -> Iterator[ReaderDifferenc
         return
     for name in ("lower", "upper", "velocity", "effort"):
         ours, theirs = float(getattr(joint.limit, name)), float(getattr(other, name) or 0.0)
-        # That of a joint of SDF is infinite where URDF needs a number.
+        # A joint of SDF may have an infinite limit, for which the URDF has a finite number.
         if not math.isclose(ours, theirs, rel_tol=_SAME_NUMBER) and math.isfinite(ours):
             yield ReaderDifference(where, f"its limit '{name}'", f"{ours:.10g}", f"{theirs:.10g}")
 
 
 def _in_poses(description: RobotDescription, robot: Any) -> Iterator[ReaderDifference]:
-    """Compare all links' poses in the root link's frame, at zero and elsewhere."""
+    """Compare all links' poses in the root link's frame, at zero and within the joints' ranges."""
     mimics = {name: joint.mimic for name, joint in description.joints.items() if joint.mimic}
     joints = Joints(description.joints, {}, mimics)
     tree = SegmentTree(description, joints)
@@ -266,7 +267,7 @@ def _in_poses(description: RobotDescription, robot: Any) -> Iterator[ReaderDiffe
         for joint in description.tree:
             theirs[joint.child] = theirs[joint.parent] @ steps[joint.name]
         apart = {link for link, pose in ours.items() if not _same_pose(pose, theirs[link])}
-        # Links below one that is elsewhere are so too.
+        # Links below a link with another pose differ too, and are not reported.
         for joint in description.tree:
             link = joint.child
             if link in apart and joint.parent not in apart:
@@ -391,9 +392,9 @@ def _meshes(description: RobotDescription) -> list[str]:
 
 
 def _in_mesh(uri: str) -> Iterator[ReaderDifference | None]:
-    """Compare the corners of a mesh's bounding box; None where they are the same.
+    """Compare a mesh's bounding boxes; yield a difference, or None if they are the same.
 
-    Nothing for a mesh that is not found or not accepted, which other lines of the report say.
+    Yields nothing for a missing or invalid mesh, which the report lists elsewhere.
     """
     try:
         ours = read_mesh(resolve_uri(uri))
@@ -419,13 +420,13 @@ def _in_mesh(uri: str) -> Iterator[ReaderDifference | None]:
 def _bounds(uri: str) -> _Matrix | None:
     """Return the lowest and the highest corner of a mesh in yourdfpy, in the file's unit, (2, 3).
 
-    None for a mesh without triangles, which is what it makes of a file that it cannot read.
+    None for a mesh without triangles, which yourdfpy also returns for an unreadable file.
     """
     import yourdfpy.urdf as parts
 
     geometry = parts.Geometry(mesh=parts.Mesh(uri))
     link = parts.Link("link", collisions=[parts.Collision("shape", geometry=geometry)])
-    # Of visual meshes it reads the textures as well.
+    # A collision mesh, since yourdfpy reads the textures of visual meshes too.
     model = parts.URDF(
         parts.Robot("robot", links=[link]),
         build_scene_graph=False,

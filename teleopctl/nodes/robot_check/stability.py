@@ -17,16 +17,18 @@ if TYPE_CHECKING:
 CONTROL_PERIOD_NS = 10_000_000
 
 AT_LIMIT = 0.99
-"""A drive that exerts this part of its limit can do no more."""
+"""Fraction of its effort limit from which a drive counts as at the limit."""
 
-# A root link that has tilted by so much, in rad, or sunk by this part of its height, has fallen.
+# A root link has fallen if it has tilted by this angle (rad), or sunk by this fraction of its
+# height.
 _FALLEN_RAD = 0.5
 _SUNK = 0.3
-# What is no height counts as this, in metres: many root links lie on the ground.
+# Smallest height of a root link for `_SUNK`, in metres: many root links are on the ground.
 _LEAST_HEIGHT_M = 0.15
-# A joint that nobody moves and that does move by so much, in rad or m, is not held.
+# A joint that moves by this much without a command, in rad or m, is not held by its drive.
 _SAGGED = 0.1
-# How long joints are moved for, in s; how far or how fast, in rad or m; which part is enough.
+# Duration of the joints' motion, in s; commanded distance, in rad or m, and speed, in rad/s or m/s;
+# and the fraction of the commanded motion that passes.
 _MOVING_S = 2.0
 _STEP = 0.1
 _SPEED = 0.5
@@ -39,11 +41,12 @@ class StabilityReport:
 
     Attributes:
         verdict: ``stands``, ``falls``, ``sags`` (a joint gives way) or ``diverges``.
-        fault: Why it does not stand; empty where it does.
+        fault: Reason why the robot does not stand; empty if it stands.
         moved: Joints that followed a command.
-        unmoved: Joints that did not.
-        blocked: Joints that were sent nowhere: each way meet the ground or another link.
-        travelled_m: How far its free root link came meanwhile; None where that is fixed.
+        unmoved: Joints that did not follow a command.
+        blocked: Joints that were not commanded: both directions meet the ground or another link.
+        travelled_m: Horizontal distance that the free root link moved meanwhile, in m; None for a
+            fixed root link.
     """
 
     verdict: str
@@ -58,8 +61,8 @@ def check_stability(robot: SimulatedRobot, seconds: float) -> StabilityReport:
     """Simulate a robot that its drives hold, then move its joints; return a `StabilityReport`.
 
     Args:
-        robot: The robot, at its start.
-        seconds: How long it is to stand, in simulated time.
+        robot: Simulated robot at its start.
+        seconds: Simulated time for which the robot has to stand, in s.
     """
     simulation = robot.simulation
     simulation.hold()
@@ -70,7 +73,7 @@ def check_stability(robot: SimulatedRobot, seconds: float) -> StabilityReport:
         )
     if fault := _fallen(robot):
         return StabilityReport("falls", fault)
-    # Nothing holds a joint that takes efforts alone: it hangs as physics says.
+    # No drive holds a joint with only effort commands, so its motion does not count.
     held = [bool({"position", "velocity"} & _takes(joint)) for joint in robot.model.joints]
     away = np.where(held, np.abs(simulation.positions - start), 0.0)
     if len(away) and away.max() > _SAGGED:
@@ -84,7 +87,7 @@ def check_stability(robot: SimulatedRobot, seconds: float) -> StabilityReport:
 
 
 def _run(simulation: Simulation, seconds: float) -> bool:
-    """Let time pass; returns whether physics holds."""
+    """Step the simulation for some seconds; return whether physics did not diverge."""
     end = simulation.time_ns + round(seconds * 1e9)
     while simulation.time_ns < end:
         simulation.step_to(min(end, simulation.time_ns + CONTROL_PERIOD_NS))

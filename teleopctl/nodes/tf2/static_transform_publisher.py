@@ -30,13 +30,13 @@ class StaticTransformPublisher(Node):
     """Node of ``static_transform_publisher``: publishes one static transform.
 
     Args:
-        frame_id: The frame in which the other one stands.
-        child_frame_id: The frame that stands there.
-        transform: Where it stands.
+        frame_id: Name of the parent frame.
+        child_frame_id: Name of the child frame.
+        transform: Pose of the child frame in the parent frame.
     """
 
     def __init__(self, frame_id: str, child_frame_id: str, transform: Transform) -> None:
-        # several of them run side by side as a rule, so each has a name of its own
+        # Usually several of these nodes run at once, so each has a unique name.
         super().__init__(f"static_transform_publisher_{os.urandom(6).hex()}")
         self._broadcaster = broadcast(self, frame_id, child_frame_id, transform)
 
@@ -62,10 +62,10 @@ def main(args: list[str] | None = None) -> int:
     """Run ``static_transform_publisher`` until Ctrl-C or a shutdown; return the exit status.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
 
     Raises:
-        UsageError: When the arguments are wrong.
+        UsageError: The arguments are wrong.
     """
     words = sys.argv[1:] if args is None else args
     program = parse_ros_arguments(words).program
@@ -99,7 +99,7 @@ def parse_old_style(arguments: Sequence[str]) -> tuple[str, str, Transform]:
     """Parse positional arguments; return the parent frame, child frame and transform.
 
     Raises:
-        UsageError: When a number is none.
+        UsageError: A value is not a number, or the quaternion is zero.
     """
     *texts, frame_id, child_frame_id = arguments
     try:
@@ -118,8 +118,8 @@ def parse_new_style(arguments: Sequence[str]) -> tuple[str, str, Transform]:
     """Parse ``--x``-style arguments; return the parent frame, child frame and transform.
 
     Raises:
-        TeleopctlError: When one is missing, wrong, or both kinds of rotation are given.
-        SystemExit: After ``--help``.
+        TeleopctlError: An argument is missing or wrong, or both kinds of rotation are given.
+        SystemExit: ``--help`` was given.
     """
     parser = ArgumentParser(
         prog="static_transform_publisher",
@@ -157,7 +157,7 @@ class StaticTransformBroadcasterNode(Node):
     """Component that publishes one static transform, given by its parameters.
 
     Raises:
-        InvalidParameterError: The frames are the same, or the rotation is none.
+        InvalidParameterError: The two frames are the same, or the quaternion is zero.
     """
 
     def __init__(self) -> None:

@@ -14,11 +14,11 @@ def main(args: list[str] | None = None) -> int:
     """Run ``tf2_echo``: print a transform repeatedly until Ctrl-C; return the exit status.
 
     Args:
-        args: Command line: frame in which the transform is expressed, the other, and the rate in
-            Hz (1); None takes the process's.
+        args: Command line: frame in which the transform is expressed, frame whose pose is printed,
+            and rate in Hz (1); None takes ``sys.argv``.
 
     Raises:
-        SystemExit: When the arguments are wrong.
+        SystemExit: The arguments are wrong.
     """
     words = sys.argv[1:] if args is None else args
     options = _parser().parse_args(parse_ros_arguments(words).program)

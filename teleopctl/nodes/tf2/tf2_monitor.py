@@ -13,10 +13,10 @@ def main(args: list[str] | None = None) -> int:
     """Run ``tf2_monitor``: print delays and rates of transforms until Ctrl-C; return the status.
 
     Args:
-        args: Command line: two frames, or none for all; None takes the process's.
+        args: Command line: two frames, or none for all frames; None takes ``sys.argv``.
 
     Raises:
-        SystemExit: When the arguments are wrong.
+        SystemExit: The arguments are wrong.
     """
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(

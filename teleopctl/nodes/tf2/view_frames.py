@@ -16,9 +16,9 @@ from teleopctl.node import Node, init, parse_ros_arguments
 from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, KnownFrame, LiveBuffer, TransformListener
 
 WAIT_S = 5.0
-"""Seconds for which tf is received: as long as tf2_tools does."""
+"""Seconds for which tf is received, as in tf2_tools."""
 
-# What tf2 calls every broadcaster: messages do not tell who sent them.
+# tf2's name of every broadcaster: messages do not hold the name of their publisher.
 _NOBODY = "default_authority"
 
 
@@ -34,18 +34,20 @@ def view_frames(
     """Receive tf for some seconds, write the tree of frames as files, and return their paths.
 
     Args:
-        node: Who listens; it need not be spun.
-        output: Path of the files without their endings; None for ``frames_`` and the time, here.
-        log: Called with what goes on.
-        wait_s: How long to listen, in seconds of wall time.
-        tf_topic: The topic of moving frames.
-        tf_static_topic: The topic of those that stand still.
+        node: Node that subscribes to tf; need not be spun.
+        output: Path of the files without suffix; None for ``frames_`` and the time, in the current
+            folder.
+        log: Called with each progress message.
+        wait_s: Time for which transforms are received, in seconds of wall time.
+        tf_topic: Topic of dynamic transforms.
+        tf_static_topic: Topic of static transforms.
 
     Returns:
-        The files: ``.gv`` and ``.svg``, and ``.pdf`` where Graphviz's ``dot`` is installed.
+        Paths of the ``.gv`` and ``.svg`` file, and of the ``.pdf`` file if Graphviz's ``dot`` is
+        installed.
 
     Raises:
-        UsageError: The time is no time.
+        UsageError: ``wait_s`` is not positive or not finite.
         UnavailableError: No transform was received.
         SystemFailureError: A file cannot be written, or ``dot`` fails.
     """
@@ -101,7 +103,7 @@ def main(args: list[str] | None = None) -> int:
     """Run ``view_frames``: write the tree of tf frames as files; return the exit status.
 
     Args:
-        args: Command line; None takes the process's.
+        args: Command line; None takes ``sys.argv``.
 
     Raises:
         TeleopctlError: No transform was received, or a file cannot be written.
