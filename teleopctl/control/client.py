@@ -143,10 +143,7 @@ class ControllerManagerClient:
         return self._log.cause(controller, self._called_ns)
 
     def reload_error(self) -> str | None:
-        """Wait up to 3 s for the logged reason why reloading was refused; None if there is none.
-
-        None also if nothing was logged.
-        """
+        """Wait up to 3 s for the logged reason why reloading was refused; None if there is none."""
         return self._log.last_error(NOT_RELOADED, self._called_ns)
 
     def _why_unavailable(self) -> str:

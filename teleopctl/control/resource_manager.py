@@ -240,9 +240,6 @@ class ResourceManager:
         Args:
             start_interfaces: Full names of interfaces that controllers will claim.
             stop_interfaces: Full names of interfaces that controllers will release.
-
-        Returns:
-            False if a component refuses.
         """
         return self._switch_command_mode(
             lambda hardware: hardware.prepare_command_mode_switch, start_interfaces, stop_interfaces

@@ -89,10 +89,7 @@ def with_absolute_mesh_paths(urdf: str, folder: Path) -> str:
 
 
 def controller_parameter_files(description: RobotDescription) -> list[str]:
-    """Return the ``<parameters>`` paths of Gazebo's ros2_control plug-ins in a description.
-
-    The paths are the ``<parameters>`` of Gazebo's ros2_control plug-in.
-    """
+    """Return the ``<parameters>`` paths of Gazebo's ros2_control plug-ins in a description."""
     return _plugin_parameters(description, "parameters")
 
 
@@ -109,10 +106,7 @@ def controller_namespace(description: RobotDescription) -> str:
 
 
 def controller_remappings(description: RobotDescription) -> list[str]:
-    """Return the ``<remapping>`` texts of Gazebo's ros2_control plug-ins, as ``from:=to``.
-
-    Read from the ``<remapping>`` elements of Gazebo's ros2_control plug-in.
-    """
+    """Return the ``<remapping>`` texts of Gazebo's ros2_control plug-ins, as ``from:=to``."""
     return _plugin_parameters(description, "ros/remapping")
 
 

@@ -274,7 +274,7 @@ class PositionGripperActionController(_GripperCommandController):
 
 
 class EffortGripperActionController(_GripperCommandController):
-    """Controller that moves a gripper by PID efforts, at most the effort of a GripperCommand goal.
+    """Controller that moves a gripper by a PID, within the effort of a GripperCommand goal.
 
     Plug-in type ``effort_controllers/GripperActionController``.
     """

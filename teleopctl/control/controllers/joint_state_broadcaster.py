@@ -18,7 +18,7 @@ _FIELDS = (POSITION, VELOCITY, EFFORT)
 
 
 class JointStateBroadcaster(ControllerInterface):
-    """Controller that publishes state interfaces as ``joint_states`` and ``dynamic_joint_states``.
+    """Controller that publishes joints' state interfaces as ``joint_states``.
 
     Plug-in type ``joint_state_broadcaster/JointStateBroadcaster``.
     """

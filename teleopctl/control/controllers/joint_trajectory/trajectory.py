@@ -187,7 +187,7 @@ def quintic(
 def stopping_points(
     positions: Sequence[float], velocities: Sequence[float], decelerations: Sequence[float]
 ) -> list[TrajectoryPoint]:
-    """Return trajectory points that brake each joint to rest; the positions without decelerations.
+    """Return trajectory points that brake each joint to rest; without decelerations, hold still.
 
     A joint at speed v stops after ``|v| / d`` seconds, ``v |v| / 2d`` further on. There is a point
     for each time at which a joint stops, so that the cubics between the points equal the parabolas
@@ -407,7 +407,7 @@ def integrate(begin: TrajectoryPoint, end: TrajectoryPoint, duration: float) -> 
 def shift_to_nearest_turn(
     current: Sequence[float], target: Sequence[float], wraparound: Sequence[bool]
 ) -> list[float]:
-    """Return current positions, those of continuous joints by full turns nearest to their targets.
+    """Return `current`, continuous joints shifted by full turns to be nearest to their targets.
 
     Args:
         current: Present positions, rad.
