@@ -50,7 +50,7 @@ def test(
         ),
     ] = False,
 ) -> int:
-    """Run the tests of a Python file beside what it launches, as ros2 test and launch_test do.
+    """Run the launch tests of a Python file, as ros2 test and launch_test do.
 
     The exit status is 0 where all tests have passed, and 1 otherwise.
     """

@@ -53,7 +53,7 @@ GROUP = VerbGroup(
         ),
         "filter": Verb(
             f"{__name__}.files:filter_bag",
-            "Write a bag with some topics of another one.",
+            "Write some topics of a bag to a new bag.",
             examples=(
                 "teleopctl bag filter my_bag -o arm --topics /joint_states /tf",
                 "teleopctl bag filter my_bag -o small --exclude-topic-types sensor_msgs/msg/Image",
@@ -61,17 +61,17 @@ GROUP = VerbGroup(
         ),
         "merge": Verb(
             f"{__name__}.files:merge_bags",
-            "Write one bag from several.",
+            "Merge several bags into one.",
             examples=("teleopctl bag merge robot_bag camera_bag -o both",),
         ),
         "cut": Verb(
             f"{__name__}.files:cut_bag",
-            "Write a bag with a time range of another one.",
+            "Write a time range of a bag to a new bag.",
             examples=("teleopctl bag cut my_bag -o part --start-offset 10 --duration 5",),
         ),
         "export": Verb(
             f"{__name__}.export:export",
-            "Write a bag as CSV, Parquet, MP4 or a data set of LeRobot.",
+            "Export a bag as CSV, Parquet, MP4 or a LeRobot data set.",
             examples=(
                 "teleopctl bag export my_bag",
                 "teleopctl bag export my_bag --topics /joint_states --format parquet",

@@ -67,7 +67,7 @@ def export(
     form: Annotated[str, Option("--format", help="Output format.", choices=_FORMATS)] = "csv",
     as_json: AsJson = False,
 ) -> None:
-    """Write a bag for other programs: tables, films, or a data set of LeRobot.
+    """Export a bag for other programs: tables, videos, or a LeRobot data set.
 
     A row of a table is a message: when it was recorded and when it was sent, in nanoseconds since
     1970, then every field of it.

@@ -72,7 +72,7 @@ def convert_bag(
     *,
     files: FileOptions,
 ) -> None:
-    """Write bags in another form, such as SQLite databases, packed ones and ROS 1's bags as MCAP.
+    """Convert bags, for example to SQLite or compressed files, or ROS 1 bags to MCAP.
 
     With a YAML file there may be several outputs, each with its own choice of topics; it says form,
     compression and sizes itself.
@@ -106,7 +106,7 @@ def cut_bag(
     time_range: TimeRangeOptions,
     files: FileOptions,
 ) -> None:
-    """Write a bag with a part of the time of another one, that can be played alone.
+    """Write a time range of a bag to a new bag, which can be played alone.
 
     It begins with what latched topics, such as /tf_static and /robot_description, had before.
     """
@@ -139,7 +139,7 @@ def filter_bag(
     time_range: TimeRangeOptions,
     files: FileOptions,
 ) -> None:
-    """Write a bag with some of the topics of another one, or some of its time.
+    """Write some topics, or a time range, of a bag to a new bag.
 
     The messages that were chosen are kept as they are, and so are attachments, profiles and
     definitions. Without a choice of topics all are taken but those that are excluded.
@@ -174,7 +174,7 @@ def merge_bags(
     *,
     files: FileOptions,
 ) -> None:
-    """Write one bag from several, in the order of their times."""
+    """Merge several bags into one, in the order of their times."""
     from teleopctl.bag import OutputBag
 
     options = files.writer_options()
@@ -233,7 +233,7 @@ def recover_bag(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Recover a bag whose recorder was killed, or that a disk has damaged.
+    """Recover a bag that is damaged, or whose recorder was killed.
 
     What is only cut off gets its end in place. What is broken otherwise is left as it is, and what
     can be read of it goes into a new bag, by default BAG_recovered. The exit status is 1 where

@@ -34,7 +34,7 @@ def bag_info(
     storage: Storage = None,
     as_json: AsJson = False,
 ) -> None:
-    """Show what a bag holds: its files, times, topics and services."""
+    """Show the contents of a bag: files, times, topics and services."""
     from teleopctl.bag import open_bag
 
     if topic_name and verbose:
@@ -89,7 +89,7 @@ def list_plugins(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """List the forms of files, messages and compression that bags may have."""
+    """List the storage, serialization and compression formats of bags."""
     if as_json:
         console.out_json(
             [{"name": name, "description": text} for name, text in _PLUGINS[plugin_type].items()]

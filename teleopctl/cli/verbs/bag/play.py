@@ -245,7 +245,7 @@ def play(
     *,
     shared: PlaybackOptions,
 ) -> int:
-    """Play a bag into the graph, as its messages came.
+    """Play a bag into the graph, with the original timing.
 
     On a terminal, the space bar pauses, the right arrow sends the next message while paused, and
     up and down change the rate. The node rosbag2_player has services for the same and more.

@@ -37,7 +37,7 @@ def verify(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Run a recorded simulation once more, and compare all that it determines."""
+    """Run a recorded simulation again, and compare all that it determines."""
     # It draws nothing: what MUJOCO_GL asks for, and what it lacks, concerns the camera alone.
     # mujoco reads that when it is imported.
     os.environ["MUJOCO_GL"] = "disable"

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Finding(NamedTuple):
-    """A fault, or a possible fault, that a check found, with a hint how to mend it.
+    """A fault, or a possible fault, that a check found, with a hint how to fix it.
 
     Attributes:
         text: What, and where.
