@@ -327,6 +327,7 @@ def test_qos_overrides_are_taken_from_a_file(ros):
     process = record(
         ros, "-o", "bag", "--topics", "/chatter", "--qos-profile-overrides-path", "qos.yaml"
     )
+    eventually(lambda: ros.node.graph().subscriptions("/chatter"))
     (subscription,) = ros.node.graph().subscriptions("/chatter")
     assert (subscription.qos.reliability, subscription.qos.depth) == (2, 7)
     stop(process)

@@ -84,7 +84,7 @@ def expand_xacro(
     Args:
         path: Path of the file.
         mappings: Values of the file's ``<xacro:arg>`` by name.
-        safe: Whether to use safe mode; by default if ``TELEOPCTL_SAFE`` is ``1``.
+        safe: Whether to use safe mode; by default if ``TELEOPCTL_SAFE`` is neither empty nor 0.
 
     Returns:
         URDF as text.
