@@ -98,6 +98,7 @@ def test_static_topics_are_recorded_before_anybody_publishes_them(ros):
         "  - [/strange, nobody_msgs/msg/Thing]\n"
     )
     process = record(ros, "-o", "bag", "--static-topics-path", "static.yaml")
+    eventually(lambda: ros.node.graph().subscriptions("/later"))
     (subscription,) = ros.node.graph().subscriptions("/later")
     assert subscription.type_name == "std_msgs/msg/String"
     say(ros, "/later", ["one", "two"])
