@@ -1,12 +1,14 @@
 """The event loop of a launch: queued and timed functions, one after the other."""
 
+from functools import partial
+
 from teleopctl.launch.execution.event_loop import EventLoop
 
 
 def test_queued_functions_are_called_in_their_order():
     loop, called = EventLoop(), []
     for number in range(3):
-        loop.put(lambda number=number: called.append(number))
+        loop.put(partial(called.append, number))
     for _ in range(3):
         loop.handle_next()
     assert called == [0, 1, 2]
