@@ -6,7 +6,8 @@ from teleopctl.launch.execution.event_loop import EventLoop
 
 
 def test_queued_functions_are_called_in_their_order():
-    loop, called = EventLoop(), []
+    called: list[int] = []
+    loop = EventLoop()
     for number in range(3):
         loop.put(partial(called.append, number))
     for _ in range(3):
