@@ -1,8 +1,7 @@
 """Output of the command line: data to stdout, notes, warnings and errors to stderr.
 
-Data goes to stdout as plain text; warnings, notes and errors go to stderr. What comes from others
-may hold control characters: they are made visible here, see `teleopctl.base.printable`. Nothing
-needs Rich, which takes longer to load than most verbs run.
+Data is plain text. Control characters in received text are made visible, see
+`teleopctl.base.printable`. Rich is not used, since its import takes longer than most verbs run.
 """
 
 from __future__ import annotations
@@ -24,7 +23,7 @@ else:
 
 PROGRAM = "teleopctl"
 COMPLETION_VARIABLE = "_TELEOPCTL_COMPLETE"
-"""Set by a shell's completion script when it wants the candidates for a word."""
+"""Environment variable that a shell's completion script sets to request candidates."""
 
 _BOLD_RED = "\x1b[1;31m"
 _YELLOW = "\x1b[33m"
@@ -39,7 +38,7 @@ def out(line: str = "") -> None:
 def out_coloured(*parts: tuple[str, str]) -> None:
     """Write a line to stdout, in parts of text and colour.
 
-    The colour is an escape sequence of a terminal; it is left out where none is wanted.
+    A colour is a terminal escape sequence, or empty; left out if colours are disabled.
     """
     is_coloured = colour_enabled(sys.stdout)
     for text, colour in parts:
@@ -72,8 +71,8 @@ def out_json(document: Json, *, compact: bool = False) -> None:
     """Write one JSON document to stdout.
 
     Args:
-        document: What to write.
-        compact: On one line, for a verb that writes a document per message.
+        document: Document to write.
+        compact: Whether to write one line, for a verb that writes a document per message.
     """
     import json
 
@@ -98,8 +97,8 @@ def note_once(key: str, text: str) -> None:
     """Print a line to stderr once per user, and only on a terminal.
 
     Args:
-        key: What a file in the user's state folder is called once it has been said.
-        text: The line.
+        key: Name of the file in the user's state folder that marks the line as printed.
+        text: Line to print.
     """
     if not sys.stderr.isatty():
         return
@@ -109,7 +108,7 @@ def note_once(key: str, text: str) -> None:
     try:
         said.parent.mkdir(parents=True, exist_ok=True)
         said.open("x").close()
-    except OSError:  # it has been said, or there is no place to remember it in
+    except OSError:  # the line was printed before, or the state folder is not writable
         return
     note(text)
 
@@ -130,14 +129,14 @@ def error(failure: TeleopctlError) -> None:
 def colour_enabled(stream: TextIO) -> bool:
     """Return whether to colour the output of ``stream``.
 
-    ``NO_COLOR`` forbids it, ``FORCE_COLOR`` demands it, otherwise a terminal has it.
+    ``NO_COLOR`` disables colours and ``FORCE_COLOR`` enables them; else only terminals have them.
     """
     if os.environ.get("NO_COLOR"):
         return False
     if os.environ.get("FORCE_COLOR"):
         return True
     if os.name == "nt" and not os.environ.keys() & {"WT_SESSION", "TERM"}:
-        return False  # the old console would show the codes themselves
+        return False  # the legacy console would print the escape sequences
     return stream.isatty() and os.environ.get("TERM") != "dumb"
 
 
@@ -145,7 +144,7 @@ def replace_missing_streams() -> None:
     """Replace standard streams that are closed (``>&-``) by the null device."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
-            # It stays open until the end; pathlib is not imported for it by every command.
+            # Stays open until the end. Not pathlib, which every command would have to import.
             nowhere = open(os.devnull, "w", encoding="utf-8")  # noqa: SIM115, PTH123
             setattr(sys, name, nowhere)
 

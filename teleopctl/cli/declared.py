@@ -1,9 +1,9 @@
 """Declarations of verbs, cached in files between runs.
 
-``--help`` and Tab need a verb's declarations and not the verb, whose imports take up to ten times
-as long as Python's own start. So what was found is kept in a file in the user's cache folder, as
-Python keeps bytecode, together with the size and the time of every file that it was found in:
-where one has changed, or where the file cannot be read, the verb is imported.
+``--help`` and Tab completion need a verb's declarations, but not its module, whose imports take up
+to ten times as long as Python's own start. So declarations are cached in files in the user's cache
+folder, like Python's bytecode, with the size and modification time of every source file. If a
+source file has changed, or the cache file cannot be read, the verb is imported.
 """
 
 from __future__ import annotations
@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from collections.abc import Iterable, Sequence
     from typing import Any
 
-    # What tells one state of a file from another.
+    # Path, modification time (ns) and size of a file.
     Source = tuple[str, int, int]
 
 _FORMAT = 1
@@ -42,9 +42,9 @@ class DeclaredVerb:
     """Help text and parameters of a verb, read from the cache or from its function.
 
     Attributes:
-        verb: The verb.
-        parameters: What it takes, in order.
-        more: What its documentation says besides its one line, a text for each paragraph.
+        verb: Declaration of the verb.
+        parameters: Parameters of the verb's function, in order.
+        more: Paragraphs of the function's docstring below the first line, without sections.
     """
 
     __slots__ = ("more", "parameters", "verb")
@@ -70,7 +70,7 @@ def find_declaration(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
     """Return the declaration of the noun or verb that words name; None if there is none.
 
     Raises:
-        BrokenPluginError: It is a stranger's and cannot be loaded.
+        BrokenPluginError: The verb is from a plug-in that cannot be loaded.
     """
     if not all(word.replace("_", "").replace("-", "").isalnum() for word in path):
         return None
@@ -87,7 +87,7 @@ def find_declaration(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
         try:
             _write(name, before, _to_plain(found), is_ours=is_ours)
         except ValueError:
-            return found  # a stranger's, with a default that is more than a plain value
+            return found  # a plug-in's verb with a default that cannot be cached
     return found
 
 
@@ -126,7 +126,12 @@ def _found_nouns() -> dict[str, str]:
 
 
 def _files(before: set[str], is_ours: bool) -> Iterable[str]:
-    """What may have had a say: our modules, and of a stranger's all that was loaded since."""
+    """Yield the files that a declaration depends on: loaded modules, and folders of `sys.path`.
+
+    Args:
+        before: Names of the modules that were loaded before the declaration.
+        is_ours: Whether the verb is one of teleopctl, which depends on its modules only.
+    """
     if not is_ours:
         yield from (place or "." for place in sys.path)  # changes with what is installed
     for name, module in list(sys.modules.items()):
@@ -145,7 +150,7 @@ def _state(path: str) -> Source:
 
 
 def _file(name: str) -> str:
-    # Each environment has its own, or two that are used in turn would always make theirs anew.
+    # One folder per environment: two environments used in turn would overwrite each other's files.
     place = f"{os.path.dirname(__file__)}-{sys.implementation.cache_tag}"  # noqa: PTH120
     place = "".join(letter if letter.isalnum() else "-" for letter in place[-_LONGEST_PLACE:])
     return f"{cache_dir()}/declared{place}/{name}"
@@ -167,10 +172,10 @@ def _read(name: str) -> Any | None:
 
 # Any: plain values in tuples.
 def _write(name: str, before: set[str], value: Any, *, is_ours: bool) -> None:
-    """Write such a file; where that is not possible, the next run finds out anew.
+    """Write a cache file; if that fails, the next run imports the verb again.
 
     Raises:
-        ValueError: There is something in it that is no plain value.
+        ValueError: The value holds an object that cannot be marshalled.
     """
     path = _file(name)
     temporary = f"{path}.{os.getpid()}"
@@ -212,7 +217,7 @@ def _to_plain(found: DeclaredVerb | VerbGroup) -> Any:
     return ("verb", found.verb.target, verb, declared, tuple(found.more))
 
 
-# Any: what `_to_plain` made.
+# Any: value returned by `_to_plain`.
 def _from_plain(plain: Any) -> DeclaredVerb | VerbGroup:
     if plain[0] == "group":
         _, text, alone, verbs = plain

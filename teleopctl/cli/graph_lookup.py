@@ -16,7 +16,7 @@ def live_graph() -> Graph:
     """Return the ROS graph of this domain (nodes and endpoints), queried from the router.
 
     Raises:
-        RouterNotRunning: No router answers.
+        RouterNotRunning: No router runs.
     """
     with open_session("client") as session:
         return query_graph(session)
@@ -36,12 +36,12 @@ def matching_names(pattern: str, names: Iterable[str], *, kind: str) -> list[str
     """Return the names that match a pattern, in their order.
 
     Args:
-        pattern: Such as ``/arm/*``.
-        names: Full names.
-        kind: What they are the names of, for the message.
+        pattern: Pattern such as ``/arm/*``; ``*`` matches within one part of a name, ``**`` any.
+        names: Full names to match.
+        kind: Kind of the names, such as ``topic``, for the error message.
 
     Raises:
-        NotFoundError: None fits.
+        NotFoundError: No name matches.
     """
     import re
 
@@ -58,7 +58,7 @@ def expand_patterns(names: Sequence[str], known: Iterable[str], *, kind: str) ->
     """Return names in which each pattern is replaced by the known names that match it.
 
     Raises:
-        NotFoundError: Nothing fits a pattern.
+        NotFoundError: No known name matches a pattern.
     """
     live = list(known)
     found: dict[str, None] = {}
@@ -72,11 +72,11 @@ def learn_type(type_name: str, graph: Graph | None = None) -> None:
     """Request the definition of an unknown type from a node that uses it, and register it.
 
     Args:
-        type_name: Full name of a message or a service.
-        graph: The graph, where the caller has it.
+        type_name: Full name of a message or service type.
+        graph: ROS graph; None to query it.
 
     Raises:
-        InvalidMessageError: A node's explanation makes no sense, or contradicts what is known.
+        InvalidMessageError: A node's type description is invalid, or contradicts a known type.
     """
     from teleopctl.interfaces import known_types
 

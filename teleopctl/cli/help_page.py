@@ -1,6 +1,6 @@
 """Help pages of the program, of nouns and of verbs, made from their declarations.
 
-Nothing is loaded for it but these: neither the verb nor a library that parses arguments or draws.
+Only declarations are imported: neither the verb nor a library for parsing arguments or drawing.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
     # A line: texts, each with its colour, "" for none.
     Line = tuple[tuple[str, str], ...]
-    # A row of a table: its first column, and what is said of that.
+    # A row of a table: name and description.
     Row = tuple[str, str]
 
 FLAGS = ("-h", "--help")
@@ -27,9 +27,9 @@ FLAGS = ("-h", "--help")
 _HEADING = "\x1b[1m"
 _NAME = "\x1b[36m"
 _HELP = ("-h, --help", "Show this message and exit.")
-# Longer names have a line of their own, so that the texts beside the others stay wide.
+# Longer names have a line of their own, so that the column of descriptions stays wide.
 _WIDEST_NAME = 30
-# Lines that are longer are hard to read.
+# Longer lines are hard to read.
 _WIDEST_PAGE = 100
 
 
@@ -37,7 +37,7 @@ def print_requested_page(words: Sequence[str]) -> bool:
     """Print the help page that a command line requests; return False if it requests none.
 
     Args:
-        words: The command line behind the global options.
+        words: Command line after the global options.
     """
     page = _asked(words)
     if page is None:
@@ -70,7 +70,7 @@ def _asked(words: Sequence[str]) -> list[Line] | None:
 
 
 def _asks(found: DeclaredVerb, words: Sequence[str]) -> bool:
-    """Whether ``--help`` stands among a verb's words, rather than among those that it passes on."""
+    """Return whether ``--help`` is among a verb's own words, not among those passed on."""
     if found.verb.passes_everything_on:
         return bool(words) and words[0] in FLAGS
     with_value = {
@@ -126,7 +126,7 @@ def _of_verb(path: Sequence[str], found: DeclaredVerb) -> list[Line]:
         *_paragraphs([found.verb.help, *found.more]),
         *_table("Arguments", [(_name(each), _text(each)) for each in arguments]),
         *_table("Options", [*((_name(each), _text(each)) for each in options), _HELP]),
-        # Not wrapped, so that they can be copied.
+        # Examples are not wrapped, so that they can be copied.
         *([(), (("Examples:", _HEADING),), *examples] if examples else []),
     ]
 
@@ -163,9 +163,9 @@ def _table(title: str, rows: Iterable[Row]) -> list[Line]:
 
 
 def _placeholder(argument: VerbParameter) -> str:
-    """``TOPIC``, ``[TYPE]`` or ``NAME...``, as it stands in the usage."""
+    """Return an argument's placeholder for the usage line: ``TOPIC``, ``[TYPE]`` or ``NAME...``."""
     name = argument.declaration.metavar or argument.name.upper()
-    if "[" in name:  # it says itself what may be left out
+    if "[" in name:  # the metavar shows optional parts itself
         return name
     if argument.many and not name.endswith("..."):
         name += "..."
@@ -178,7 +178,7 @@ def _name(parameter: VerbParameter) -> str:
     if not isinstance(declaration, Option):
         value = value or parameter.name.upper()
         return value if parameter.type is str else f"{value} <{parameter.type.__name__}>"
-    # Short ones first, so that the long ones stand below each other.
+    # Short flags first, so that the long ones are aligned.
     flags = ", ".join(sorted(declaration.flags, key=lambda flag: flag.startswith("--")))
     if parameter.type is bool:
         return flags
@@ -198,7 +198,7 @@ def _text(parameter: VerbParameter) -> str:
 
 
 def _width() -> int:
-    """Columns of the page."""
+    """Return the width of the page in columns."""
     chosen = os.environ.get("COLUMNS", "")
     if chosen.isdecimal():
         columns = int(chosen)
@@ -211,9 +211,9 @@ def _width() -> int:
 
 
 def _wrapped(text: str, width: int) -> list[str]:
-    """The lines of a text; `textwrap` takes longer to import than the rest of the page."""
+    """Wrap a text into lines; `textwrap` takes longer to import than the rest of the page."""
     lines: list[str] = []
-    # What stands in brackets at the end is set off by two blanks, and stays together.
+    # A part in brackets at the end follows two blanks, and is not wrapped.
     for part in text.split("  "):
         gap = "  "
         for word in [part] if part.startswith("[") else part.split(" "):

@@ -22,10 +22,10 @@ def out_names(
     """Print names of the graph, one per line, or their number, or JSON.
 
     Args:
-        entries: Each name with its types.
-        only_count: Print how many there are instead.
-        show_types: Print the types behind each name.
-        as_json: Print a list of the names instead.
+        entries: Names with their types.
+        only_count: Whether to print the number of names instead.
+        show_types: Whether to print the types after each name.
+        as_json: Whether to print a JSON list of the names instead.
     """
     if as_json:
         console.out_json([name for name, _ in entries])
@@ -57,12 +57,12 @@ def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
     """Return the types of a topic, service or action; raise NotFoundError if the name is unknown.
 
     Args:
-        name: A full name.
-        known: Every name with its types.
-        kind: What it is the name of, for the message.
+        name: Full name to look up.
+        known: All names with their types.
+        kind: Kind of the name, such as ``topic``, for the error message.
 
     Raises:
-        NotFoundError: Nothing has that name.
+        NotFoundError: The name is unknown.
     """
     types = dict(known)
     if name not in types:
@@ -75,8 +75,8 @@ def names_of_type(type_name: str, known: NamesAndTypes, *, kind: str) -> NamesAn
 
     Args:
         type_name: ``package/kind/Name`` or ``package/Name``.
-        known: Every name with its types.
-        kind: The kind meant when the name has none: ``msg``, ``srv`` or ``action``.
+        known: All names with their types.
+        kind: Kind of a type name without one: ``msg``, ``srv`` or ``action``.
     """
     from teleopctl.interfaces import normalize
 

@@ -1,8 +1,8 @@
 """The ``teleopctl`` command: runs the verb of a command line and returns its exit status.
 
-Which verbs there are stands in the registry, `teleopctl.plugins`. A verb is a
-[`VerbGroup`][teleopctl.cli.verb.Group] of verbs, or a [`Verb`][teleopctl.cli.verb.Verb] that stands
-alone; its module is imported when it is named and never before.
+The verbs are listed in the registry `teleopctl.plugins`. An entry is a
+[`VerbGroup`][teleopctl.cli.verb.VerbGroup] of verbs, or a single
+[`Verb`][teleopctl.cli.verb.Verb]; its module is imported only when the verb is used.
 """
 
 from __future__ import annotations
@@ -29,33 +29,33 @@ if TYPE_CHECKING:
     from typing import NoReturn
 
 
-# Objects that may be made, beyond those that went, before the next collection.
+# Objects that may be created, beyond those deleted, before the next garbage collection.
 _GARBAGE = 50_000
 
 
 def main() -> NoReturn:
     """Run this process's command line and exit with its status."""
-    # What is imported stays: to look for garbage in it is a tenth of a short command.
+    # Imported objects stay alive: collecting garbage among them is a tenth of a short command.
     gc.disable()
     try:
         status = run(sys.argv[1:], _take_interrupts, _end)
     except KeyboardInterrupt:
         status = EXIT_INTERRUPTED
-    # Nothing is left to be tidied up that an interrupt would have to reach.
+    # No cleanup is left that has to handle an interrupt.
     _signal.signal(_signal.SIGINT, _signal.SIG_DFL)
     if "teleopctl.base.interrupts" in sys.modules:
         from teleopctl.base import interrupts
 
         interrupts.clear_exec_interrupt()
-    # Python would look through all that there is once more before it ends.
+    # Without this, Python collects garbage among all objects once more at exit.
     gc.freeze()
     sys.exit(status)
 
 
 def _take_interrupts() -> None:
-    # A script starts what it puts into the background with SIGINT ignored. ROS 2's programs end
-    # by it all the same, and whoever started them counts on that. Until here Ctrl-C just ends the
-    # process, see `teleopctl.__main__`.
+    # A script starts its background jobs with SIGINT ignored. ROS 2's programs end on SIGINT all
+    # the same, and scripts rely on that. Until here Ctrl-C just ends the process, see
+    # `teleopctl.__main__`.
     from teleopctl.base import interrupts
 
     interrupts.install_sigint_handler()
@@ -75,10 +75,10 @@ def run(
     """Run a command line; return its exit status, or end the process by ``exit_early``.
 
     Args:
-        arguments: The command line without the program's name.
+        arguments: Command line without the program's name.
         before_verb: Called before a verb runs; not for completion and help.
         exit_early: Called with the exit status after a verb whose group leaves nothing to clean
-            up, once all output is flushed. It need not return.
+            up, once all output is flushed; need not return.
     """
     words = list(arguments)
     debug = bool(os.environ.get("TELEOPCTL_DEBUG"))
@@ -104,7 +104,7 @@ def run(
         if interrupt.args:
             console.note(str(interrupt))
         return EXIT_INTERRUPTED
-    except Exception as error:  # noqa: BLE001 -- whatever it is, a person reads one message
+    except Exception as error:  # noqa: BLE001 -- any exception is reported as one message
         if _is_interrupt(error):
             return EXIT_INTERRUPTED
         failure = error if isinstance(error, TeleopctlError) else _unforeseen(error, words)
@@ -159,7 +159,7 @@ def _leaves_nothing(words: Sequence[str]) -> bool:
 def _collect_garbage() -> None:
     """Enable garbage collection for a verb, which may run for days."""
     gc.freeze()
-    # What a short command makes stays below it: by default 2 ms of each are such collections.
+    # Short commands stay below this; with the default threshold, collections take 2 ms of each.
     gc.set_threshold(_GARBAGE)
     gc.enable()
 
@@ -223,10 +223,10 @@ def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
         discard_output()
         return SystemFailureError(f"Cannot write: {error.strerror}")
     if isinstance(error, OSError) and error.filename is not None:
-        # Permissions, broken links and the like: nothing that a defect of ours would explain.
+        # Permissions, broken links and the like, which are not defects of teleopctl.
         return SystemFailureError(f"Cannot use {error.filename}: {error.strerror}")
     if isinstance(error, UnicodeEncodeError):
-        # Bytes that are no text come in as lone surrogates, which no encoding has.
+        # Arguments that are not valid text hold lone surrogates, which cannot be encoded.
         for word in words:
             if any("\udc80" <= character <= "\udcff" for character in word):
                 return UsageError(f"{word!r} is not text in this encoding")

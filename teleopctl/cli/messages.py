@@ -16,16 +16,16 @@ if TYPE_CHECKING:
 _PRESENT_TIME = ("auto", "now")
 
 
-# Any, here and below: a class made from its definition.
+# Any, here and below: classes created from their definitions.
 def message_class_named(type_name: str, graph: Graph | None = None) -> type[Any]:
     """Return the message class of a type name given on the command line.
 
     Args:
         type_name: ``package/msg/Name`` or ``package/Name``.
-        graph: The graph, where the caller has it, for types that only a node explains.
+        graph: ROS graph in which an unknown type is looked up; None to query it.
 
     Raises:
-        InvalidMessageError: There is no such type.
+        InvalidMessageError: The type is unknown or invalid.
     """
     from teleopctl.interfaces import get_message, normalize
 
@@ -38,7 +38,7 @@ def service_class_named(type_name: str) -> Any:
     """Return the service class of a type name given on the command line.
 
     Raises:
-        InvalidMessageError: There is no such type.
+        InvalidMessageError: The type is unknown or not a service.
     """
     from teleopctl.interfaces import get_service, normalize
 
@@ -54,7 +54,7 @@ def action_class_named(type_name: str) -> Any:
     """Return the action class of a type name given on the command line.
 
     Raises:
-        InvalidMessageError: There is no such type.
+        InvalidMessageError: The type is unknown or not an action.
     """
     from teleopctl.interfaces import get_action, normalize
 
@@ -66,7 +66,7 @@ def goal_from_text(action: Any, text: str) -> Any:
     """Return the goal of an action from YAML text given on the command line.
 
     Raises:
-        InvalidMessageError: The values do not fit, or there are several documents.
+        InvalidMessageError: The values do not match the type, or the text has several documents.
     """
     documents = yaml_documents(text)
     if len(documents) > 1:
@@ -79,20 +79,20 @@ def goal_from_text(action: Any, text: str) -> Any:
 def message_from_values(
     message_class: type[Any],
     values: object,
-    now: Any = None,  # Any: a time, as message_from_yaml takes it
+    now: Any = None,  # Any: a time message, as for message_from_yaml
     *,
     failed: str = "Failed to populate field",
 ) -> Any:
     """Return a message from values of YAML that a command line or file gives.
 
     Args:
-        message_class: Its class.
-        values: One document of YAML.
-        now: What ``auto`` and ``now`` stand for.
-        failed: How the message begins where the values do not fit.
+        message_class: Class of the message.
+        values: Content of one YAML document.
+        now: Time that replaces ``auto`` and ``now``.
+        failed: Beginning of the error message, if the values do not match the type.
 
     Raises:
-        InvalidMessageError: The values do not fit.
+        InvalidMessageError: The values do not match the type.
     """
     from teleopctl.interfaces import message_from_yaml
 
@@ -102,7 +102,7 @@ def message_from_values(
             f"The passed value needs to be a dictionary in YAML format, got {values!r}{blank}"
         )
     try:
-        # Any: message_from_yaml says itself what it does not take.
+        # Any: message_from_yaml checks the values itself.
         content: Any = values
         return message_from_yaml(message_class, content, now)
     except UsageError as error:
@@ -114,7 +114,7 @@ def yaml_documents(text: str) -> list[object]:
     """Parse YAML text; return its documents, or one empty document for an empty text.
 
     Raises:
-        InvalidMessageError: It is not YAML.
+        InvalidMessageError: The text is not valid YAML.
     """
     from teleopctl.interfaces import documents_from_yaml
 
@@ -139,16 +139,16 @@ def _told_of(kind: str) -> Iterator[None]:
         ) from error
 
 
-# Any: a message's class is made from its definition.
+# Any: message classes are created from their definitions.
 def filter_predicate(expression: str) -> Callable[[Any], bool]:
     """Compile a Python expression of ``--filter``; return a function that applies it to a message.
 
     Args:
-        expression: Python, with the message as ``m``: ``m.data > 3``.
+        expression: Python expression, with the message as ``m``: ``m.data > 3``.
 
     Raises:
-        TeleopctlError: The expression is not Python. The returned function raises it as well,
-            when the expression fails on a message.
+        TeleopctlError: The expression is not valid Python. The returned function raises this error
+            too, if the expression fails on a message.
     """
     try:
         code = compile(expression, "--filter", "eval")
@@ -157,7 +157,7 @@ def filter_predicate(expression: str) -> Callable[[Any], bool]:
 
     def wanted(message: Any) -> bool:
         try:
-            # The expression comes from the person who runs the command, with their own rights.
+            # The user who runs the command wrote the expression, and has all its permissions.
             return bool(eval(code, {"m": message}))  # noqa: S307
         except Exception as error:
             raise InvalidMessageError(

@@ -44,7 +44,7 @@ def check_not_negative(**options: float | None) -> None:
     """Raise a UsageError if the value of an option, passed by its name, is negative.
 
     Raises:
-        UsageError: One is negative.
+        UsageError: A value is negative.
     """
     for name, value in options.items():
         if value is not None and value < 0:
@@ -55,7 +55,7 @@ def check_positive(**options: float | None) -> None:
     """Raise a UsageError if the value of an option, passed by its name, is not positive.
 
     Raises:
-        UsageError: One is not.
+        UsageError: A value is zero or negative.
     """
     for name, value in options.items():
         if value is not None and value <= 0:

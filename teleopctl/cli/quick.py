@@ -1,8 +1,9 @@
 """Parser of well-formed command lines that needs no library for parsing arguments.
 
-It understands flags (``-t -v`` and ``-tv``), options with a separate value or ``--name=value``,
-and arguments. Whatever else stands on the line (``-r10``, ``--help``, a mistake) it declines, and
-Typer reads the same declarations and answers. What it accepts, Typer would have read alike.
+The parser supports flags (``-t -v`` and ``-tv``), options with a separate value or
+``--name=value``, and arguments. For any other command line (``-r10``, ``--help``, an error) it
+returns None, and Typer parses the line with the same declarations. For a line that this parser
+accepts, Typer would return the same values.
 """
 
 from __future__ import annotations
@@ -21,9 +22,9 @@ def parse(
     """Parse the words behind a verb; return values by name, or None if Typer has to parse them.
 
     Args:
-        verb: The verb.
-        function: Its function.
-        words: The command line behind the verb.
+        verb: Declaration of the verb.
+        function: Function of the verb.
+        words: Command line after the verb.
     """
     declared = parameters(function)
     options = {
@@ -56,10 +57,10 @@ def _take_option(
     options: dict[str, VerbParameter],
     word: str,
     following: Iterator[str],
-    # Any: whatever type each one has.
+    # Any: parameters have various types.
     values: dict[str, Any],
 ) -> bool:
-    """Read one option, and its value from ``following``; False when Typer has to look."""
+    """Parse an option, with its value from ``following``; return False if Typer has to parse it."""
     flag, equals, text = word.partition("=")
     parameter = options.get(flag)
     if parameter is not None and _takes_rest(parameter) and not equals:
@@ -81,12 +82,12 @@ def _take_option(
 
 
 def _takes_rest(parameter: VerbParameter) -> bool:
-    """Whether all that is left of the line belongs to an option."""
+    """Return whether all remaining words of the line are values of an option."""
     return isinstance(parameter.declaration, Option) and parameter.declaration.rest
 
 
 def _takes_many(parameter: VerbParameter) -> bool:
-    """Whether more than the next word may belong to an option."""
+    """Return whether more than the next word may be values of an option."""
     declaration = parameter.declaration
     return parameter.many and isinstance(declaration, Option) and not declaration.repeated
 
@@ -94,7 +95,7 @@ def _takes_many(parameter: VerbParameter) -> bool:
 def _take_arguments(
     declared: list[VerbParameter], words: list[str], values: dict[str, object]
 ) -> bool:
-    """Hand the words out to the arguments in order; False when they do not fit."""
+    """Assign the words to the arguments in order; return False if their number does not match."""
     for parameter in declared:
         if not isinstance(parameter.declaration, Argument):
             continue
@@ -116,7 +117,7 @@ def _take_arguments(
 
 
 def _convert(parameter: VerbParameter, text: str) -> object | None:
-    """The text as the parameter's type; None when it is not plainly one."""
+    """Return the text converted to the parameter's type; None if Typer has to convert it."""
     declaration = parameter.declaration
     if isinstance(declaration, Option) and text.startswith("-"):
         return None

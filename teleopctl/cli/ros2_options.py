@@ -1,8 +1,8 @@
 """Options of ``ros2`` that have no effect here or another place, and verbs that are missing.
 
-There, ``--no-daemon`` bypasses a cache of the graph and ``--spin-time`` waits for discovery. Here
-there is no cache, and the graph is complete at once. ``--use-sim-time`` matters to verbs that stamp
-or measure, and has no effect on the others; ``control`` finds its manager under a hidden name, too.
+In ROS 2, ``--no-daemon`` bypasses a cache of the graph and ``--spin-time`` waits for discovery.
+teleopctl has no cache, and its graph is complete at once. ``--use-sim-time`` affects only verbs
+that stamp or measure; ``control`` also finds a controller manager with a hidden name.
 """
 
 from __future__ import annotations
@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 GROUPS = frozenset(
     {"action", "topic", "node", "service", "param", "control", "lifecycle", "component"}
 )
-"""The verbs of ``ros2`` that have these options."""
+"""Nouns of ``ros2`` that have these options."""
 
 EXPLANATION = (
     "ROS 2's options --no-daemon and --spin-time SECONDS are accepted and have no effect: commands "
@@ -26,12 +26,12 @@ EXPLANATION = (
 )
 
 BUFFERING = "--use-python-default-buffering"
-"""Undoes ROS 2's buffering by lines; a verb that goes on hands each message over at once here."""
+"""Option of ROS 2 against line buffering; without effect, since verbs flush each message."""
 
 _FLAG = "--no-daemon"
 _WITH_VALUE = "--spin-time"
 _SIMULATED = ("-s", "--use-sim-time")
-# Nouns all of whose verbs read no time, and of the others the verbs that do not.
+# Nouns whose verbs use no time, and the verbs of other nouns that use no time.
 _TIMELESS = frozenset({"action", "component", "control", "lifecycle", "node", "param"})
 _READ_THE_GRAPH = {
     "topic": frozenset({"list", "info", "type", "find"}),
@@ -54,7 +54,7 @@ def without_ignored_options(words: Sequence[str]) -> list[str]:
     if group in _TIMELESS or verb in _READ_THE_GRAPH.get(group, ()):
         dropped.update(_SIMULATED)
     if group in _HIDDEN and verb not in _LIST_NAMES:
-        # A verb that looks one name up looks among the hidden ones anyway.
+        # Verbs that look up one name include hidden names anyway.
         dropped.add(_HIDDEN[group])
     if group == "control":
         dropped.add("--include-hidden-nodes")
@@ -69,7 +69,7 @@ def without_ignored_options(words: Sequence[str]) -> list[str]:
 
 
 def _behind_the_verb(words: Sequence[str]) -> list[str]:
-    """The line with ``topic --include-hidden-topics list`` in the order of the others."""
+    """Return ``topic list --include-hidden-topics`` for ``topic --include-hidden-topics list``."""
     group, *rest = words
     if rest[:1] != [_HIDDEN.get(group)] or len(rest) < 2:
         return list(words)

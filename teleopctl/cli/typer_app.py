@@ -1,7 +1,7 @@
 """Typer application for lines that the quick parser declines: runs them, or reports errors.
 
-Builds one Typer command tree with the wanted verb for real and a placeholder for each other one,
-so that a misspelt word is compared with all of them and none is imported.
+Builds a Typer command tree with the requested verb and a placeholder for every other verb, so that
+a misspelt word is compared with all names without importing the verbs.
 """
 
 from __future__ import annotations
@@ -24,7 +24,7 @@ from teleopctl.cli.typer_line import typer_line
 from teleopctl.cli.verb import Option, Verb, VerbGroup, VerbParameter, call, parameters
 from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
 
-# What a line or two have room for.
+# Largest number of names in a hint, which fit in one or two lines.
 _MOST_OFFERED = 12
 
 
@@ -32,10 +32,10 @@ def run(words: Sequence[str]) -> int:
     """Parse a command line with Typer and run its verb; return the exit status.
 
     Args:
-        words: The command line behind the global options.
+        words: Command line after the global options.
 
     Returns:
-        The exit status.
+        Exit status.
 
     Raises:
         TeleopctlError: The command line is wrong (exit status 2), or the verb failed.
@@ -59,7 +59,7 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
     """Return Typer's root command, with parameters only for the verb that ``words`` name.
 
     Raises:
-        BrokenPluginError: That verb is a stranger's and cannot be loaded.
+        BrokenPluginError: The verb is from a plug-in that cannot be loaded.
     """
     root = _new_app()
 
@@ -71,7 +71,7 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
         """Declare the global options, which `teleopctl.cli.main` parses before Typer is loaded."""
 
     position, chosen = _first_word(words)
-    # Strangers' verbs are looked for only where none of ours has been chosen.
+    # Verbs of plug-ins are searched only if the first word is not a verb of teleopctl.
     for name in plugins.VERBS.builtin if chosen in plugins.VERBS.builtin else declared.nouns():
         root.command(name)(_placeholder)
     tree = get_group(root)
@@ -87,10 +87,10 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
 
 
 def _refuse_missing(tree: TyperGroup, words: Sequence[str]) -> None:
-    """Tell a verb of ``ros2`` that is missing here from a misspelt one.
+    """Raise an error for a verb of ``ros2`` that teleopctl lacks; misspelt verbs are left to Typer.
 
     Raises:
-        UnsupportedError: The first word that is no verb here is one of ros2.
+        UnsupportedError: The first word that is not a verb of teleopctl is one of ros2.
     """
     command: Any = tree
     path: list[str] = []
@@ -137,7 +137,7 @@ def _add_verb(app: typer.Typer, name: str, verb: Verb, function: Callable[..., i
 
 
 def _first_word(words: Sequence[str]) -> tuple[int, str]:
-    """Position and text of the first word that is no option; an empty text if there is none."""
+    """Return position and text of the first word that is not an option; empty text if none is."""
     for position, word in enumerate(words):
         if not word.startswith("-"):
             return position, word
@@ -145,7 +145,7 @@ def _first_word(words: Sequence[str]) -> tuple[int, str]:
 
 
 def _typer_function(verb: Verb) -> Callable[..., int | None]:
-    """The verb's function with its declarations spelt in Typer's words."""
+    """Return the verb's function with its declarations converted to Typer's."""
     function = verb.load()
     declared_parameters = parameters(function)
     listed = [
@@ -165,13 +165,13 @@ def _typer_function(verb: Verb) -> Callable[..., int | None]:
         return call(function, values)
 
     run_verb.__annotations__ = {parameter.name: parameter.annotation for parameter in listed}
-    # What inspect, and so Typer, takes in place of the real signature.
+    # inspect, and so Typer, uses this instead of the real signature.
     run_verb.__dict__["__signature__"] = inspect.Signature(listed)
     return run_verb
 
 
 def _check_finite(parameter: VerbParameter, value: object) -> None:
-    """Refuse ``nan`` and ``inf``, which are floats to Typer and no time or rate to anybody."""
+    """Reject ``nan`` and ``inf``, which Typer accepts as floats, but which are no time or rate."""
     if isinstance(value, float) and not math.isfinite(value):
         declaration = parameter.declaration
         name = parameter.name.upper()
@@ -192,15 +192,15 @@ def _typer_annotation(parameter: VerbParameter) -> object:
     if isinstance(declaration, Option):
         read = typer.Option(*declaration.flags)
     else:
-        # What it is called where it is missing.
+        # Name of the argument in the error message if it is missing.
         read = typer.Argument(metavar=declaration.metavar or parameter.name.upper())
     return Annotated[value_type, read]
 
 
 class _Command(TyperCommand):
-    """A verb, whose help is the page that it has anywhere else."""
+    """Typer command of a verb, whose help is the page of `help_page`."""
 
-    def get_help(self, ctx: Any) -> str:  # Any: a class of the library that Typer carries along
+    def get_help(self, ctx: Any) -> str:  # Any: a class of the library that Typer vendors
         """Return the help page, for spellings of ``--help`` that only Typer parses."""
         path = ctx.command_path.split()[1:]
         found = declared.find_declaration(path)
@@ -216,23 +216,23 @@ def _new_app() -> typer.Typer:
 
 
 def _placeholder() -> None:
-    """Stands for a verb that is listed and not loaded."""
+    """Do nothing: placeholder of a verb that is listed, but not loaded."""
 
 
 def _usage_error(wrong: typer.TyperException, words: Sequence[str]) -> TeleopctlError:
     context = getattr(wrong, "ctx", None)
     path = context.command_path if context is not None else PROGRAM
     return UsageError(
-        # "Value error" is how the library behind Typer's types introduces any wrong value.
+        # The library behind Typer's types begins messages about wrong values with "Value error".
         wrong.format_message().replace("Value error, ", ""),
         hint=f"{_what_is_missing(wrong, words)}See `{path} --help`.",
     )
 
 
 def _what_is_missing(wrong: typer.TyperException, words: Sequence[str]) -> str:
-    """What Tab would offer in the place of an argument that was left out, for who sees a terminal.
+    """Return the completion candidates of a missing argument as text; empty without a terminal.
 
-    A script gets no answer that depends on what runs.
+    The output of a script must not depend on the live graph.
     """
     is_missing = type(wrong).__name__ == "MissingParameter"
     if not (is_missing and sys.stdin.isatty() and sys.stderr.isatty()):

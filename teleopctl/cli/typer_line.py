@@ -1,7 +1,7 @@
 """Command lines as `argparse`, and so ROS 2, parses them, converted to what Typer parses.
 
-``--activate a b`` becomes ``--activate a --activate b``, an option that may stand without a value
-gets its value for that case, and an abbreviated one, ``--show-t``, its whole name.
+``--activate a b`` becomes ``--activate a --activate b``, an option without its optional value gets
+the default one, and an abbreviated option such as ``--show-t`` gets its full name.
 """
 
 from __future__ import annotations
@@ -19,8 +19,8 @@ def typer_line(tree: TyperGroup, words: Sequence[str]) -> list[str]:
     """Return a command line rewritten for Typer: list options repeated, abbreviations in full.
 
     Args:
-        tree: The root command.
-        words: The command line without the program's name.
+        tree: Root command.
+        words: Command line without the program's name.
     """
     command: Any = tree
     spread: list[str] = []
@@ -47,12 +47,12 @@ def typer_line(tree: TyperGroup, words: Sequence[str]) -> list[str]:
 
 
 def _ends_options(command: Any) -> bool:
-    """Whether all that follows an argument of this command is another program's."""
+    """Return whether all words after the command's first argument are passed on."""
     return not command.context_settings.get("allow_interspersed_args", True)
 
 
 def _in_full(command: Any, word: str) -> str:
-    """An option by its whole name, where the beginning that stands there fits no other one."""
+    """Return an option with its full name, if its abbreviation is unique."""
     name, equals, value = word.partition("=")
     known = {flag for option in command.params for flag in option.opts} | {"--help"}
     if not name.startswith("--") or name in known:
@@ -62,7 +62,7 @@ def _in_full(command: Any, word: str) -> str:
 
 
 def _lists(command: Any) -> set[str]:
-    """The options behind which more than one value may stand."""
+    """Return the options that may be followed by more than one value."""
     if not isinstance(command, TyperCommand) or command.callback is None:
         return set()
     return {
@@ -74,12 +74,12 @@ def _lists(command: Any) -> set[str]:
 
 
 def _takes_rest(command: Any, word: str) -> bool:
-    """Whether all that is left of the line belongs to an option."""
+    """Return whether all remaining words of the line are values of an option."""
     return any(option.rest and word in option.flags for option in _options(command))
 
 
 def _options(command: Any) -> list[Option]:
-    """The options of a verb."""
+    """Return the options of a verb."""
     if not isinstance(command, TyperCommand) or command.callback is None:
         return []
     declared = (each.declaration for each in parameters(inspect.unwrap(command.callback)))
@@ -87,7 +87,7 @@ def _options(command: Any) -> list[Option]:
 
 
 def _value_alone(command: Any, word: str) -> str | None:
-    """The value that an option has where none stands behind it."""
+    """Return the value of an option that is given without one; None if it needs a value."""
     return next((option.alone for option in _options(command) if word in option.flags), None)
 
 

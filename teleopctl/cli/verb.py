@@ -1,8 +1,8 @@
 """Declarations of verbs and their parameters, independent of the library that parses them.
 
-Typer alone takes longer to import than a whole graph query takes to run, so declarations are
-made of these small classes: `quick` reads them for a well-formed command line, `help_page` for
-``--help``, `completing` for Tab, and `typer_app` turns them into Typer's to say what is wrong.
+Importing Typer takes longer than running a graph query, so declarations are made of these small
+classes. `quick` uses them for a well-formed command line, `help_page` for ``--help``, `completing`
+for Tab completion, and `typer_app` converts them to Typer's to report errors.
 """
 
 from __future__ import annotations
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 else:
 
     def dataclass_transform(**_: object) -> object:
-        """Stand in for typing's, which only type checkers read."""
+        """Replace `typing.dataclass_transform`, which only type checkers use."""
         return lambda class_: class_
 
 
@@ -25,10 +25,9 @@ class Declaration:
 
     Args:
         help: One sentence for ``--help``.
-        metavar: The placeholder of its value in ``--help``.
-        choices: The only values it may have; empty for any.
-        complete: What Tab offers: a completion's name in `teleopctl.plugins`, or
-            ``module:function``.
+        metavar: Placeholder of the parameter's value in ``--help``.
+        choices: Allowed values; empty for any value.
+        complete: Completion for Tab: its name in `teleopctl.plugins`, or ``module:function``.
     """
 
     __slots__ = ("choices", "complete", "help", "metavar")
@@ -57,13 +56,13 @@ class Option(Declaration):
     """A named parameter; one of type ``bool`` is a flag.
 
     Args:
-        flags: Its spellings, such as ``"-t", "--show-types"``.
-        alone: Its value where none stands behind it; None where one has to.
-        repeated: For one of type ``list[str]``: each value has the name before it, and the next
-            word is another thing's. Otherwise all words up to the next option are its values.
-        rest: For one of type ``list[str]``: all that is left of the line is its values, whatever
-            they begin with.
-        declaration: The keyword arguments of [`Declaration`][teleopctl.cli.verb.Declaration].
+        flags: Spellings of the option, such as ``"-t", "--show-types"``.
+        alone: Value of the option if it is given without one; None if a value is required.
+        repeated: For an option of type ``list[str]``: whether the flag is repeated before each
+            value. Otherwise all words up to the next option are values.
+        rest: For an option of type ``list[str]``: whether all remaining words of the line are
+            values, including words that begin with ``-``.
+        declaration: Keyword arguments of [`Declaration`][teleopctl.cli.verb.Declaration].
     """
 
     __slots__ = ("alone", "flags", "repeated", "rest")
@@ -74,7 +73,7 @@ class Option(Declaration):
         alone: str | None = None,
         repeated: bool = False,
         rest: bool = False,
-        **declaration: Any,  # Any: Declaration checks its own
+        **declaration: Any,  # Any: Declaration has the types
     ) -> None:
         super().__init__(**declaration)
         self.flags = flags
@@ -87,12 +86,14 @@ class Verb:
     """A verb of the command line: its help, and the function that is imported when it runs.
 
     Args:
-        target: ``"package.module:function"``. The function returns an exit status or None.
+        target: Function of the verb as ``"package.module:function"``, which returns an exit status
+            or None.
         help: One line for the list of verbs.
-        negative_numbers: Whether ``-1`` may be an argument, rather than a misspelled option.
-        passes_on: Whether all that follows the first argument is arguments, to be passed on.
-        passes_everything_on: Whether the whole line is arguments, but for ``--help`` at its start.
-        examples: Command lines to end ``--help`` with.
+        negative_numbers: Whether ``-1`` is an argument rather than an unknown option.
+        passes_on: Whether all words after the first argument are arguments, including options.
+        passes_everything_on: Whether all words of the line are arguments, except ``--help`` as the
+            first one.
+        examples: Command lines that ``--help`` shows at its end.
     """
 
     __slots__ = (
@@ -133,10 +134,10 @@ class VerbGroup:
 
     Args:
         help: One line for the list of groups.
-        verbs: The verbs by name, in the order in which ``--help`` lists them.
-        alone: The verb that is meant where none stands behind the noun; "" for its help.
-        leaves_nothing: Whether nothing is left to be tidied up once the function of any of them
-            has returned, such as an open file or a working thread. The process then ends there.
+        verbs: Verbs by name, in the order of ``--help``.
+        alone: Name of the verb that runs if the noun is given alone; "" to show the help.
+        leaves_nothing: Whether no verb leaves anything to clean up when its function returns, such
+            as an open file or a running thread. The process then ends without finalization.
     """
 
     __slots__ = ("alone", "help", "leaves_nothing", "verbs")
@@ -159,7 +160,7 @@ class VerbGroup:
 class OptionSet:
     """Base class of options that several verbs share; a verb's function receives one object.
 
-    Its annotated attributes are declared as parameters of a function are, with their defaults:
+    The annotated attributes are declared like parameters of a function, with their defaults:
 
         class TextOptions(OptionSet):
             csv: Annotated[bool, Option("--csv", help="Print all values on one line.")] = False
@@ -183,12 +184,12 @@ class VerbParameter:
     """A parameter of a verb's function.
 
     Attributes:
-        name: What the function calls it.
-        declaration: How it is given.
-        type: ``str``, ``int``, ``float`` or ``bool``; of a list, that of its elements.
-        many: Whether it is a list.
-        optional: Whether it may be left out.
-        default: Its value then.
+        name: Name of the function's parameter.
+        declaration: `Argument` or `Option` that declares the parameter.
+        type: ``str``, ``int``, ``float`` or ``bool``; for a list, the type of its elements.
+        many: Whether the parameter is a list.
+        optional: Whether the parameter may be left out.
+        default: Value of the parameter if it is left out.
     """
 
     __slots__ = ("declaration", "default", "many", "name", "optional", "type")
@@ -220,8 +221,8 @@ class VerbParameter:
 def parameters(function: Callable[..., object]) -> list[VerbParameter]:
     """Return the declared parameters of a verb's function, in order, options of sets included.
 
-    Reads the function's own tables, since ``inspect`` costs as much as the query itself. They
-    hold the declarations themselves only where the module does not postpone its annotations.
+    Reads attributes of the function, since ``inspect`` takes as long as a graph query. The
+    annotations are evaluated only in a module without ``from __future__ import annotations``.
     """
     code = function.__code__
     positional = code.co_varnames[: code.co_argcount]
@@ -245,8 +246,8 @@ def call(function: Callable[..., int | None], values: dict[str, object]) -> int 
     """Call a verb's function with the values of its parameters, and return what it returns.
 
     Args:
-        function: The function.
-        values: The values by name; those of an option set are handed over as one object.
+        function: Function of the verb.
+        values: Values by name of the parameter; those of an option set are passed as one object.
 
     Raises:
         UsageError: Values of an option set are invalid or contradict each other.
@@ -259,7 +260,7 @@ def call(function: Callable[..., int | None], values: dict[str, object]) -> int 
     return function(**arguments)
 
 
-# Any: an annotation may be anything that can be written there.
+# Any: an annotation may be any object.
 def _is_option_set(annotation: Any) -> bool:
     return isinstance(annotation, type) and issubclass(annotation, OptionSet)
 
@@ -276,9 +277,9 @@ def _parameter(name: str, annotation: Any, defaults: dict[str, object]) -> VerbP
     )
 
 
-# Any: an annotation may be anything that can be written there.
+# Any: an annotation may be any object.
 def _scalar_type(annotation: Any) -> tuple[type, bool]:
-    """``str`` of ``str``, ``list[str]`` and both with ``| None``; and whether it is a list."""
+    """Return ``str`` for ``str``, ``list[str]`` and both with ``| None``; and whether it's a list."""
     members: tuple[type, ...] = getattr(annotation, "__args__", ())
     if getattr(annotation, "__origin__", None) is list:
         return members[0], True

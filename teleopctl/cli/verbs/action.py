@@ -132,7 +132,7 @@ def actions_of_type(
 
 _FAILED = 1
 _INTERRUPTED = 130
-# Of action_msgs/srv/CancelGoal: there is no such goal, and the wish came after its end.
+# Return codes of action_msgs/srv/CancelGoal: ERROR_UNKNOWN_GOAL_ID, ERROR_GOAL_TERMINATED.
 _UNKNOWN, _ENDED_ALREADY = 2, 3
 
 
@@ -185,7 +185,7 @@ def send_goal(
         command_node(session_mode="client") as node,
         SingleThreadedExecutor(context=node.context) as executor,
     ):
-        # What its library would log of a server that goes away is said below.
+        # The loss of the server is reported below, so the library must not log it.
         node.get_logger().set_level(LoggingSeverity.FATAL)
         executor.add_node(node)
         client = ActionClient(node, action, absolute_name(action_name))
@@ -193,7 +193,7 @@ def send_goal(
 
 
 class _Report:
-    """What is printed of a goal, in the words of ``ros2 action send_goal``."""
+    """Output about a goal, with the texts of ``ros2 action send_goal``."""
 
     def say(self, line: str) -> None:
         console.out(line)
@@ -209,7 +209,7 @@ class _Report:
         console.out_text(f"Goal accepted with ID: {goal_id.hex()}\n")
         console.flush()
 
-    # Any: the message of whatever action it is.
+    # Any: message of any action.
     def feedback(self, message: Any) -> None:
         self._show("Feedback:\n    ", message.feedback)
 
@@ -225,7 +225,7 @@ class _Report:
 
 
 class _JsonReport(_Report):
-    """The same as one JSON object a line."""
+    """Output about a goal as one JSON object per line."""
 
     def say(self, line: str) -> None:
         console.note(line)
@@ -241,7 +241,7 @@ class _JsonReport(_Report):
     def accepted(self, goal_id: bytes) -> None:
         self._write("accepted", goal_id=goal_id.hex())
 
-    # Any: the message of whatever action it is.
+    # Any: message of any action.
     def feedback(self, message: Any) -> None:
         from teleopctl.interfaces import message_to_dict
 
@@ -299,10 +299,10 @@ class _Exchange:
             )
 
     def _explain(self) -> str:
-        """What there is in the place of the server."""
+        """Return a hint while waiting: another type or other names of actions in the graph."""
         name = self._client.action_name
         graph = self._client.node.graph()
-        # Ours is a client of what nobody may serve.
+        # The client of this command is in the graph too, so only servers count.
         servers = graph.action_servers(name)
         if here := {kind for server in servers if (kind := type_of_action(server))}:
             return f"'{name}' has the type {' and '.join(sorted(here))}."
@@ -313,7 +313,7 @@ class _Exchange:
         )
 
     def _follow(self, sent: "ResponseFuture[ClientGoalHandle[Any]]") -> int:
-        # Without a wait for the result the acceptance is waited for all the same.
+        # A timeout of 0 means no wait for the result; the acceptance is waited for anyway.
         if not self._wait(sent, self._timeout_s or None):
             raise UnavailableError(
                 f"Timed out waiting for goal acceptance after {self._timeout_s:g} seconds."
@@ -343,7 +343,8 @@ class _Exchange:
     def _cancel(self) -> int:
         """Cancel the goal after Ctrl-C and show its end; another Ctrl-C ends the command.
 
-        A server whose only thread is at the goal hears of the wish when the goal has ended.
+        A single-threaded server that executes the goal receives the request when the goal has
+        ended.
         """
         from teleopctl.cli.waiting import wait_with_notice
 
@@ -373,12 +374,12 @@ class _Exchange:
             "again ends this command and leaves the goal to the server."
         )
 
-    # Any: the answer to whichever request it is.
+    # Any: response to any of the requests.
     def _wait(self, answer: "ResponseFuture[Any]", timeout_s: float | None) -> bool:
-        """Spin until an answer has come; False when the time, in seconds, ran out.
+        """Spin until a response has arrived; return False after ``timeout_s`` seconds.
 
         Raises:
-            UnavailableError: None will come: the server has gone away.
+            UnavailableError: The server has disappeared, so no response will arrive.
         """
         from teleopctl.node import Future
 
@@ -459,7 +460,7 @@ def _chosen(interfaces: str | None) -> frozenset[str]:
     chosen = set()
     for word in interfaces.split("|"):
         name = word.strip().upper()
-        # FEEDBACK and STATUS are what earlier versions call them.
+        # FEEDBACK and STATUS are the names of earlier versions.
         found = next(
             (each for each in _INTERFACES if name in (each, each.split("_TOPIC")[0])), None
         )
@@ -472,9 +473,9 @@ def _chosen(interfaces: str | None) -> frozenset[str]:
     return frozenset(chosen)
 
 
-# Any, here and below: the messages of whatever action it is.
+# Any, here and below: messages of any action.
 def _topics(action: Any) -> "dict[str, tuple[str, type[Any], QoSProfile]]":
-    """What each interface is: a topic, the class of its messages, and its quality of service."""
+    """Return the topic, message class and QoS profile of each interface of an action."""
     from teleopctl.interfaces import get_message
     from teleopctl.node import (
         QoSProfile,

@@ -97,10 +97,10 @@ def export(
 
 
 class _Written:
-    """Says what has been written: at once for a person, and in the end for a program.
+    """List of written files: printed one by one as text, or together at the end as JSON.
 
     Args:
-        as_json: For a program.
+        as_json: Whether the output is JSON.
     """
 
     def __init__(self, as_json: bool) -> None:

@@ -191,7 +191,7 @@ def reindex_bag(bag_path: BagPath, storage: Storage = None, as_json: AsJson = Fa
     """
     from teleopctl.bag import reindex
 
-    del storage  # the names of the files tell
+    del storage  # the suffixes of the files determine it
     if not Path(bag_path).is_dir():
         raise NotFoundError("Must specify a bag directory")
     console.note(f"Beginning reindexing bag in directory: {bag_path}")
@@ -266,7 +266,7 @@ _PROGRESS_PERIOD_S = 0.2
 
 @contextlib.contextmanager
 def _open_bags(paths: Iterable[str], storages: Sequence[str | None] = ()) -> "Iterator[list[Bag]]":
-    """Open bags, and print warnings about their faults."""
+    """Open bags, yield them, and print warnings about their faults."""
     from teleopctl.bag import open_bag
 
     with contextlib.ExitStack() as stack:
@@ -284,13 +284,14 @@ def _input_bags(words_of_flag: list[str], words: list[str], file: str | None) ->
     """Return the input bags, by whichever option named them.
 
     Args:
-        words_of_flag: What stood behind ``--input``: bags, and forms of the files of the last one.
-        words: Bags.
-        file: That of ``--input-options``.
+        words_of_flag: Values of ``--input``: paths of bags, each optionally followed by its storage
+            format.
+        words: Paths of further bags.
+        file: YAML file of ``--input-options``, or None.
 
     Raises:
-        UsageError: None is named, or in both ways.
-        TeleopctlError: Something is wrong with the file.
+        UsageError: No bag is given, or bags are given both by words and by ``file``.
+        TeleopctlError: The file cannot be read or is invalid.
     """
     from dataclasses import replace
 
@@ -366,7 +367,7 @@ def _topic_filter(
     )
 
     def chooses(topic: "BagTopic") -> bool:
-        # A topic that is named is meant, even one that belongs to an action or a service.
+        # A topic given by name is selected, even if it belongs to an action or a service.
         named = topic.name in selection.topics and topic.name not in selection.exclude_topics
         return named or selection.chooses(topic.name, topic.type_name)
 
@@ -377,7 +378,7 @@ def _require_topics(bags: "Sequence[Bag]", names: Iterable[str]) -> None:
     """Raise for names of topics that no bag has.
 
     Raises:
-        NotFoundError: There is one.
+        NotFoundError: No bag has a topic of a given name.
     """
     known = {topic.name for bag in bags for topic, _ in bag.metadata.topics}
     for name in names:

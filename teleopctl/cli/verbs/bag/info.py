@@ -61,7 +61,7 @@ def _size(bag: "Bag") -> int:
     return sum(file.stat().st_size for file in bag.path.iterdir() if file.is_file())
 
 
-# What is there, with what ``-v`` says of it.
+# Plug-ins by kind, with the descriptions that ``-v`` prints.
 _PLUGINS = {
     "storage": {
         "mcap": "MCAP files, read and written.",
@@ -105,7 +105,7 @@ def list_plugins(
 
 _UNITS = ("B", "KiB", "MiB", "GiB", "TiB")
 _UNIT = 1024
-# The columns at which further topics and services stand.
+# Indents of the lines of further topics and services.
 _TOPIC_INDENT = " " * 19
 _SERVICE_INDENT = " " * 21
 
@@ -114,15 +114,15 @@ class BagSummary:
     """Topics, services, counts and sizes of a bag that ``bag info`` prints.
 
     Args:
-        metadata: What the bag holds.
-        size: Of all its files, in bytes.
-        sort: ``name``, ``type`` or ``count``.
+        metadata: Metadata of the bag.
+        size: Size of all files of the bag, in bytes.
+        sort: Sort order of topics: ``name``, ``type`` or ``count``.
 
     Attributes:
-        topics: Those that are no events of services, with their counts, sorted.
-        services: The topics of events of services, likewise.
-        sizes: Bytes of the messages by topic, once they are counted.
-        counter: Requests and responses, once they are counted.
+        topics: Topics without service events, with their message counts, sorted.
+        services: Topics of service events, with their message counts, sorted.
+        sizes: Bytes of the messages by topic, after `count_all`.
+        counter: Numbers of requests and responses, after `count_all`; None before.
     """
 
     def __init__(self, metadata: "BagMetadata", size: int, sort: str = "name") -> None:

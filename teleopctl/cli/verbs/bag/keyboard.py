@@ -30,19 +30,20 @@ def keys_can_be_read() -> bool:
 class Keyboard:
     """Reads keys from the terminal on a thread, and calls a function for each, in a ``with`` block.
 
-    The terminal shows no keys meanwhile and hands them over at once; Ctrl-C stays what it is. It
-    is as before when the ``with`` ends, however that comes. Where `keys_can_be_read` says no,
-    nothing is read.
+    In the block, the terminal does not echo keys and delivers them unbuffered; Ctrl-C works as
+    usual. At the end of the block, the terminal's settings are restored, also after an exception.
+    If `keys_can_be_read` returns False, no keys are read.
 
     Args:
-        pressed: Called with ``SPACE``, ``UP``, ``DOWN``, ``RIGHT``, ``LEFT``, or the character.
+        pressed: Called on the thread with ``SPACE``, ``UP``, ``DOWN``, ``RIGHT``, ``LEFT``, or the
+            character.
         wanted: Whether keys are read at all.
     """
 
     def __init__(self, pressed: Callable[[str], object], *, wanted: bool = True) -> None:
         self._pressed = pressed
         self._wanted = wanted
-        self._before: list[Any] | None = None  # Any: what termios has
+        self._before: list[Any] | None = None  # Any: attributes of termios
         self._thread: threading.Thread | None = None
 
     def __enter__(self) -> Self:
@@ -63,11 +64,11 @@ class Keyboard:
             return
         import termios
 
-        # A terminal that was hung up has nothing to be put back.
+        # The settings of a terminal that has hung up cannot be restored.
         with contextlib.suppress(termios.error):
             termios.tcsetattr(self._file, termios.TCSANOW, self._before or [])
         os.close(self._ending)
-        # A key's work may be what ends the command.
+        # A key's function, which runs on the thread, may end the command.
         if self._thread is not threading.current_thread():
             self._thread.join()
         os.close(self._end)
@@ -80,7 +81,7 @@ class Keyboard:
             try:
                 text = os.read(self._file, _MOST_BYTES).decode(errors="ignore")
             except OSError:
-                return  # the terminal is gone
+                return  # the terminal has hung up
             if not text:
                 return
             for key in parse_keys(text):
@@ -93,7 +94,7 @@ def parse_keys(text: str) -> list[str]:
     position = 0
     while position < len(text):
         if text.startswith(("\x1b[", "\x1bO"), position):
-            # A sequence ends with its first letter behind the introducer.
+            # An escape sequence ends with its first letter after the introducer.
             end = position + 2
             while end < len(text) and not text[end].isalpha() and text[end] != "~":
                 end += 1

@@ -142,7 +142,7 @@ class TimeRangeOptions(OptionSet):
         return all(option is None for option in options)
 
     def log_times(self, bags: "Sequence[Bag]") -> tuple[int, int]:
-        """Return the first log time of the range and the one behind its end, in nanoseconds.
+        """Return the first log time of the range and its exclusive end, in nanoseconds.
 
         Raises:
             UsageError: The range is empty.
