@@ -279,7 +279,7 @@ def _parameter(name: str, annotation: Any, defaults: dict[str, object]) -> VerbP
 
 # Any: an annotation may be any object.
 def _scalar_type(annotation: Any) -> tuple[type, bool]:
-    """Return ``str`` for ``str``, ``list[str]`` and both with ``| None``; and whether it's a list."""
+    """Return ``str`` for ``str``, ``list[str]`` and both with ``| None``; and if it was a list."""
     members: tuple[type, ...] = getattr(annotation, "__args__", ())
     if getattr(annotation, "__origin__", None) is list:
         return members[0], True

@@ -31,7 +31,7 @@ GROUP = VerbGroup(
 )
 
 _IMAGE = "sensor_msgs/msg/Image"
-# The mode of a picture, and how Pillow calls the bytes of an encoding.
+# Pillow's mode and raw mode for each encoding.
 _MODES = {
     "rgb8": ("RGB", "RGB"),
     "bgr8": ("RGB", "BGR"),
@@ -43,7 +43,7 @@ _MODES = {
     "16UC1": ("I;16", "I;16"),
     "32FC1": ("F", "F;32F"),
 }
-# Depths are metres in floats, and millimetres in whole numbers, which a file has (REP 118).
+# Depths are metres as floats, and millimetres as integers, which a PNG file stores (REP 118).
 _MOST_MILLIMETRES = 65535
 _TELL_EVERY_S = 2.0
 
@@ -78,9 +78,9 @@ def save(
     )
 
 
-# Any, here and below: a class that is made from its definition.
+# Any, here and below: messages, whose classes are created from their definitions.
 def _next_image(topic: str, longest_wait_s: float | None) -> Any:
-    """Wait for the next image, and say that one waits."""
+    """Return the next image of a topic; print a note every two seconds of waiting."""
     source = find_source(topic)
     if source.message_class.TYPE_NAME != _IMAGE:
         raise UsageError(f"'{topic}' has the type {source.message_class.TYPE_NAME}, not {_IMAGE}")
@@ -109,11 +109,11 @@ def _next_image(topic: str, longest_wait_s: float | None) -> Any:
 
 
 def _picture(image: Any) -> Any:
-    """An image message as Pillow has it.
+    """Return an image message as a Pillow image.
 
     Raises:
-        UnsupportedError: Its encoding is another one.
-        InvalidMessageError: It has too few bytes.
+        UnsupportedError: The encoding is not supported.
+        InvalidMessageError: The message has too few bytes.
     """
     from PIL import Image
 
@@ -138,7 +138,7 @@ def _picture(image: Any) -> Any:
 
 
 def _millimetres(depths: Any) -> Any:
-    """Depths in metres as a file has them: 0 where nothing is measured, or too far for that."""
+    """Convert depths from metres to 16-bit millimetres; 0 for no measurement or out of range."""
     import numpy as np
     from PIL import Image
 

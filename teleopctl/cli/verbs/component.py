@@ -50,7 +50,7 @@ Timeout = Annotated[
     float | None, Option("--timeout", help="Give up after this many seconds.", metavar="SECONDS")
 ]
 
-# What is only asked for is answered at once.
+# Longest wait for containers' lists, which they return at once.
 _LONGEST_WAIT_S = 5.0
 _SERVICES = {"load_node": "LoadNode", "unload_node": "UnloadNode", "list_nodes": "ListNodes"}
 
@@ -114,7 +114,7 @@ def find_container(node: "Node", name: str) -> str:
     """Return the full name of a component container that is in the graph.
 
     Raises:
-        NotFoundError: There is none of that name.
+        NotFoundError: The graph has no container of that name.
     """
     full_name = absolute_name(name)
     known = container_names(query_graph(node.context.session))
@@ -217,7 +217,7 @@ class ComponentOptions(OptionSet):
         """Return the LoadNode request for a component.
 
         Raises:
-            UsageError: A rule, a parameter or a level is malformed.
+            UsageError: A remapping rule, a parameter or the log level is malformed.
         """
         from teleopctl.interfaces import get_service
 
@@ -306,8 +306,8 @@ def load_component(node: "Node", container: str, request: Any, timeout_s: float 
     """Load a component into a container and return the response, waiting for its constructor.
 
     Raises:
-        RefusedError: It cannot.
-        UnavailableError: It does not answer.
+        RefusedError: The container cannot load the component.
+        UnavailableError: The container does not respond.
     """
     from teleopctl.interfaces import get_service
 
@@ -339,7 +339,7 @@ def _answer(
         try:
             response = future.wait_for_response(0.0)
         except ServiceUnavailableError:
-            # A service may stand in the graph a moment before it can be reached.
+            # A service may be in the graph a moment before it can be reached.
             if not client.service_is_ready() or time.monotonic() > deadline:
                 raise
             time.sleep(_AGAIN_AFTER_S)
@@ -350,7 +350,7 @@ def _answer(
 
 
 def _hint(request: Any) -> str | None:
-    """What there is instead, where that is what is wrong."""
+    """Return a hint with existing names if the package or component is unknown; None otherwise."""
     from teleopctl.packages import find_component
 
     try:
@@ -415,7 +415,7 @@ def standalone(
         loader = threading.Thread(target=_load, args=words, name="loader")
         loader.start()
         status = execute(container, ["--ros-args", "-r", f"__node:={name}"])
-    # It has nobody to wait for any more.
+    # The container has ended, so the loader ends too.
     loader.join()
     if failures:
         raise failures[0]
@@ -430,7 +430,7 @@ def _load(
     timeout_s: float | None,
     failures: list[TeleopctlError],
 ) -> None:
-    """Load the component once the container is there, and end the container where that fails."""
+    """Load the component when the container is ready; shut the container down if that fails."""
     from teleopctl.interfaces import get_service
     from teleopctl.node import (
         ExternalShutdownException,
@@ -452,7 +452,7 @@ def _load(
         node.context.try_shutdown()
 
 
-# Who presses Tab waits for no longer.
+# Longest wait for completion candidates, in seconds.
 _LONGEST_COMPLETION_S = 1.0
 
 

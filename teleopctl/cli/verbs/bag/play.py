@@ -324,12 +324,13 @@ def parse_bag_paths(
     """Return the paths of the bags that a command line names, each with its storage or None.
 
     Args:
-        bag_path: The argument.
-        storage: Its storage.
-        inputs: The words behind ``--input``: bags, each with its storage behind it or without.
+        bag_path: Path of the positional argument, or None.
+        storage: Storage format of bags without one of their own, or None.
+        inputs: Values of ``--input``: paths of bags, each optionally followed by its storage
+            format.
 
     Raises:
-        UsageError: There is none, or the argument and the option are mixed.
+        UsageError: No bag is given, or the argument and the option are mixed.
     """
     if bag_path is not None:
         if inputs:

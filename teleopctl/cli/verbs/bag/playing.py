@@ -23,11 +23,11 @@ if TYPE_CHECKING:
 _NODE = "rosbag2_player"
 _RATE_STEP = 0.1
 
-# The reader decodes chunks in Python while messages are due. Python's own 5 ms would be what they
-# come too late by.
+# The reader decodes chunks in Python while messages are due, which would be late by up to the
+# default interval of 5 ms.
 _SWITCH_INTERVAL_S = 0.0002
 
-# They come at once, but for a machine that is busy.
+# Longest wait for the last responses, in seconds; they take this long only on a busy machine.
 _LAST_ANSWERS_S = 2.0
 
 
@@ -37,10 +37,10 @@ class Terminal:
 
     Attributes:
         keys: Whether keys control the player.
-        progress_hz: How often the progress is drawn in a second; 0 for never, negative for each
+        progress_hz: Rate at which the progress bar is drawn, in Hz; 0 for never, negative for each
             message.
-        progress_lines: Empty lines between it and the other output.
-        log_level: The least severe lines of the log that are written.
+        progress_lines: Number of empty lines between the progress bar and other output.
+        log_level: Lowest log level that is shown.
     """
 
     keys: bool = True
@@ -59,14 +59,15 @@ def play_bags(
     """Play bags into the graph until their end or Ctrl-C; return the exit status.
 
     Args:
-        bags: Their paths, each with its storage where one was named.
-        options: How they are played.
-        remaps: Rules ``FROM:=TO``.
-        terminal: What a person sees.
-        burst: Send so many messages at once and pause, 0 for all; None plays in time.
+        bags: Paths of the bags, each with its storage format or None.
+        options: Options of the player.
+        remaps: Remapping rules ``FROM:=TO``.
+        terminal: Keyboard control and progress bar.
+        burst: Number of messages to send at once before pausing, 0 for all; None for playback in
+            time.
 
     Returns:
-        The exit status.
+        Exit status.
 
     Raises:
         TeleopctlError: A bag cannot be read.
@@ -81,7 +82,7 @@ def play_bags(
         with Node(_NODE, context=context) as node:
             _play(node, bags, options, terminal, burst)
     except KeyboardInterrupt:
-        pass  # an ordinary end, as that of `ros2 bag play`
+        pass  # a normal end, as in `ros2 bag play`
     finally:
         context.try_shutdown()
     return 0
@@ -107,7 +108,7 @@ def _play(
             if terminal.keys:
                 _explain_keys(node)
             player.play()
-            # What is asked of the services before that is answered now.
+            # Service requests that arrived before are handled from now on.
             with _served(node):
                 try:
                     if burst is not None:
@@ -115,7 +116,7 @@ def _play(
                     while not player.wait(1 / hertz if hertz > 0 else None):
                         bar.draw(player)
                 finally:
-                    # A key or a service may wait for the player.
+                    # A key's function or a service callback may wait for the player.
                     player.stop()
                     bar.draw(player)
                     bar.finish()
@@ -127,7 +128,7 @@ def _press(player: Player, key: str) -> None:
     elif key == RIGHT:
         player.play_next()
     elif key in (UP, DOWN):
-        # Rounded, lest ten steps of a tenth be a little more or less than one.
+        # Rounded, so that ten steps of 0.1 make exactly 1.
         step = _RATE_STEP if key == UP else -_RATE_STEP
         player.set_rate(round(player.rate + step, 6))
 
@@ -143,8 +144,8 @@ def _explain_keys(node: Node) -> None:
 
 @contextlib.contextmanager
 def _served(node: Node) -> Iterator[None]:
-    """Have the node's services answered meanwhile."""
-    # One thread for a burst that lasts, one for what is asked meanwhile.
+    """Spin the node on a thread for the time of the block, to serve its services."""
+    # One thread for a long burst, one for other requests meanwhile.
     executor = MultiThreadedExecutor(2, context=node.context)
     executor.add_node(node)
 
@@ -157,7 +158,7 @@ def _served(node: Node) -> Iterator[None]:
     try:
         yield
     finally:
-        # Whoever stopped the player by its service is to have the answer.
+        # A client that stopped the player by its service still receives the response.
         executor.shutdown(_LAST_ANSWERS_S)
         thread.join()
 
@@ -171,8 +172,8 @@ class ProgressBar:
     """Progress bar of ``bag play``, as rosbag2 draws it.
 
     Args:
-        hertz: How often it is to be drawn in a second; 0 for never, negative for each message.
-        separation_lines: Empty lines above it, which other output may use.
+        hertz: Rate at which the bar is drawn, in Hz; 0 for never, negative for each message.
+        separation_lines: Number of empty lines above the bar, for other output.
     """
 
     def __init__(self, hertz: int, separation_lines: int) -> None:

@@ -103,7 +103,7 @@ def record(
     no_discovery: Annotated[
         bool, Option("--no-discovery", help="Record only topics that exist at the start.")
     ] = False,
-    polling_interval: Annotated[  # noqa: ARG001 - the graph tells of its changes by itself
+    polling_interval: Annotated[  # noqa: ARG001 - graph changes are reported without polling
         int,
         Option("-p", "--polling-interval", help="Accepted and without effect.", metavar="MS"),
     ] = 100,
@@ -115,7 +115,7 @@ def record(
             metavar="FILE",
         ),
     ] = None,
-    serialization_format: Annotated[  # noqa: ARG001 - there is one
+    serialization_format: Annotated[  # noqa: ARG001 - cdr is the only format
         str, Option("-f", "--serialization-format", help="Of the messages.", choices=("cdr",))
     ] = "cdr",
     max_bag_size: Annotated[
@@ -322,10 +322,10 @@ _SNAPSHOT_KEYS = ("s", "S")
 
 
 def _check_selection(selection: "Selection") -> None:
-    """Refuse selections that rosbag2 refuses, and warn of options without effect.
+    """Reject selections that rosbag2 rejects, and warn of options without effect.
 
     Raises:
-        RefusedError: Nothing is selected, or something is excluded from nothing.
+        RefusedError: Nothing is selected, or an exclusion has no matching selection.
     """
     if selection.is_empty:
         raise RefusedError(
@@ -387,7 +387,7 @@ def _writer_options(
     """Return the writer options for rosbag2's storage options.
 
     Raises:
-        TeleopctlError: There is no such preset, or the file asks for what there is not.
+        TeleopctlError: The preset is unknown, or the file has an unsupported setting.
     """
     from teleopctl.bag import Compression, WriterOptions, chunk_settings, database_settings
 
@@ -411,7 +411,7 @@ def _qos_overrides(file: str | None) -> "Mapping[str, QoSProfile]":
     """Return the QoS profiles of ``--qos-profile-overrides-path``.
 
     Raises:
-        InvalidFileError: The file is none of that kind.
+        InvalidFileError: The file is not a valid file of QoS overrides.
     """
     if file is None:
         return {}
@@ -428,18 +428,18 @@ def _run_recorder(
     reads_keys: bool,
     static_topics_path: str | None = None,
 ) -> None:
-    """Record until Ctrl-C, SIGTERM or the terminal's end, and finish the bag.
+    """Record until Ctrl-C, SIGTERM or SIGHUP, and finish the bag.
 
     Args:
-        folder: Where the bag is to be; None for rosbag2's name.
-        options: What is recorded, and how.
-        level: What the log tells.
-        reads_keys: Whether the space bar pauses.
-        static_topics_path: Where the selection has its static topics from, for the log.
+        folder: Folder of the bag; None for rosbag2's default name.
+        options: Options of the recorder.
+        level: Lowest log level that is shown.
+        reads_keys: Whether keys control the recorder.
+        static_topics_path: File of the selection's static topics, for the log.
 
     Raises:
-        RefusedError: There is something at the place of the bag already.
-        SystemFailureError: The disk refused; what was written can be read.
+        RefusedError: The folder exists already.
+        SystemFailureError: The bag cannot be written; the part written before can be read.
     """
     import threading
 
@@ -460,7 +460,7 @@ def _run_recorder(
     is_made = threading.Event()
 
     def press(key: str) -> None:
-        # Pressed while it starts, which the log has said already.
+        # A key pressed during the start waits until the recorder exists.
         is_made.wait()
         if recorder is not None and key == SPACE:
             recorder.toggle_paused()
@@ -491,13 +491,13 @@ def _run_recorder(
 
 
 class _EndSignal:
-    """Wakes the main thread: by a signal, which must not interrupt what it does, or by another."""
+    """Event that a signal or another thread sets, without interrupting the main thread's work."""
 
     def __init__(self) -> None:
         import socket
 
         self._here, self.there = socket.socketpair()
-        # The system's handler writes to it, and must not wait.
+        # The signal handler writes to this socket, and must not block.
         self.there.setblocking(False)
 
     def wait(self) -> None:
@@ -519,7 +519,7 @@ class _EndSignal:
 
 @contextlib.contextmanager
 def _end_on_signals() -> Iterator[_EndSignal]:
-    """Have the signals that end a command end a wait instead, also while the bag is finished."""
+    """Yield an `_EndSignal` that SIGINT, SIGTERM and SIGHUP set instead of ending the process."""
     import signal
 
     end = _EndSignal()

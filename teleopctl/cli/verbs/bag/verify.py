@@ -38,8 +38,8 @@ def verify(
     as_json: AsJson = False,
 ) -> int:
     """Run a recorded simulation again, and compare all that it determines."""
-    # It draws nothing: what MUJOCO_GL asks for, and what it lacks, concerns the camera alone.
-    # mujoco reads that when it is imported.
+    # The simulation renders nothing, so MUJOCO_GL and its errors concern the camera node only.
+    # mujoco reads the variable at import.
     os.environ["MUJOCO_GL"] = "disable"
     from teleopctl.bag import ComparedTraces, check_plot_file
     from teleopctl.nodes.bag_verification.verification import verify_bag
@@ -66,7 +66,7 @@ def verify(
 def _draw(found: "Verification", traces: "ComparedTraces", picture: Path, title: str) -> None:
     from teleopctl.bag import save_plot
 
-    # A message that is missing has no curve.
+    # Missing messages have no field to plot.
     differences = [
         each
         for each in found.verdict.first_differences + found.verdict.largest_differences
