@@ -80,7 +80,7 @@ def status(as_json: AsJson = False) -> None:
 
     address, sessions = daemon_address(), session_config("client").router
     running = router_is_running(address)
-    # A router that was started otherwise, rmw_zenohd for one, has no record.
+    # A router that teleopctl did not start, such as rmw_zenohd, has no record.
     record = find_router() if running else None
     reach = router_reach(address) if running else None
     if as_json:
@@ -123,7 +123,7 @@ def _say_who_reaches(reach: "RouterReach") -> None:
 
 
 def _say_where(address: "RouterAddress", sessions: "RouterAddress") -> None:
-    """Tell people; scripts read the one line of ROS 2, or --json."""
+    """Print the endpoints to stderr: scripts read the one line of ROS 2, or --json."""
     console.note(f"Endpoint: {address.text}")
     if address.is_missed_by(sessions):
         console.note(f"Sessions connect elsewhere: {sessions}")

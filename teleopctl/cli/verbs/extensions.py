@@ -40,7 +40,7 @@ def list_extensions(
 
     from teleopctl.compat import activation
 
-    activation.activate()  # ours are written for rclpy as well
+    activation.activate()  # plug-ins may import rclpy, and so do teleopctl's own
     with redirect_stdout(sys.stderr):
         found = {
             kind: [(plugin, *_loaded(kind, plugin)) for plugin in plugins.available(kind).values()]
@@ -86,18 +86,18 @@ def _described(
 
 
 def _loaded(kind: Kind, plugin: Plugin) -> tuple[str, str | None]:
-    """One line on a plug-in, and why it cannot be loaded."""
+    """Return the summary of a plug-in, and the reason why it cannot be loaded, or None."""
     if kind is plugins.PACKAGES:
-        return "", None  # modules in whose folder files lie; they are not imported
+        return "", None  # modules of packages with data files, which are not imported
     if kind is plugins.NODES:
         return _program(plugin.target)
     try:
         found = plugins.load(kind, plugin.name)
-    except (Exception, SystemExit) as error:  # noqa: BLE001 -- whatever it is, it is told
+    except (Exception, SystemExit) as error:  # noqa: BLE001 -- any exception is a reason
         return "", " ".join(str(error).split()) or type(error).__name__
     if isinstance(found, Verb | VerbGroup):
         return found.help, None
-    # A program's function is called main, and its module says what it does.
+    # A program's function is called main, and its module's docstring describes the program.
     described = found
     if getattr(found, "__name__", "") == "main":
         described = sys.modules[found.__module__]
@@ -106,7 +106,7 @@ def _loaded(kind: Kind, plugin: Plugin) -> tuple[str, str | None]:
 
 
 def _program(target: str) -> tuple[str, str | None]:
-    """The same of a program by its source: many a script begins its work where it is imported."""
+    """Return summary and reason for a program from its source, since importing may run it."""
     import ast
     from importlib.util import find_spec
     from pathlib import Path
@@ -119,7 +119,7 @@ def _program(target: str) -> tuple[str, str | None]:
         if not spec.origin.endswith(".py"):
             return "", None
         tree = ast.parse(Path(spec.origin).read_bytes())
-    except Exception as error:  # noqa: BLE001 -- the package around it is imported
+    except Exception as error:  # noqa: BLE001 -- find_spec imports the parent package
         return "", " ".join(str(error).split()) or type(error).__name__
     described: ast.Module | ast.FunctionDef = tree
     for statement in tree.body if function != "main" else ():
@@ -139,7 +139,7 @@ def list_extension_points(
     show_all: ShowAll = False, verbose: Verbose = False, as_json: AsJson = False
 ) -> None:
     """List the kinds of plug-ins, which are entry-point groups."""
-    del show_all  # ours can be imported
+    del show_all  # the kinds of teleopctl can always be imported
     kinds = plugins.kinds()
     if as_json:
         console.out_json(
@@ -200,7 +200,7 @@ def list_plugins(
 
 
 def _package_of(plugin: Plugin) -> str:
-    """The package in the plug-in's name, as in ``pkg/Class``, else the distribution."""
+    """Return the package in a plug-in's name, as in ``pkg/Class``, else its distribution."""
     package, slash, _ = plugin.name.partition("/")
     return package if slash else plugin.distribution or _OURS
 

@@ -141,7 +141,7 @@ def show(
     lines = []
     for line in _shown(name, not no_comments, nested_comments=all_comments):
         lines.append(line)
-        # The budget is asked for long ones only: a short command loads few modules.
+        # Checked for long definitions only, so that a short command imports few modules.
         if len(lines) % 1000:
             continue
         from teleopctl.base.budget import MOST_ELEMENTS
@@ -182,17 +182,17 @@ def proto(
     if as_json:
         console.out_json(message_to_dict(made()))
         return
-    # With a line feed at its end, as in ROS 2.
+    # The text ends with a line feed, as in ROS 2.
     text = message_to_yaml(made())
     console.out_text(text if no_quotes else f'"{text}"')
 
 
 def _known(written: str) -> str:
-    """Return the full name of a type that there is.
+    """Return the full name of an existing type; ``-`` reads the name from stdin.
 
     Raises:
-        NotFoundError: There is none.
-        UsageError: A pipe was to give it, and there is none or it gives nothing.
+        NotFoundError: The type is unknown.
+        UsageError: The name is to be read from stdin, which is a terminal or empty.
     """
     if written == "-":
         if sys.stdin.isatty():

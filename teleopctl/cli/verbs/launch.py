@@ -113,7 +113,7 @@ def launch(
     """Start a launch file, show its output, and stop it on Ctrl-C."""
     del noninteractive
     if safe:
-        # For this process and for those that it starts, which may read descriptions themselves.
+        # For this process and its child processes, which may read descriptions themselves.
         os.environ["TELEOPCTL_SAFE"] = "1"
     if open_page:
         os.environ["TELEOPCTL_OPEN"] = "1"
@@ -133,7 +133,7 @@ def launch(
         raise UsageError(f"--log-file-name is a name, not a path: '{log_file_name}'")
     timeouts = start_timeouts(timeout, stall_timeout, detach=detach)
     package, name, arguments = parse_launch_words(words)
-    # Its file may ask for what a sourced ROS 2 sets, and its commands are run as from there.
+    # The launch file may read variables of a sourced ROS 2, and its commands run with them.
     activation.activate_children()
     file = find_launch_file(package, name)
     if show_args:
@@ -145,8 +145,7 @@ def launch(
     request = LaunchRequest(
         file=str(file),
         arguments=arguments,
-        # In the background nobody sees the difference between the streams, and a log is to be
-        # whole.
+        # In the background all output goes into one log, which has to be complete.
         show_all_output=show_all or detach,
         prefix=launch_prefix,
         prefix_filter=launch_prefix_filter,
@@ -206,7 +205,7 @@ def parse_launch_words(words: list[str]) -> tuple[str | None, str, dict[str, str
     """Parse the words of a launch command into package or None, file and arguments.
 
     Raises:
-        UsageError: There is no file, or an argument is not ``name:=value``.
+        UsageError: The file is missing, or an argument is not ``name:=value``.
     """
     from teleopctl.launch import is_launch_file
 

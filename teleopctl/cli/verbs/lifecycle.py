@@ -45,7 +45,7 @@ HiddenNodes = Annotated[
 Timeout = Annotated[
     float | None, Option("--timeout", help="Give up after this many seconds.", metavar="SECONDS")
 ]
-# What is only asked for is answered at once.
+# Longest wait for responses to queries, in seconds, which nodes send at once.
 _LONGEST_WAIT_S = 5.0
 
 
@@ -53,8 +53,8 @@ class LifecycleClient:
     """Client of the lifecycle services of managed nodes in the graph.
 
     Args:
-        node: The node that asks.
-        timeout_s: Longest wait for answers, in seconds; a short while if None.
+        node: Node that calls the services.
+        timeout_s: Longest wait for responses, in seconds; None for 5 s.
     """
 
     def __init__(self, node: "Node", timeout_s: float | None) -> None:
@@ -70,7 +70,7 @@ class LifecycleClient:
         """Return the full name of a managed node.
 
         Raises:
-            NotFoundError: There is no such node, or it has no life cycle.
+            NotFoundError: The node does not exist, or is not a managed node.
         """
         name = absolute_name(node_name)
         managed = self.node_names(include_hidden=include_hidden)
@@ -81,13 +81,13 @@ class LifecycleClient:
             raise NotFoundError(f"Node not found: '{name}'", hint=hint)
         return name
 
-    # Any, here and below: requests and responses of lifecycle_msgs, whose classes are made when
-    # they are asked for.
+    # Any, here and below: requests and responses of lifecycle_msgs, whose classes are created at
+    # run time.
     def call(self, node_name: str, type_: str, service: str, **fields: object) -> Any:
         """Call a lifecycle service of a node, and return the response.
 
         Raises:
-            UnavailableError: The node does not answer.
+            UnavailableError: The node does not respond.
         """
         answer = self.call_all([node_name], type_, service, **fields)[node_name]
         if isinstance(answer, TeleopctlError):
@@ -108,11 +108,11 @@ class LifecycleClient:
     def change_state(self, node_name: str, transition: Any, timeout_s: float | None) -> bool:
         """Request a transition of a node; return False if it is rejected.
 
-        Its callback may do what takes long: only ``timeout_s`` bounds the wait, None waits for
-        ever.
+        The transition's callback may take long, so only ``timeout_s`` limits the wait; None waits
+        without limit.
 
         Raises:
-            UnavailableError: The node does not answer.
+            UnavailableError: The node does not respond.
         """
         from teleopctl.cli.waiting import wait_with_notice
         from teleopctl.interfaces import get_service
@@ -136,7 +136,7 @@ def open_lifecycle_client(timeout_s: float | None) -> Iterator[LifecycleClient]:
     """Yield a client of the services of managed nodes, in a session of its own.
 
     Raises:
-        RouterNotRunning: No router answers.
+        RouterNotRunning: No router runs.
     """
     from teleopctl.cli.command_node import command_node
 
@@ -276,10 +276,10 @@ def _transitions(client: LifecycleClient, node: str, service: str) -> Sequence[A
 
 
 def _chosen(available: Sequence[Any], wanted: str) -> Any:
-    """The transition of a label, else of a number.
+    """Return the available transition of a label, else of a number.
 
     Raises:
-        NotFoundError: None of those that are available is meant.
+        NotFoundError: No available transition has this label or number.
     """
     for transition in available:
         if transition.label == wanted:
@@ -300,7 +300,7 @@ def _document(transition: Any) -> dict[str, Any]:
     }
 
 
-# Who presses Tab waits for no longer.
+# Longest wait for completion candidates, in seconds.
 _LONGEST_COMPLETION_S = 1.0
 
 

@@ -16,7 +16,7 @@ from teleopctl.launch import find_running, newest_log
 
 VERB = Verb(f"{__name__}:logs", "Print the output of a background process.")
 
-# A file cannot be waited for on every system: it is read this often, in seconds.
+# Polling period of the log file, in seconds: not every system can wait for changes of a file.
 _READ_EVERY_S = 0.1
 
 
@@ -67,7 +67,7 @@ def _find(name: str) -> tuple[Path, Callable[[], bool]]:
     try:
         found = find_running(name, include_ended=True, include_foreground=True)
     except TeleopctlError:
-        # One looks for a log most of all when the process has died.
+        # The log of a process that has died is needed most.
         log_file = newest_log(name)
         if log_file is None:
             raise
@@ -80,7 +80,7 @@ def _find(name: str) -> tuple[Path, Callable[[], bool]]:
 
 
 def _older(log_file: Path, log: BinaryIO) -> bytes:
-    """What a log had before it began anew."""
+    """Return the content of the log's older part, which was set aside; empty if there is none."""
     older = older_part(log_file)
     if not older.exists() or os.path.samestat(older.stat(), os.fstat(log.fileno())):
         return b""
@@ -88,12 +88,12 @@ def _older(log_file: Path, log: BinaryIO) -> bytes:
 
 
 def _is_set_aside(log: BinaryIO, log_file: Path) -> bool:
-    """Whether the log has begun anew since it was opened."""
+    """Return whether the opened log was set aside for a new file."""
     return log_file.exists() and not os.path.samestat(log_file.stat(), os.fstat(log.fileno()))
 
 
 def _put(data: bytes) -> None:
-    """Hand on what was read, byte for byte."""
+    """Write bytes to stdout unchanged."""
     if data:
         sys.stdout.buffer.write(data)
         console.flush()

@@ -33,14 +33,14 @@ def send_datagram(
     """Send a datagram to a multicast group.
 
     Args:
-        data: What it holds.
-        group: The group of receivers, an IPv4 address from 224.0.0.0 to 239.255.255.255.
-        port: Their port.
-        ttl: How many routers it may pass; by default none.
+        data: Content of the datagram.
+        group: Multicast group: an IPv4 address from 224.0.0.0 to 239.255.255.255.
+        port: UDP port of the receivers.
+        ttl: Time to live: number of routers that the datagram may pass; None for the default.
 
     Raises:
-        SystemFailureError: This machine has no way to send it.
-        UsageError: There is no such group, port or number.
+        SystemFailureError: This machine cannot send to the group.
+        UsageError: The group or port is invalid.
     """
     import socket
 
@@ -57,8 +57,8 @@ def open_receiver(
     """Yield a socket that receives the datagrams of a multicast group.
 
     Raises:
-        SystemFailureError: This machine cannot listen there.
-        UsageError: There is no such group or port.
+        SystemFailureError: This machine cannot join the group.
+        UsageError: The group or port is invalid.
     """
     import socket
     import struct

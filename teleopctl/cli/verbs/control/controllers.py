@@ -334,7 +334,7 @@ def reload_controller_libraries(
 
 
 def _say(text: str, controller: str, state: str | None, as_json: bool) -> None:
-    """Say in which state a controller is now; None once it is unloaded."""
+    """Print a controller's new state; None for an unloaded controller."""
     console.out_done(text, as_json=as_json, controller=controller, state=state)
 
 
@@ -346,7 +346,7 @@ def _states(client: "ControllerManagerClient") -> dict[str, str]:
     return {controller.name: controller.state for controller in client.list_controllers()}
 
 
-# The name that ros2 control gives its PDF.
+# Name of the PDF file of ros2 control.
 _NAME = "controller_diagram"
 
 
@@ -392,7 +392,7 @@ def controller_diagram(controllers: Iterable[Any]) -> "Diagram":
     pairs: list[tuple[str, str]] = []
 
     def interface(name: str) -> str:
-        # A joint's position is both measured and commanded: two boxes, as two interfaces.
+        # The state and the command interface of a joint's position have a box each.
         return boxes.setdefault(name, DiagramBox(name, name.partition(" ")[2], "topic")).key
 
     for controller in controllers:
@@ -402,7 +402,7 @@ def controller_diagram(controllers: Iterable[Any]) -> "Diagram":
         pairs += [
             (interface(f"state {name}"), key) for name in controller.required_state_interfaces
         ]
-        # What it exports is named without the controller, and with it where others use it.
+        # Exported interfaces are listed without the controller's name, which users of them prepend.
         pairs += [
             (interface(f"command {controller.name}/{name}"), key)
             for name in controller.reference_interfaces

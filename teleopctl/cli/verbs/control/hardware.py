@@ -151,7 +151,7 @@ def _component_document(component: Any) -> dict[str, Any]:
 
 _TYPE = "control_msgs/msg/HardwareStatus"
 _TOPIC = "/hardware_status"
-# After so many messages an ID that has not been heard of is taken for a wrong one, as in ros2.
+# Number of messages after which an ID that was not received counts as wrong, as in ros2.
 _ENOUGH = 10
 _KINDS = {
     "Generic Hardware States": "hardware_status",
@@ -211,7 +211,7 @@ def view_hardware_status(
 
 # Any, here and below: a HardwareStatus, or a part of one.
 class _StatusFilter:
-    """Which messages are shown, and whether those that are asked for exist."""
+    """Filter of status messages by hardware and device ID, with a check that the IDs exist."""
 
     def __init__(self, hardware_id: str | None, device_id: str | None) -> None:
         self._hardware_id = hardware_id
@@ -224,7 +224,7 @@ class _StatusFilter:
         """Call ``show`` with a hardware status message if it is of the selected device.
 
         Raises:
-            NotFoundError: What is asked for was not among the first messages.
+            NotFoundError: The selected hardware or device was not in the first messages.
         """
         self._count += 1
         self._hardware.add(message.hardware_id)
@@ -277,7 +277,7 @@ def _state_lines(device: Any) -> Iterator[tuple[str, str]]:
     from teleopctl.interfaces import message_to_yaml
 
     for title, field in _KINDS.items():
-        # A distribution may lack a kind.
+        # Messages of a distribution may lack a field.
         states = getattr(device, field, ())
         if states:
             yield f"    {title}:", _BLUE

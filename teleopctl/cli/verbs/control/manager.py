@@ -25,7 +25,8 @@ TargetState = Annotated[
     str, Argument(help="The state.", choices=("unconfigured", "inactive", "active"))
 ]
 DEFAULT_MANAGER = "controller_manager"
-# Seconds to wait for a manager: it is in the graph or it is not, so only a busy one needs any.
+# Seconds to wait for a controller manager. The graph is complete at once, so this covers only the
+# services of a busy manager.
 _WAIT = 1.0
 
 
@@ -54,16 +55,16 @@ def manager_client(
 ) -> Iterator[ControllerManagerClient]:
     """Wait for a controller manager's services, and yield a client of the manager.
 
-    In a launch file `ros2 control load_controller …` often stands beside what starts the manager,
-    since `ros2 control` waits for it: so does this there.
+    Launch files often run `ros2 control load_controller …` at the same time as the manager, since
+    `ros2 control` waits for it. So in a launch, the wait has no time limit.
 
     Args:
-        name: The manager's name; a relative one is in the namespace of the node that asks.
-        ros_args: Of that node.
+        name: Name of the controller manager; a relative one is in the namespace of the verb's node.
+        ros_args: ROS arguments of the verb's node.
 
     Raises:
-        RouterNotRunning: No router answers.
-        ControllerManagerUnavailableError: There is no such manager, or it has no services yet.
+        RouterNotRunning: No router runs.
+        ControllerManagerUnavailableError: The manager does not exist, or has no services yet.
     """
     with command_node(session_mode="client", ros_args=ros_args or ()) as node:
         client = ControllerManagerClient(node, name)
@@ -76,7 +77,7 @@ def complete_controllers(incomplete: str) -> list[str]:
     """Return completion candidates: the names of loaded controllers."""
     from teleopctl.cli.completion.candidates import nodes
 
-    # Asking takes a moment where nobody answers, so first see whether there is anybody.
+    # The client waits a moment for a missing manager, so the graph is checked first.
     if f"/{DEFAULT_MANAGER}" not in nodes(""):
         return []
     try:

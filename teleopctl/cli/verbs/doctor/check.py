@@ -58,7 +58,7 @@ def check(
 
 
 def _graph() -> Graph | None:
-    """Return the graph, None without a router."""
+    """Return the ROS graph; None without a router."""
     from teleopctl.cli.graph_lookup import live_graph
 
     try:
@@ -90,7 +90,7 @@ def _checks(graph: Graph | None, exclude_packages: bool) -> list[tuple[str, str,
 
 
 def _careful(one: _Check) -> Iterator[Finding]:
-    """Carry out a check; one that cannot be carried out has found something."""
+    """Run a check and yield its findings; an error of the check is a finding too."""
     try:
         yield from one()
     except TeleopctlError as error:

@@ -31,9 +31,9 @@ class Finding(NamedTuple):
     """A fault, or a possible fault, that a check found, with a hint how to fix it.
 
     Attributes:
-        text: What, and where.
-        hint: What to do about it.
-        is_error: Whether it fails the check by itself; else it is a warning.
+        text: Description of the fault and its place.
+        hint: Remedy for the fault; may be empty.
+        is_error: Whether the finding is an error, which fails the check, or a warning.
     """
 
     text: str
@@ -89,7 +89,7 @@ def check_router() -> Iterator[Finding]:
         )
 
 
-# In a process of its own, since drivers that do not fit end the one that tries them.
+# Run in a child process, since unsuitable graphics drivers end the process that loads them.
 _DRAW = """
 import sys
 from teleopctl.errors import TeleopctlError
@@ -152,7 +152,7 @@ def check_environment() -> Iterator[Finding]:
         yield Finding(error.message, error.hint or "")
 
 
-# Somebody listens to these, or speaks there, only now and then.
+# Topics that often have only publishers or only subscriptions.
 _OFTEN_ALONE = {"/parameter_events", "/rosout"}
 
 
@@ -187,7 +187,7 @@ def check_types(graph: Graph) -> Iterator[Finding]:
     ):
         for name, types in names:
             endpoints = [endpoint for end in ends for endpoint in end(name)]
-            # As simulators do that serve Gazebo's programs beside the standard's.
+            # Simulators offer services of two types under one name: Gazebo's and the standard's.
             is_served = word == "service" and all(graph.servers(name, each) for each in types)
             if len(types) > 1 and not is_served:
                 yield Finding(
@@ -197,7 +197,7 @@ def check_types(graph: Graph) -> Iterator[Finding]:
                 )
             for type_name in types:
                 alike = [each for each in endpoints if each.type_name == type_name]
-                # ROS 2 before Jazzy has none, and hears those of every hash.
+                # ROS 2 before Jazzy has no type hashes, and receives messages of any hash.
                 hashed = [each for each in alike if each.type_hash.startswith("RIHS")]
                 if len({endpoint.type_hash for endpoint in hashed}) > 1:
                     yield Finding(
@@ -208,7 +208,7 @@ def check_types(graph: Graph) -> Iterator[Finding]:
 
 
 def _by(endpoints: Sequence[EndpointToken], value: Callable[[EndpointToken], str]) -> str:
-    """Say which nodes have which value."""
+    """Return a text that lists the nodes of each value."""
     nodes: dict[str, set[str]] = {}
     for endpoint in endpoints:
         nodes.setdefault(value(endpoint), set()).add(endpoint.full_name)
@@ -251,7 +251,7 @@ def parameter_service_by_session(graph: Graph) -> dict[str, EndpointToken]:
 
 
 _ANSWER_WITHIN_S = 1.0
-# What tf takes for the future or for too old, where nodes ask for "now".
+# A larger offset makes tf reject transforms as too new or too old in lookups for the present time.
 _LARGEST_OFFSET_NS = 10_000_000
 _NOBODY = bytes(16)
 
@@ -271,7 +271,7 @@ def check_clocks(graph: Graph) -> Iterator[Finding]:
 
 
 def _offset_ns(session: zenoh.Session, server: EndpointToken) -> tuple[int, int] | None:
-    """Return how far a clock is ahead of this one, and by how much that may be wrong."""
+    """Return the offset of a server's clock from this clock and its uncertainty, or None."""
     from teleopctl.interfaces import get_service, serialize
 
     request = get_service(server.type_name).Request()

@@ -56,7 +56,7 @@ def hello(
         try:
             summary.count_greeting(summary.by_topic, deserialize(data, string).data)
         except TeleopctlError:
-            return  # whatever it is, it is no greeting
+            return  # the message is not a greeting
 
     name = f"ros2doctor_{re.sub('[^0-9a-zA-Z_]', '_', here)}_{os.getpid()}_node"
     with command_node(name=name) as node, open_receiver() as receiver:
@@ -87,15 +87,15 @@ def _receive(receiver: socket.socket, summary: "_Summary") -> None:
         try:
             text, _, _ = receive_datagram(receiver)
         except OSError:
-            return  # it was closed: the verb ends
+            return  # the socket was closed at the end of the verb
         summary.count_greeting(summary.by_multicast, text)
 
 
 class _Summary:
-    """How much came from whom.
+    """Counts of greetings that were sent, and of received ones by host.
 
     Args:
-        here: This machine, which hears itself.
+        here: Name of this host, which receives its own greetings too.
     """
 
     def __init__(self, here: str) -> None:

@@ -20,8 +20,8 @@ class Report(NamedTuple):
     """A report: a title, and pairs of name and value.
 
     Attributes:
-        title: The subject.
-        items: Names and what they are, in order.
+        title: Title of the report.
+        items: Pairs of name and value, in order.
     """
 
     title: str
@@ -143,4 +143,4 @@ REPORTS: dict[str, tuple[Callable[[Graph], Report], ...]] = {
     "topic": (topics_report,),
     "service": (services_report,),
 }
-"""The reports of each category, in the order in which they are printed."""
+"""Functions that make the reports of each category, in the order of printing."""

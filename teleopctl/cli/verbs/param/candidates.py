@@ -6,7 +6,7 @@ from teleopctl.base.typed import Any
 from teleopctl.cli.completion.completing import TypedWords
 from teleopctl.errors import TeleopctlError
 
-# A longer list helps nobody to choose.
+# Largest number of values of a range that are offered one by one.
 _MOST_VALUES = 12
 
 
@@ -48,7 +48,7 @@ def parameter_values(ctx: TypedWords, incomplete: str) -> list[str]:
 
 # Any: a rcl_interfaces/msg/ParameterDescriptor.
 def _range_of(descriptor: Any) -> list[object]:
-    """The values of a short range; the ends of any other one."""
+    """Return all values of a short integer range, or the ends of any other range."""
     if descriptor.integer_range:
         found = descriptor.integer_range[0]
         values = range(found.from_value, found.to_value + 1, found.step or 1)
@@ -60,7 +60,7 @@ def _range_of(descriptor: Any) -> list[object]:
 
 
 def _yaml(value: object) -> str:
-    """A value as `param set` reads it."""
+    """Return a value as YAML text for ``param set``."""
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):

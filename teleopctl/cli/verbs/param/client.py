@@ -35,21 +35,21 @@ if TYPE_CHECKING:
 
 
 SERVICE_TIMEOUT_S = 5.0
-"""For answers, where the command line says nothing."""
+"""Default wait for responses, in seconds."""
 DISCOVERY_TIMEOUT_S = 1.0
-"""For a node to be there, likewise."""
+"""Default wait for a node to appear in the graph, in seconds."""
 
 
 class GraphParameters:
     """Client of the parameter services of nodes in the graph, in a session of its own.
 
     Args:
-        timeout_s: How long to wait until a node that was named is there.
-        service_timeout_s: Seconds to wait for responses.
+        timeout_s: Longest wait for a node to appear in the graph, in seconds.
+        service_timeout_s: Longest wait for responses, in seconds.
 
     Raises:
-        UsageError: A time is negative, or ``ROS_DOMAIN_ID`` malformed.
-        RouterNotRunning: No router answers.
+        UsageError: A time is negative, or ``ROS_DOMAIN_ID`` is malformed.
+        RouterNotRunning: No router runs.
     """
 
     def __init__(
@@ -87,7 +87,7 @@ class GraphParameters:
         """Wait until a node offers parameter services, and return its full name.
 
         Raises:
-            NotFoundError: There is no such node, or it offers none.
+            NotFoundError: The node does not exist, or has no parameter services.
         """
         name = absolute_name(node_name)
         if not _offers_parameters(self._graph, name):
@@ -105,10 +105,10 @@ class GraphParameters:
         return name
 
     def _graph_with(self, name: str) -> "Graph":
-        """The graph once a node offers parameters, or the time is up."""
+        """Return the graph when a node offers parameters, or after the timeout."""
         from teleopctl.cli.command_node import brief_node
 
-        # Who waits is seen in the graph.
+        # Waiting needs a node, which is in the graph too.
         with brief_node() as node:
             node.context.wait_for_graph(
                 lambda graph: _offers_parameters(graph, name), self._timeout_s
@@ -119,19 +119,18 @@ class GraphParameters:
         """Return the full names of the nodes with parameters that match a name or pattern.
 
         Raises:
-            NotFoundError: There is none.
+            NotFoundError: No node matches, or the named node has no parameter services.
         """
         if not is_pattern(node_name):
             return [self.find_node(node_name)]
         return matching_names(node_name, self.nodes(include_hidden=include_hidden), kind="node")
 
-    # Any, here and below: responses of rcl_interfaces, whose classes are made when they are
-    # asked for.
+    # Any, here and below: responses of rcl_interfaces, whose classes are created at run time.
     def call(self, node_name: str, type_: str, **fields: object) -> Any:
         """Call a parameter service of one node, and return the response.
 
         Raises:
-            UnavailableError: The node does not answer.
+            UnavailableError: The node does not respond.
         """
         answer = self.call_all([node_name], type_, **fields)[node_name]
         if isinstance(answer, TeleopctlError):
@@ -145,8 +144,8 @@ class GraphParameters:
 
         Args:
             node_names: Full names of the nodes.
-            type_: Of the service, such as ``GetParameters``.
-            fields: Of the request.
+            type_: Type of the service, such as ``GetParameters``.
+            fields: Fields of the request, by name.
         """
         service = get_service(f"rcl_interfaces/srv/{type_}")
         request, name = service.Request(**fields), snake_case(type_)
@@ -162,7 +161,7 @@ class GraphParameters:
         """Return the names of a node's parameters, sorted.
 
         Raises:
-            UnavailableError: The node does not answer.
+            UnavailableError: The node does not respond.
         """
         return sorted(self.call(node_name, "ListParameters").result.names)
 
@@ -170,7 +169,7 @@ class GraphParameters:
         """Return the values of a node's parameters; unset ones are omitted.
 
         Raises:
-            UnavailableError: The node does not answer.
+            UnavailableError: The node does not respond.
         """
         values = self.values_of_all([node_name], names)[node_name]
         if isinstance(values, TeleopctlError):
@@ -196,7 +195,7 @@ class GraphParameters:
             return dict(zip(names, values, strict=True))
         if len(names) <= 1:
             return {}
-        # A node that misses one of them says nothing of the others either.
+        # A node that lacks one of several parameters returns none of them.
         found: dict[str, ParameterValue] = {}
         for name in names:
             found |= self.values(node_name, [name])
@@ -209,10 +208,10 @@ class GraphParameters:
 
         Args:
             node_name: Full name of the node.
-            parameters: Their messages.
+            parameters: Messages with name and value of each parameter.
 
         Raises:
-            UnavailableError: The node does not answer.
+            UnavailableError: The node does not respond.
         """
         results = self.call(node_name, "SetParameters", parameters=list(parameters)).results
         return dict(zip((each.name for each in parameters), results, strict=False))
@@ -222,15 +221,15 @@ def for_each_node(nodes: "Iterable[str]", call: "Callable[[str], bool]", *, is_o
     """Call a function with each node's name; warn of errors; return whether all succeeded.
 
     Args:
-        nodes: Full names.
-        call: Called with a node's name; returns whether it succeeded.
-        is_one: The user named a single node.
+        nodes: Full names of the nodes.
+        call: Called with a node's name; returns whether the call succeeded.
+        is_one: Whether the user named a single node, whose error is raised instead.
 
     Returns:
-        Whether all went well.
+        Whether all calls succeeded.
 
     Raises:
-        TeleopctlError: What went wrong with a single node.
+        TeleopctlError: The call failed, and ``is_one`` is true.
     """
     all_succeeded = True
     for node in nodes:

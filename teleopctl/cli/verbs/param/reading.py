@@ -173,7 +173,7 @@ def get_parameter(
 
 
 def _print_values(values: "dict[str, ParameterValue]", *, hide_type: bool) -> None:
-    """Values below the names of their parameters, or of their nodes, as Lyrical prints them."""
+    """Print values below the names of their parameters or nodes, in the format of Lyrical."""
     for name, value in values.items():
         text = value_text(value, hide_type=hide_type)
         console.out_text(f"{name}: {text}" if hide_type else f"{name}:\n  {text}")
@@ -233,13 +233,13 @@ def describe_parameters(
 
 # Any: messages of rcl_interfaces.
 def _descriptors(parameters: GraphParameters, node: str, names: list[str]) -> list[Any]:
-    """Those of a node's parameters that are declared."""
+    """Return the descriptors of the declared ones of a node's parameters."""
     found = parameters.call(node, "DescribeParameters", names=names).descriptors
     if len(found) == len(names):
         return list(found)
     if len(names) == 1:
         return []
-    # A node that misses one of them says nothing of the others either.
+    # A node that lacks one of several parameters returns none of them.
     return [each for name in names for each in _descriptors(parameters, node, [name])]
 
 
@@ -260,7 +260,7 @@ def _description(descriptor: Any) -> list[str]:
     return lines
 
 
-# In the order of their numbers.
+# Names of parameter types, in the order of the constants of ParameterType.
 _TYPE_NAMES = (
     *("not set", "boolean", "integer", "double", "string"),
     *("byte array", "boolean array", "integer array", "double array", "string array"),
