@@ -85,10 +85,10 @@ def _place(package: "Package") -> dict[str, str]:
 
 
 def _others(package: "Package") -> "list[tuple[str, list[Package]]]":
-    """The other packages of a name: which give it programs first, and which it hides."""
+    """Return other packages of the same name: those whose programs come first, and hidden ones."""
     try:
         layers = packages.package_layers(package.name)
-    except BrokenPluginError:  # told where it is used
+    except BrokenPluginError:  # reported when the package is used
         return []
     at = next((at for at, one in enumerate(layers) if one.folder == package.folder), 0)
     return [("programs", layers[:at]), ("hides", layers[at + 1 :])]
@@ -151,10 +151,10 @@ def prefix(
 
 
 def _found(name: str) -> "Package":
-    """The package of a name.
+    """Return the package of a name.
 
     Raises:
-        NotFoundError: There is none.
+        NotFoundError: No package has this name.
     """
     try:
         return packages.find_package(name)

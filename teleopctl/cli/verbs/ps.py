@@ -40,7 +40,7 @@ def ps(
 
 
 def _in_order(entries: list[Running]) -> list[Running]:
-    """Put what a launch started behind it, and what is left of a launch that has ended last."""
+    """Sort the processes of a launch after the launch, and those of an ended launch last."""
     places = {entry.record.pid: place for place, entry in enumerate(entries) if not entry.launch}
 
     def place(entry: Running) -> tuple[int, bool]:
@@ -62,7 +62,7 @@ def _row(entry: Running, now: float) -> tuple[str, ...]:
 
 
 def _without_python(command: tuple[str, ...]) -> tuple[str, ...]:
-    """What was started, where Python's own part would fill the whole line."""
+    """Return a command without ``python -P -m``, which would fill most of the line."""
     _, *options = command
     return command[3:] if options[:2] == ["-P", "-m"] else command
 

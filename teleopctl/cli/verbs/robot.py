@@ -31,7 +31,7 @@ GROUP = VerbGroup(
 
 
 _SIMULATED_S = 5.0
-# Two computations of the same thing differ by much less.
+# Frames that differ by more are reported; two computations of the same pose differ by much less.
 _SAME_M = 1e-6
 _TITLES = {
     "repaired": "Repaired",
@@ -105,7 +105,7 @@ def check(
                 reports.append(report_of(file))
             except (TeleopctlError, OSError):
                 raise
-            except Exception as error:  # noqa: BLE001 -- the others' results are not kept back
+            except Exception as error:  # noqa: BLE001 -- the reports on other files still follow
                 reports.append(defect_report(file, error))
     if as_json:
         console.out_json([_document(report) for report in reports])
@@ -150,10 +150,10 @@ def _told(report: "RobotReport") -> "Iterator[str]":
 
 
 def _tree(report: "RobotReport", link: str, level: int) -> "Iterator[str]":
-    """The children of a link as check_urdf indents and orders them."""
+    """Yield the lines of a link's tree, indented and sorted as by check_urdf."""
     assert report.description is not None
     below = report.description.child_joints
-    # Not by recursion: a chain of links may be longer than Python's stack.
+    # Not recursive: a chain of links may exceed Python's recursion limit.
     waiting = [(0, link, level)]
     while waiting:
         number, link, level = waiting.pop()
@@ -254,7 +254,7 @@ def _table(reports: "Sequence[RobotReport]") -> "Iterator[str]":
     """Yield a table with a line per robot, and totals.
 
     Args:
-        reports: What is known of them.
+        reports: Reports on the robots.
     """
     rows = [_COLUMN_TITLES, *(_row(report) for report in reports)]
     widths = [max(len(row[column]) for row in rows) for column in range(len(_COLUMN_TITLES) - 1)]

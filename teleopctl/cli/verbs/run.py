@@ -19,10 +19,10 @@ def replace_this_process(command: list[str]) -> int:
     """Replace this process by a command; on Windows run it and return its exit status.
 
     Returns:
-        The exit status, on Windows only.
+        Exit status, on Windows only.
 
     Raises:
-        SystemFailureError: It cannot be started.
+        SystemFailureError: The command cannot be started.
     """
     sys.stdout.flush()
     try:
@@ -34,11 +34,11 @@ def replace_this_process(command: list[str]) -> int:
 
 
 def _wait_for(command: list[str]) -> int:
-    """Run a command; Windows has no exec: a process that calls it ends before the program does."""
+    """Run a command and return its status; on Windows, ``exec`` would end this process at once."""
     import signal
     import subprocess
 
-    # Ctrl-C reaches both processes, and only the command knows what to do then.
+    # Ctrl-C reaches both processes, and only the command handles it.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     return subprocess.run(command, check=False).returncode
 
@@ -94,7 +94,7 @@ def find_program(words: Sequence[str]) -> "tuple[PackageProgram, list[str]]":
     """Find the program that a command line names; return it and the remaining arguments.
 
     Raises:
-        TeleopctlError: There is no such package or program.
+        TeleopctlError: The package or program does not exist.
     """
     from teleopctl import packages
 
@@ -111,7 +111,7 @@ def find_program(words: Sequence[str]) -> "tuple[PackageProgram, list[str]]":
             raise unknown_package from None
     if rest and not rest[0].startswith("-"):
         return packages.find_executable(first, rest[0]), rest[1:]
-    # The name of the package alone: of the program of that name, or of its only one.
+    # Only the package is named: run its program of the same name, or its only program.
     if first in offered or len(offered) != 1:
         return packages.find_executable(first, first), rest
     return next(iter(offered.values())), rest

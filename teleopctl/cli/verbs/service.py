@@ -220,7 +220,7 @@ def call(
 
 
 def _explain(client: "Client[Any, Any]") -> str:
-    """The services that there are; of the type that is called if there are some."""
+    """Return a hint while waiting: the server's other type, or existing services, of the type."""
     graph = client.node.graph()
     services = {
         name: types
@@ -284,7 +284,7 @@ def echo(
     service_class = service_class_named(service_type or _type_of(service))
     style = text.style()
 
-    # Any: the event of whatever service it is.
+    # Any: event of any service.
     def receive(event: Any) -> None:
         if as_json:
             console.out_json(json_value(event), compact=True)
@@ -313,11 +313,11 @@ def echo(
 
 
 def _type_of(service: str) -> str:
-    """The type that a service has in the graph.
+    """Return the type of a service in the graph.
 
     Raises:
-        NotFoundError: Nobody serves or calls it.
-        RefusedError: It has several.
+        NotFoundError: The service has no server or client.
+        RefusedError: The service has several types.
     """
     known = live_graph().service_names_and_types(include_hidden=True)
     try:

@@ -48,7 +48,7 @@ GROUP = VerbGroup(
 )
 
 
-# What is asked for is done at once, but for many steps and for what has to be compiled.
+# Longest wait for a response, in seconds; only many steps and compiling a model take long.
 _LONGEST_WAIT_S = 60.0
 _STANDARD, _MUJOCO = "simulation_interfaces/srv", "mujoco_ros2_control_msgs/srv"
 _PLAYING, _PAUSED = 1, 2
@@ -157,7 +157,7 @@ def _say(message: str, as_json: bool) -> None:
 
 
 def _parts_of(entity: str) -> list[str]:
-    """What is there by a name: the entity, or several that a file has brought."""
+    """Return the names of a spawned entity, or of the several entities of its file."""
     names = _standard("GetEntities").entities
     return [entity] if entity in names else [n for n in names if n.startswith(f"{entity}/")]
 
@@ -182,7 +182,7 @@ def _set_state(wanted: int) -> None:
         _checked(response)
 
 
-# Any, here and below: requests and responses, whose classes are made when they are asked for.
+# Any, here and below: requests and responses, whose classes are created at run time.
 def _standard(type_: str, **fields: object) -> Any:
     from teleopctl.interfaces import get_service
 
@@ -207,7 +207,7 @@ def _world(service: str, name: str) -> str:
 
 
 def _send(type_: str, package: str, request: Any, service: str = "") -> Any:
-    """Ask the simulator, wherever in the graph its service of a type is."""
+    """Call the simulator's service of a type, found in the graph; return the response."""
     from teleopctl.cli.command_node import brief_node
     from teleopctl.interfaces import get_service
     from teleopctl.wire import query_graph
@@ -242,9 +242,9 @@ class SweepProgress:
     """Progress of a sweep on stderr: a bar on a terminal, else a line for each finished run.
 
     Args:
-        count: How many there are.
-        done: How many of them were done before.
-        on_terminal: Whether stderr is one.
+        count: Number of all runs.
+        done: Number of runs that were done before.
+        on_terminal: Whether stderr is a terminal.
     """
 
     def __init__(self, count: int, done: int, *, on_terminal: bool) -> None:
@@ -456,7 +456,7 @@ def _requests(
     after: list[str],
     measures: list[str],
 ) -> "tuple[list[RunRequest], dict[str, object]]":
-    """What the runs are to be, and what was asked for."""
+    """Return the requests of the runs, and the settings of the sweep for its record."""
     from teleopctl.cli.verbs.launch import parse_launch_words
     from teleopctl.launch import argument_names, find_launch_file, undeclared_argument_warnings
     from teleopctl.sweep import (
@@ -470,7 +470,7 @@ def _requests(
 
     package, name, arguments = parse_launch_words(words)
     file = find_launch_file(package, name)
-    argument_names(file)  # one that cannot be read is better refused now than by each run
+    argument_names(file)  # raises here for an unreadable file, rather than in each run
     grids, samples = [parse_grid(text) for text in grid], [parse_sample(text) for text in sample]
     if samples and runs is None:
         raise UsageError("How many samples?", hint="--runs 100")
@@ -511,7 +511,7 @@ def _requests(
 
 
 def _cores() -> int:
-    """How many processor cores this process may use; all, where the system does not tell."""
+    """Return the number of CPU cores that this process may use; all cores if unknown."""
     if hasattr(os, "sched_getaffinity"):
         return len(os.sched_getaffinity(0))
     return os.cpu_count() or 1
@@ -553,7 +553,7 @@ def _progress(work: "Sweep", jobs: int) -> SweepProgress:
 
 
 def _show(work: "Sweep", results: "list[RunResult]", *, as_json: bool) -> None:
-    """The table of what came of the runs."""
+    """Print the results of the runs as a table or as JSON, and notes on failed runs."""
     for result in results:
         if result.error:
             console.note(f"Run {result.number}: {result.error}; see {result.folder}")

@@ -69,7 +69,7 @@ def stop(
     if not chosen and not gone and not as_json:
         console.note("No background processes.")
         return 0
-    # What is in a launch that ends anyway ends with it, and the router is needed until the last.
+    # Processes of a launch that is stopped end with it, and the router is needed until the end.
     ending = {entry.record.pid for entry in chosen}
     chosen = [entry for entry in chosen if entry.launch is None or entry.launch.pid not in ending]
     stopped: list[str] = []
@@ -92,10 +92,10 @@ def stop(
 
 
 def _agreed(entries: Sequence[Running]) -> bool:
-    """Ask whether to stop all of them.
+    """Prompt the user on the terminal whether to stop all processes; return the answer.
 
     Raises:
-        UsageError: There is nobody to ask.
+        UsageError: Stdin or stderr is not a terminal.
     """
     names = ", ".join(entry.record.name for entry in entries)
     if not (sys.stdin.isatty() and sys.stderr.isatty()):
@@ -109,7 +109,7 @@ def _agreed(entries: Sequence[Running]) -> bool:
 
 
 def _names_of(entry: Running) -> set[str]:
-    """What people may call something that has died; its launch's name is one of them."""
+    """Return the names by which a user may refer to a process, including its launch's name."""
     names = {entry.record.name, entry.qualified_name, entry.node_name or entry.record.name}
     return names | ({entry.launch.name} if entry.launch else set())
 
@@ -124,10 +124,10 @@ def _found(name: str, told: set[str]) -> list[Running]:
 
 
 def _stop_in_order(entries: Sequence[Running]) -> Iterator[tuple[str, TeleopctlError | None]]:
-    """Stop all at the same time but for the router, which is the last.
+    """Stop all processes at the same time, and the router last.
 
     Yields:
-        The name of each, and why it does not end, or None.
+        Name of each process, and the error if it does not end, or None.
     """
     from concurrent.futures import ThreadPoolExecutor
 

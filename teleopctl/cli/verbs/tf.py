@@ -51,7 +51,7 @@ GROUP = VerbGroup(
 )
 
 
-_MOST_DIGITS = 17  # a double has no more
+_MOST_DIGITS = 17  # digits of a double
 
 
 def echo_transform(
@@ -100,7 +100,7 @@ def echo_transform(
             console.out_text(echo_text(stamp, transform, precision))
         console.flush()
 
-    # Ctrl-C is the ordinary end of a stream
+    # Ctrl-C is the normal end of a stream.
     with contextlib.suppress(KeyboardInterrupt), command_node() as node:
         echo_transforms(
             node,
@@ -116,7 +116,7 @@ def echo_transform(
 
 
 def _transform_document(source: str, target: str, stamp: int, transform: Transform) -> console.Json:
-    """Return a ``geometry_msgs/msg/TransformStamped`` as JSON, with the angles besides."""
+    """Return a ``geometry_msgs/msg/TransformStamped`` as JSON, with added roll, pitch and yaw."""
     seconds, nanoseconds = split(stamp)
     return {
         "header": {"stamp": {"sec": seconds, "nanosec": nanoseconds}, "frame_id": source},
@@ -129,7 +129,7 @@ def _transform_document(source: str, target: str, stamp: int, transform: Transfo
     }
 
 
-# A robot sends its moving frames at least this often.
+# Default time to listen, in seconds; robots publish their moving frames more often.
 _WAIT_S = 1.0
 
 
@@ -217,7 +217,7 @@ def monitor(
             console.out_text(results.text())
         console.flush()
 
-    # Ctrl-C is the ordinary end of a stream
+    # Ctrl-C is the normal end of a stream.
     with contextlib.suppress(KeyboardInterrupt), command_node() as node:
         monitor_transforms(
             node,
@@ -341,7 +341,7 @@ def view(
     out_files(files, as_json=as_json)
 
 
-# A person waits for this, in seconds; a robot sends its transforms at least this often.
+# Longest wait for completion candidates, in seconds; robots publish transforms more often.
 _LONGEST_WAIT_S = 0.4
 
 
@@ -349,7 +349,7 @@ def _received_frames() -> set[str]:
     """Return the frames of the first received transforms.
 
     Raises:
-        RouterNotRunning: No router answers.
+        RouterNotRunning: No router runs.
     """
     import threading
 

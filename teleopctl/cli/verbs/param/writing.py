@@ -30,7 +30,7 @@ class ParameterResults:
     """Prints results of setting parameters: at once as text, or at the end as JSON.
 
     Args:
-        as_json: For a program.
+        as_json: Whether the output is JSON.
     """
 
     def __init__(self, *, as_json: bool) -> None:
@@ -43,11 +43,11 @@ class ParameterResults:
         """Record a result, and print its line: to stderr if rejected, else unless JSON is printed.
 
         Args:
-            line: What a person reads.
+            line: Line of the text output.
             node: Full name of the node.
-            names: The parameters that were set together.
-            reason: What the node says of it, or "".
-            successful: Whether they have been set.
+            names: Names of the parameters that were set together.
+            reason: Reason in the node's response; may be empty.
+            successful: Whether the parameters were set.
         """
         self._records.append(
             {"node": node, "parameters": list(names), "successful": successful, "reason": reason}
@@ -161,7 +161,7 @@ class _Setting:
         return results
 
     def _as_text(self, wanted: "ParameterMessage") -> "ParameterMessage":
-        """A wish as a text: to ROS 2 1e3 is one here, and to its parameter files a number."""
+        """Return a parameter as a string if ROS 2's ``param set`` reads its value, as 1e3, so."""
         text = self._values[wanted.name]
         return _text_message(wanted.name, text) if _may_be_text(wanted, text) else wanted
 
@@ -173,17 +173,17 @@ class _Setting:
         result: "SetParametersResult",
         before: str = "",
     ) -> bool:
-        """Print a result as Lyrical does; whether it is a success.
+        """Print a result in the format of Lyrical; return whether it is a success.
 
         Args:
-            node: Whose it is.
-            what: What was set, with a place for whose.
-            names: The parameters.
-            result: What the node says.
-            before: What stands before it.
+            node: Full name of the node.
+            what: Text for what was set, with a placeholder for the node.
+            names: Names of the parameters.
+            result: Result in the node's response.
+            before: Prefix of the line.
 
         Raises:
-            RefusedError: It is none, and nothing else was asked for.
+            RefusedError: The only requested change was rejected.
         """
         what = what.format(f" of {node}" if self._names_nodes else "")
         if result.successful:
@@ -286,7 +286,7 @@ def dump_parameters(
         return int(not all_succeeded)
     from teleopctl.base import ros_yaml
 
-    # It ends in an empty line, as ROS 2's does.
+    # The output ends with an empty line, as in ROS 2.
     console.out_text(ros_yaml.dump(document))
     return int(not all_succeeded)
 
@@ -407,7 +407,7 @@ def _with_each_of(
     *,
     include_hidden: bool,
 ) -> bool:
-    """Call a function for each node that names or patterns select, all without one.
+    """Call a function for each node that names or patterns select, or for all without names.
 
     Returns:
         Whether all calls succeeded.
@@ -425,7 +425,7 @@ def _with_each_of(
     return for_each_node(nodes, do, is_one=is_one and not is_pattern(names[0])) and all_found
 
 
-# Any: YAML's values.
+# Any: values as in YAML.
 def _document(parameters: "GraphParameters", node: str, *, as_json: bool = False) -> dict[str, Any]:
     from teleopctl.node import parameter_document
 
@@ -436,28 +436,27 @@ def _document(parameters: "GraphParameters", node: str, *, as_json: bool = False
 def _load_values(
     parameters: "GraphParameters",
     node: str,
-    values: Mapping[str, Any],  # Any: YAML's values
+    values: Mapping[str, Any],  # Any: values as in YAML
     results: ParameterResults,
     indent: str = "",
 ) -> bool:
     """Set parameters of a node one by one, and print the results.
 
-    Values that are null stay as they are. One that may not be changed and has the value already
-    counts as set.
+    Null values are skipped. A rejected parameter that has the value already counts as set.
 
     Args:
-        parameters: How to reach the node.
-        node: Its full name.
-        values: The values by name.
-        results: Prints the result of each.
-        indent: What each line begins with.
+        parameters: Client of the node's parameter services.
+        node: Full name of the node.
+        values: Values by parameter name.
+        results: Output of the results.
+        indent: Indent of each line.
 
     Returns:
-        Whether all are as the values say.
+        Whether all parameters have the given values.
 
     Raises:
-        UnavailableError: The node does not answer.
-        TypeError: A value is none that parameters can have.
+        UnavailableError: The node does not respond.
+        TypeError: A value has a type that parameters cannot have.
     """
     wanted = {message.name: message for message in _parameter_messages(parameters, node, values)}
     answers = parameters.set(node, list(wanted.values()))
@@ -485,7 +484,7 @@ def _parameter_messages(
 ) -> "list[ParameterMessage]":
     from teleopctl.node import Parameter, ParameterType
 
-    # An empty list of a file says nothing of its type; the parameter that is there does.
+    # An empty list in a file has no element type, so the type of the present parameter is used.
     empty = [name for name, value in values.items() if isinstance(value, list) and not value]
     present = parameters.values(node, empty) if empty else {}
     types = {name: ParameterType(value.type) for name, value in present.items()}

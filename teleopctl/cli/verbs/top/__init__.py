@@ -36,7 +36,7 @@ def top(
             "`top` draws on a terminal",
             hint="For a file or a pipe there are `ps`, `topic hz --all` and `topic bw --all`.",
         )
-    live_graph()  # without a router there is nothing to watch, which is better said at once
+    live_graph()  # raises at once if no router runs
     from teleopctl.cli.command_node import command_node
     from teleopctl.cli.verbs.top.app import Top
 

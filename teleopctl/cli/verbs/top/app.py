@@ -42,8 +42,8 @@ class Top(App[None]):
     """Terminal application of ``teleopctl top``.
 
     Args:
-        node: Asks and subscribes; it needs no executor.
-        period_s: Seconds between updates.
+        node: Node that calls services and subscribes; needs no executor.
+        period_s: Time between updates, in seconds.
     """
 
     TITLE = "teleopctl top"
@@ -134,7 +134,7 @@ class Top(App[None]):
     def refresh_tables(self) -> None:
         """Query all rows, and refill the table of the present tab; called once per period."""
         if len(self.screen_stack) != 1 or not self.query("#summary"):
-            return  # nobody sees it, or the screen is being taken down
+            return  # another screen is on top, or the app is closing
         graph = self._node.graph()
         nodes = self._processes.rows(graph)
         topics = self._topics.rows(graph)
@@ -222,7 +222,7 @@ class Top(App[None]):
         try:
             fields = tuple(f.path for f in numeric_fields(get_message(row.type_name)()))
         except TeleopctlError:
-            fields = ()  # a type that is learnt when it is listened to
+            fields = ()  # the type is unknown until the plot requests its definition
 
         def draw(text: str | None) -> None:
             paths = [path.strip() for path in (text or "").split(",") if path.strip()]
@@ -259,7 +259,7 @@ class Top(App[None]):
         self.push_screen(Confirm(f"Stop {stop_description(row)}?"), stop)
 
     def _stop(self, row: NodeRow) -> None:
-        """End a process, on a thread."""
+        """Stop a process, on a worker thread, and show an error as a notification."""
         try:
             stop_process(row)
         except TeleopctlError as error:
@@ -295,7 +295,7 @@ class Top(App[None]):
         self.table.fill([r for r in rows if not wanted or wanted in f"{r.name} {r.cells}".lower()])
 
     def _measure_visible(self) -> None:
-        """Measure the topics that are on the screen."""
+        """Measure the topics that are visible, and the selected large ones."""
         seen = self.table.visible_keys() if self._tab == "topics" else set()
         self._topics.measure(
             row.name

@@ -20,7 +20,7 @@ _LONGEST_WAIT_S = 2.0
 class ControllerRow(NamedTuple):
     """Row of a controller: manager, state, type, update rate in Hz and execution times.
 
-    How long its updates take, on average and at most, is in microseconds, where that is known.
+    The average and the longest execution time of its updates are in microseconds; None if unknown.
     """
 
     manager: str
@@ -36,7 +36,7 @@ class ControllerTable:
     """Lists the controllers of all managers; blocks, so not for the screen's thread.
 
     Args:
-        node: Asks.
+        node: Node that calls the controller managers.
     """
 
     def __init__(self, node: Node) -> None:
@@ -76,7 +76,7 @@ class ControllerTable:
 
     def _subscribe(self, manager: str) -> None:
         def keep(data: bytes) -> None:
-            # In ROS 2 one comes in each cycle: only the last one is read.
+            # In ROS 2 a message arrives in each control cycle: only the last one is deserialized.
             self._measured[manager] = data
 
         statistics = get_message(_STATISTICS)
@@ -85,7 +85,7 @@ class ControllerTable:
         )
 
     def _times(self, manager: str) -> dict[str, float]:
-        """What the manager measures, by name; nothing before it has told."""
+        """Return the manager's statistics by name; empty before the first message."""
         data = self._measured.get(manager)
         if data is None:
             return {}

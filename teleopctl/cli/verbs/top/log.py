@@ -31,7 +31,7 @@ class LogBuffer:
     """Subscription to ``/rosout`` that keeps the newest messages.
 
     Args:
-        node: Subscribes.
+        node: Node that subscribes to ``/rosout``.
     """
 
     def __init__(self, node: Node) -> None:

@@ -21,12 +21,12 @@ class NodeRow(NamedTuple):
     """A node with the load of its process, or a background process without node.
 
     Attributes:
-        name: Full name of the node, or the process's name.
-        pid: Its process, None where it is unknown: on another machine, or another user's.
-        cpu_percent: Share of one core since the last look.
-        memory: Resident memory in bytes.
-        running: What `teleopctl ps` knows of the process, or None.
-        is_node: Whether it is a node.
+        name: Full name of the node, or name of the process.
+        pid: ID of the process; None if unknown, on another machine or of another user.
+        cpu_percent: Load since the last update, in percent of one core; None if unknown.
+        memory: Resident memory in bytes; None if unknown.
+        running: Entry of the background process, as in `teleopctl ps`, or None.
+        is_node: Whether the row is a node.
     """
 
     name: str
@@ -40,12 +40,12 @@ class NodeRow(NamedTuple):
 class Processes:
     """Finds the processes in which nodes run, and measures their load and memory.
 
-    The router knows from which port each session came, the operating system which process has that
-    port. So nodes of a launch, of another terminal and of ROS 2 itself are found alike, as long as
-    they run on this machine and belong to the same user.
+    The router has the TCP port of each session, and the operating system the process of each port.
+    So nodes of a launch, of another terminal and of ROS 2 itself are all found, if they run on this
+    machine and belong to the same user.
 
     Args:
-        node: Its session asks the router.
+        node: Node whose session queries the router.
     """
 
     def __init__(self, node: Node) -> None:
@@ -82,7 +82,7 @@ class Processes:
             return
         ports = session_ports(self._node.context.session)
         if not new & ports.keys():
-            return  # the router lists them in a moment
+            return  # the router lists new sessions with a delay
         pid_by_port = _pid_by_port()
         for session in new & ports.keys():
             pids = [pid_by_port[port] for port in ports[session] if port in pid_by_port]
@@ -102,13 +102,13 @@ class Processes:
 
 
 def _pid_by_port() -> dict[int, int]:
-    """The processes that have connections, by the local ports of these."""
+    """Return the process IDs of TCP connections by their local ports."""
     pids: dict[int, int] = {}
     try:
         for connection in psutil.net_connections(kind="tcp"):
             if connection.laddr and connection.raddr and connection.pid:
                 pids[connection.laddr.port] = connection.pid
-    except psutil.AccessDenied:  # macOS tells only of one's own processes, one by one
+    except psutil.AccessDenied:  # macOS lists connections of the user's own processes only
         for process in psutil.process_iter():
             with contextlib.suppress(psutil.Error):
                 for own in process.net_connections(kind="tcp"):
@@ -127,7 +127,7 @@ def stop_description(row: NodeRow) -> str:
 def stop_process(row: NodeRow) -> None:
     """Stop the process of a row: as ``teleopctl stop``, or by SIGINT.
 
-    Waits until it has ended, where it was started in the background.
+    Waits for the end of a process that was started in the background, and not after SIGINT.
     """
     if row.running is not None:
         if row.running.launch is not None:
