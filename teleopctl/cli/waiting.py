@@ -22,12 +22,13 @@ def wait_with_notice(
     """Wait for an event, printing an explanation after a second; return whether it came.
 
     Args:
-        wait: Waits so many seconds, None for ever, and returns whether it came.
-        longest_s: Upper bound in seconds; None waits for ever.
-        explain: The line to say.
+        wait: Function that waits for a number of seconds, None for no limit, and returns whether
+            the event came.
+        longest_s: Longest wait in seconds; None for no limit.
+        explain: Function that returns the explanation.
 
     Returns:
-        Whether it came.
+        Whether the event came.
     """
     first_s = _PATIENCE_S if longest_s is None else min(longest_s, _PATIENCE_S)
     if wait(first_s):
@@ -44,7 +45,7 @@ def start_timeouts(
     """Return the start timeouts that the options ``--timeout`` and ``--stall-timeout`` select.
 
     Raises:
-        UsageError: A time is not above 0, or nothing is started in the background.
+        UsageError: A time is not above 0, or a time is given without ``--detach``.
     """
     from teleopctl.base.start_timeouts import StartTimeouts
 

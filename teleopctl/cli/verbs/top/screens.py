@@ -45,7 +45,7 @@ class Confirm(ModalScreen[bool]):
     """Dialog that asks for confirmation; its result is True for yes.
 
     Args:
-        question: The question.
+        question: Question that the dialog shows.
     """
 
     DEFAULT_CSS = f"Confirm {{ {_STYLE} }}"
@@ -73,9 +73,9 @@ class TextInput(ModalScreen[str | None]):
     """Dialog for a line of text; its result is None if it is cancelled.
 
     Args:
-        question: What stands above the line.
-        value: What the line begins with.
-        suggestions: What may be meant; the right arrow takes what is shown.
+        question: Text above the input line.
+        value: Initial content of the input line.
+        suggestions: Texts to complete the input with; the right arrow accepts the shown one.
     """
 
     DEFAULT_CSS = f"TextInput {{ {_STYLE} }}"
@@ -113,8 +113,8 @@ class ParameterScreen(Screen[None]):
     """Screen of a node's parameters; Enter or s sets one.
 
     Args:
-        node: Asks.
-        node_name: Whose parameters they are.
+        node: Node that calls the parameter services.
+        node_name: Full name of the node whose parameters are shown.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -204,7 +204,7 @@ class ParameterScreen(Screen[None]):
 
 def _value_text(
     value: Any,
-) -> str:  # Any: a ParameterValue, whose class is made from its definition
+) -> str:  # Any: a ParameterValue, whose class is created from its definition
     python = parameter_value_to_python(value)
     if isinstance(python, bool):
         return str(python).lower()
@@ -221,9 +221,9 @@ class TopicScreen(Screen[None]):
     """Base of screens that subscribe to a topic.
 
     Args:
-        node: Subscribes.
-        topic: Full name.
-        type_name: Its type.
+        node: Node that subscribes to the topic.
+        topic: Full name of the topic.
+        type_name: Type of the topic.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -264,7 +264,7 @@ class TopicScreen(Screen[None]):
         """Pause or resume the display of messages; a key action."""
         self._paused = not self._paused
 
-    def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
+    def handle_message(self, message: Any) -> None:  # Any: a message of the topic's type
         """Store what the subclass shows of a message; called on the transport's thread."""
 
     def content(self) -> Text | None:
@@ -307,7 +307,7 @@ class EchoScreen(TopicScreen):
         self._latest: Any = None
         self._shown = 0
 
-    def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
+    def handle_message(self, message: Any) -> None:  # Any: a message of the topic's type
         """Store the newest message of the topic for display; called on the transport's thread."""
         self._latest = message
 
@@ -323,10 +323,10 @@ class PlotScreen(TopicScreen):
     """Screen with a plot of fields.
 
     Args:
-        node: Subscribes.
-        topic: Full name.
-        type_name: Its type.
-        fields: Paths of the fields.
+        node: Node that subscribes to the topic.
+        topic: Full name of the topic.
+        type_name: Type of the topic.
+        fields: Paths of the fields to plot.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [
@@ -339,7 +339,7 @@ class PlotScreen(TopicScreen):
         self._traces = Traces(fields, _WINDOW_S)
         self._failure: TeleopctlError | None = None
 
-    def handle_message(self, message: Any) -> None:  # Any: of the type of the topic
+    def handle_message(self, message: Any) -> None:  # Any: a message of the topic's type
         """Store the plotted fields of a message; called on the transport's thread."""
         try:
             self._traces.add(time.monotonic(), message)

@@ -20,10 +20,10 @@ class Column(NamedTuple):
     """Title, width and alignment of a table column, after the column of names.
 
     Attributes:
-        title: What stands above it.
-        width: In characters.
-        least_width: The narrowest screen that it is shown on, in characters.
-        is_number: Whether it is aligned to the right.
+        title: Title of the column.
+        width: Width of the column, in characters.
+        least_width: Smallest width of a screen that shows the column, in characters.
+        is_number: Whether the column is aligned to the right.
     """
 
     title: str
@@ -45,10 +45,10 @@ class LiveTable(DataTable[Text]):
     """Table that keeps its rows by key, and gives the name the remaining width.
 
     Args:
-        title: What stands above the names.
-        columns: The others.
-        id: Of the widget.
-        is_text: The names are texts: they stand last, and lose their end where they are too long.
+        title: Title of the column of names.
+        columns: Other columns.
+        id: ID of the widget.
+        is_text: Whether the names are texts, which are the last column and are cut at their ends.
     """
 
     BINDINGS: ClassVar[list[BindingType]] = [

@@ -19,18 +19,18 @@ HEAVY_TYPES = frozenset(
         "sensor_msgs/msg/PointCloud2",
     }
 )
-"""Types measured on request only: a robot's link may be too slow, or a camera begin to render."""
+"""Types measured on request only: the network may be too slow, and cameras start to render."""
 
 
 class TopicRow(NamedTuple):
     """Row of a topic: type, endpoints and traffic.
 
     Attributes:
-        name: Full name.
-        type_name: Its type, the first if it has several.
-        publishers: How many there are.
-        subscriptions: How many there are, without the meter's own.
-        traffic: Rate, bandwidth and age; None while it is not measured.
+        name: Full name of the topic.
+        type_name: Type of the topic; the first one if the topic has several.
+        publishers: Number of publishers.
+        subscriptions: Number of subscriptions, without that of the meter.
+        traffic: Rate, bandwidth and age; None while the topic is not measured.
     """
 
     name: str
@@ -49,7 +49,7 @@ class TopicTable:
     """Topic rows of ``teleopctl top``; subscribes to the topics set by `measure` to measure them.
 
     Args:
-        node: Node that subscribes to those that are measured.
+        node: Node that subscribes to the measured topics.
     """
 
     def __init__(self, node: Node) -> None:
@@ -65,7 +65,7 @@ class TopicTable:
             publishers = graph.publishers(name)
             others = [s for s in graph.subscriptions(name) if s.full_name != own]
             if not publishers and not others:
-                continue  # only the meter subscribes to it
+                continue  # only the meter subscribes to this topic
             type_name = (publishers or others)[0].type_name if len(types) > 1 else types[0]
             rows.append(TopicRow(name, type_name, len(publishers), len(others), traffic.get(name)))
         return rows

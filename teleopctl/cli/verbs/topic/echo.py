@@ -136,10 +136,10 @@ class _Echo:
     """Subscriptions whose messages are printed.
 
     Args:
-        printer: Prints the messages.
-        selected: Returns whether to print a message; None for all.
-        losses: Reports lost messages; None for no report.
-        once: End the wait after the first printed message.
+        printer: Printer of the messages.
+        selected: Predicate that returns whether to print a message; None for all messages.
+        losses: Report of lost messages; None for no report.
+        once: Whether to stop after the first printed message.
 
     Attributes:
         has_printed: Whether a message was printed.
@@ -214,7 +214,8 @@ def _brief_listener(
         yield node, topics.sources(raw=raw, graph=query_graph(node.context.session))
 
 
-# Publishers whose numbers are remembered: more than any topic has; a stranger may make some up.
+# Largest number of publishers whose sequence numbers are kept: more than any topic has, since a
+# faulty program may send made-up publisher IDs.
 _MOST_SENDERS = 1000
 
 
@@ -222,12 +223,12 @@ class MessagePrinter:
     """Prints messages of topics as YAML, CSV or JSON, whole or single fields of them.
 
     Args:
-        style: How values are written.
-        fields: Paths of the fields to be printed; the whole message if there is none.
-        form: ``yaml``, ``csv`` or ``json``.
-        with_info: Print what is known of each message besides.
-        names_topics: Print the topic of each message.
-        clears: Clear the terminal before each message.
+        style: Format of the values.
+        fields: Paths of the fields to print; empty for the whole message.
+        form: Output format: ``yaml``, ``csv`` or ``json``.
+        with_info: Whether to print the message info before each message.
+        names_topics: Whether to print the topic of each message.
+        clears: Whether to clear the terminal before each message.
     """
 
     def __init__(
@@ -258,7 +259,7 @@ class MessagePrinter:
         """Return the values of the selected fields of a message, or the message in a list.
 
         Raises:
-            InvalidMessageError: It has no such field.
+            InvalidMessageError: The message has no such field.
         """
         return [read(message) for _, read in self._fields] or [message]
 
@@ -294,7 +295,7 @@ class MessagePrinter:
         from teleopctl.cli.verbs.topic.text import is_message
 
         if self._names_topics:
-            # A comment, so that what was printed can be read as YAML again.
+            # A comment, so that the output can be parsed as YAML.
             console.out(f"# {topic}")
         if self._with_info:
             console.out_lines(_info_lines(info, is_of_message=is_message(values[0])))

@@ -17,9 +17,9 @@ def endpoint_lines(endpoint: EndpointToken, kind: str, role: str) -> list[str]:
     """Return the lines about an endpoint that ``info --verbose`` prints.
 
     Args:
-        endpoint: The endpoint.
-        kind: What it belongs to: ``Topic`` or ``Service``.
-        role: Such as ``PUBLISHER``.
+        endpoint: Endpoint to describe.
+        kind: ``Topic`` or ``Service``, to which the endpoint belongs.
+        role: Role of the endpoint, such as ``PUBLISHER``.
     """
     return [
         f"Node name: {endpoint.node}",
@@ -129,10 +129,10 @@ class QosPair(NamedTuple):
     """A publisher, a subscription and their QoS compatibility.
 
     Attributes:
-        publisher: The publisher.
-        subscription: The subscription.
-        verdict: Whether they fit.
-        reason: Why not; empty where they fit.
+        publisher: Publisher of the pair.
+        subscription: Subscription of the pair.
+        verdict: QoS compatibility of the two.
+        reason: Reason of an incompatibility; empty if compatible.
     """
 
     publisher: EndpointToken
@@ -160,7 +160,7 @@ def warn_of_incompatible_qos(
 ) -> None:
     """Warn of publishers whose QoS is incompatible with subscriptions."""
     publishers, subscriptions = list(publishers), list(subscriptions)
-    # Where all are alike, as they mostly are, nothing has to be loaded.
+    # Usually all QoS profiles are equal, and nothing has to be imported.
     if len({endpoint.qos for endpoint in (*publishers, *subscriptions)}) < 2:
         return
     from teleopctl.node import QoSCompatibility

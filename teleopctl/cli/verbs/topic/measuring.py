@@ -43,18 +43,18 @@ if TYPE_CHECKING:
 
 
 Rows = Sequence[tuple[str, ...]]
-"""The header and a row for each topic; the topic's name is the first cell."""
+"""Header and a row for each topic; the first cell is the name of the topic."""
 
 
 @contextmanager
 def table_of_topics(topics: Sequence[str], *, as_json: bool) -> Iterator[Callable[[Rows], None]]:
     """Yield a function that prints a table of topics, which on a terminal replaces the last.
 
-    On a terminal it takes the place of the one before, and the others stand in it without figures.
+    On a terminal, each table replaces the previous one, and topics without values have a row too.
 
     Args:
-        topics: Their names.
-        as_json: Nothing is shown here.
+        topics: Names of the topics.
+        as_json: Whether the output is JSON, so that no table is shown.
     """
     if as_json or len(topics) == 1 or not sys.stdout.isatty():
         yield lambda rows: console.out_lines(_lines(rows))
@@ -71,7 +71,7 @@ def table_of_topics(topics: Sequence[str], *, as_json: bool) -> Iterator[Callabl
 
 
 def _lines(rows: Rows) -> list[str]:
-    """The table as ROS 2 prints it: titles in the middle of their columns, the rest on the left."""
+    """Return the lines of a table as in ROS 2: centred titles, left-aligned cells."""
     if len(rows) < 2:
         return []
     widths = [max(len(row[column]) for row in rows) for column in range(len(rows[0]))]
@@ -94,7 +94,7 @@ def _rich_table(rows: Rows, topics: Sequence[str]) -> "Table":
     by_topic = {row[0]: row for row in others}
     table = Table(box=None, pad_edge=False, header_style="bold")
     for place, title in enumerate(header):
-        # Where there is too little room, names are broken and numbers are not.
+        # On a narrow terminal, names are wrapped and numbers are not.
         table.add_column(title, justify="right" if place else "left", no_wrap=place > 0)
     for topic in topics:
         row = by_topic.get(topic, (topic, *("-" for _ in header[1:])))
@@ -213,7 +213,7 @@ def measure_rate(
     lock = threading.Lock()
 
     def add(source: TopicSource, message: Any, time_ns: int) -> None:
-        # Before the first message of /clock there is no time.
+        # The time is zero before the first message of /clock.
         if time_ns and (selected is None or selected(message)):
             with lock:
                 windows[source.topic].add_arrival(time_ns)
@@ -255,7 +255,7 @@ def measure_bandwidth(
     lock = threading.Lock()
 
     def add(source: TopicSource, payload: Any, time_ns: int) -> None:
-        # Before the first message of /clock there is no time.
+        # The time is zero before the first message of /clock.
         if time_ns:
             with lock:
                 windows[source.topic].add_arrival(time_ns, len(payload))
@@ -312,7 +312,7 @@ def measure_delay(
 
     def add(source: TopicSource, payload: Any, time_ns: int) -> None:
         stamp_ns = readers[source.topic](payload)
-        # Before the first message of /clock there is no time.
+        # The time is zero before the first message of /clock.
         if time_ns:
             with lock:
                 windows[source.topic].add((time_ns - stamp_ns) * 1e-9)
@@ -336,7 +336,7 @@ _STAMP = "builtin_interfaces/msg/Time"
 
 
 def _stamp_reader(type_name: str) -> Callable[[bytes], int]:
-    """A function that reads the stamp of a message, in nanoseconds, and no more than it must.
+    """Return a function that reads the stamp of a serialized message, in nanoseconds.
 
     Raises:
         InvalidMessageError: The type has no header.
@@ -347,7 +347,7 @@ def _stamp_reader(type_name: str) -> Callable[[bytes], int]:
     if fields.get("header") != "std_msgs/Header":
         raise InvalidMessageError(f"msg does not have header: {type_name}, so its age is unknown")
     if next(iter(fields)) == "header":
-        # It begins with its stamp, and what follows has not to be there.
+        # The message begins with its stamp: only these bytes are deserialized.
         stamp_class = get_message(_STAMP)
         return lambda payload: to_nanoseconds(deserialize(payload[:12], stamp_class))
 
@@ -370,20 +370,21 @@ class TopicListener:
     """Subscriptions of `topic hz`, `bw` and `delay`, also to topics that appear later.
 
     Args:
-        names: The topics; they may be patterns.
-        all_topics: All topics that there are, in their place.
-        raw: Hand over bytes instead of messages, which spares the decoding.
-        qos: The quality of service that was asked for.
-        use_sim_time: Measure the time of ``/clock``.
-        wall_clock: Tell arrivals by the time of day instead of that of a steady clock.
-        check: Raises what is wrong with a topic that there is, at once or when it comes.
+        names: Names or patterns of topics.
+        all_topics: Whether to measure all topics of the graph instead.
+        raw: Whether to pass serialized messages as bytes, without deserialization.
+        qos: QoS options of the command line.
+        use_sim_time: Whether to measure the time of ``/clock``.
+        wall_clock: Whether arrival times are wall time instead of the time of a steady clock.
+        check: Function that raises an error for a topic that cannot be measured; called with each
+            topic, at once or when the topic appears.
 
     Attributes:
         topics: Full names of the topics.
 
     Raises:
-        UsageError: No topic was named.
-        TeleopctlError: A topic that there is cannot be measured.
+        UsageError: No topic is named.
+        TeleopctlError: An existing topic cannot be measured.
     """
 
     def __init__(
@@ -435,10 +436,10 @@ class TopicListener:
 
         Args:
             on_message: Called on the transport's thread for each message, with the topic, the
-                message and the time of its arrival in nanoseconds, so that neither decoding nor
-                printing of other messages falsifies the times.
-            on_period: Called with the present time of that clock.
-            on_subscribed: Called with the name of each topic that is listened to from now on.
+                message and its arrival time in nanoseconds, so that neither decoding nor printing
+                of other messages delays the times.
+            on_period: Called once a second with the present time of the same clock.
+            on_subscribed: Called with the name of each topic when it is subscribed to.
         """
         with command_node(use_sim_time=self._use_sim_time) as node:
             now_ns = node.get_clock().nanoseconds if self._uses_node_clock else time.monotonic_ns
@@ -463,7 +464,7 @@ class TopicListener:
                 console.flush()
 
     def _appeared(self, node: "Node") -> list[TopicSource]:
-        """The topics that were missing and have come."""
+        """Return the missing topics that have appeared, and remove them from the missing ones."""
         graph = node.graph()
         sources = [found for topic in self._missing if (found := self._source(topic, graph))]
         for source in sources:
@@ -471,7 +472,7 @@ class TopicListener:
         return sources
 
     def _source(self, topic: str, graph: "Graph") -> TopicSource | None:
-        """A topic as it stands in the graph; None where nobody has it."""
+        """Return a topic of the graph; None if the graph has no endpoint of it."""
         if not (graph.publishers(topic) or graph.subscriptions(topic)):
             return None
         source = find_source(topic, graph=graph, raw=self._raw)
@@ -484,7 +485,7 @@ class TopicListener:
         from teleopctl.node import DurabilityPolicy
 
         qos = source.compatible_qos(_DEPTH)
-        # What was sent before comes all at once, which says nothing of a rate.
+        # Latched messages arrive all at once, which would distort the rate.
         qos.durability = DurabilityPolicy.VOLATILE
 
         def receive(message: Any) -> None:

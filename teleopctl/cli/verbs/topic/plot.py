@@ -25,14 +25,14 @@ if TYPE_CHECKING:
 
 
 MOST_TRACES = 12
-# Of one trace: ten minutes at 100 Hz.
+# Largest number of points of a trace: ten minutes at 100 Hz.
 _MOST_POINTS = 60_000
 _LEAST_WIDTH, _LEAST_HEIGHT = 20, 6
-# Lines of a drawing besides its canvas: frame, labels of the axis and the legend.
+# Lines of a plot outside its canvas: frame, labels of the axis and legend.
 _OTHER_LINES = 5
 _OTHER_COLUMNS = 14
 _COLOURS = ("blue", "red", "green", "yellow", "cyan", "magenta")
-# Numbers of the axis between these powers of ten are written as they are.
+# Numbers of the axis between these powers of ten are written without an exponent.
 _SMALLEST_EXPONENT, _LARGEST_EXPONENT = -3, 5
 
 
@@ -49,7 +49,7 @@ class Traces:
 
     Args:
         fields: Paths of fields; each element of an array is a trace of its own.
-        window_s: How far back is drawn, in seconds.
+        window_s: Length of the time window, in seconds.
 
     Raises:
         UsageError: A path is malformed.
@@ -68,7 +68,7 @@ class Traces:
         """Add the fields of a message, with its time in seconds.
 
         Raises:
-            InvalidMessageError: It has no such field, or the field is no number.
+            InvalidMessageError: The message has no such field, or the field is not a number.
         """
         if not self._labels:
             self._labels = {field.path: field.label for field in numeric_fields(message)}
@@ -111,10 +111,10 @@ def line_plot_text(
     """Return a text plot of several lines; an empty text if there are no numbers.
 
     Args:
-        lines: The label of each, the seconds and values of its points; see `reduced_points`.
-        span_s: Where the axis begins and ends.
-        width: Characters of a line.
-        height: Lines.
+        lines: Label, times in seconds and values of each line; see `reduced_points`.
+        span_s: Start and end of the time axis, in seconds.
+        width: Width of the plot, in characters.
+        height: Height of the plot, in lines of text.
         colour: Whether the lines have colours.
     """
     from uniplot import plot_to_string
@@ -153,7 +153,7 @@ def _numbers(path: str, value: Any) -> list[tuple[str, float]]:
     if hasattr(value, "__len__") and not isinstance(value, str | bytes):
         return [pair for i, one in enumerate(value) for pair in _numbers(f"{path}[{i}]", one)]
     try:
-        return [(path, float(value))]  # what numpy has for a number
+        return [(path, float(value))]  # scalars of numpy
     except (TypeError, ValueError):
         pass
     kind = getattr(value, "TYPE_NAME", type(value).__name__)
@@ -169,14 +169,14 @@ def reduced_points(
 ) -> tuple[list[float], list[float]]:
     """Return a window's points, reduced to the extremes of each half column.
 
-    So no peak is lost, and the cost of a drawing does not grow with the rate of the topic. What is
-    no number (NaN, infinite) is left out.
+    No peak is lost, and the cost of a plot does not grow with the rate of the topic. Values that
+    are NaN or infinite are left out.
 
     Args:
-        points: Seconds and values.
-        since_s: Where the window begins.
-        until_s: Where it ends.
-        width: Characters of a line.
+        points: Times in seconds and values.
+        since_s: Start of the window, in seconds.
+        until_s: End of the window, in seconds.
+        width: Width of the plot, in characters.
     """
     column_s = (until_s - since_s) / (2 * _canvas_width(width))
     xs: list[float] = []
@@ -197,9 +197,9 @@ def reduced_points(
 
 
 def _scale(largest: float) -> tuple[float, str]:
-    """What numbers are divided by, and the power of ten that stands behind those of the axis.
+    """Return the divisor of the numbers, and the power of ten as the unit of the axis.
 
-    Such as 5e-13 would take more room than the axis has.
+    Numbers such as 5e-13 would be too wide for the axis.
     """
     exponent = math.floor(math.log10(largest))
     if _SMALLEST_EXPONENT <= exponent < _LARGEST_EXPONENT:
@@ -208,7 +208,7 @@ def _scale(largest: float) -> tuple[float, str]:
 
 
 def _range(values: Sequence[float]) -> tuple[float, float]:
-    """The lowest and highest value with a little room; never nothing."""
+    """Return the lowest and highest value with a margin, so that the range is never empty."""
     low, high = min(values), max(values)
     room = (high - low) * 0.05 or max(abs(low) * 0.05, 1e-3)
     return low - room, high + room
@@ -224,14 +224,14 @@ def live_plot(
     """Plot fields until Ctrl-C or the timeout; without a terminal, print one plot at the end.
 
     Args:
-        source: The topic.
+        source: Topic to subscribe to.
         fields: Paths of fields, with commas between them.
-        window_s: How far back is drawn, in seconds.
-        qos: Of the subscription.
-        timeout_s: Longest time in seconds; None goes on for ever.
+        window_s: Length of the time window, in seconds.
+        qos: QoS profile of the subscription.
+        timeout_s: Time after which the plot ends, in seconds; None for no limit.
 
     Raises:
-        TeleopctlError: A field is wrong, or nothing came.
+        TeleopctlError: A field is wrong, or no message was received.
     """
     with extra("tui", "uniplot"):
         import uniplot as uniplot
@@ -255,7 +255,7 @@ def live_plot(
             while node.context.ok() and not failures and (now_s := time.monotonic()) < ends_s:
                 time.sleep(min(_DRAW_EVERY_S, ends_s - now_s))
                 draw(is_last=False)
-        finally:  # after Ctrl-C as well
+        finally:  # also after Ctrl-C
             if not failures and traces.count:
                 draw(is_last=True)
     if failures:
@@ -267,7 +267,7 @@ def live_plot(
 
 @contextlib.contextmanager
 def _canvas(traces: Traces) -> Iterator[Callable[..., None]]:
-    """Return what draws: in place of the drawing before, or the last one only."""
+    """Yield a function that redraws the plot on a terminal; elsewhere it draws only the last."""
     if not sys.stdout.isatty():
 
         def draw_last(*, is_last: bool) -> None:
@@ -281,7 +281,7 @@ def _canvas(traces: Traces) -> Iterator[Callable[..., None]]:
     from rich.live import Live
     from rich.text import Text
 
-    # While it is live, sys.stdout is a stand-in that is no terminal.
+    # Live replaces sys.stdout by an object that is not a terminal.
     colour = console.colour_enabled(sys.stdout)
     with Live(console=Console(), auto_refresh=False) as live:
 

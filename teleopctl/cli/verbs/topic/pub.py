@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from teleopctl.node import BareNode, Node, Publisher
 
 _DEPTH = 10
-# For ROS 2's own programs it is always so long.
+# Default of ROS 2, in seconds.
 _KEEP_ALIVE_S = 0.1
 _PRESENT_TIME = ("auto", "now")
 
@@ -132,8 +132,8 @@ def publish(
         from teleopctl.wire import ensure_router
 
         ensure_router()
-    # What a peer publishes while it still meets the others is lost; a client's goes through the
-    # router, which knows them all.
+    # Messages that a peer publishes before it is connected to the others are lost; those of a
+    # client go through the router, which is connected to all.
     with (
         brief_node(name=node_name, starts_router=True)
         if is_brief
@@ -179,11 +179,11 @@ class _Messages:
     """The messages that are published in turn.
 
     Args:
-        message_class: Their class.
-        documents: What each is made from.
+        message_class: Class of the messages.
+        documents: YAML document of each message.
 
     Raises:
-        InvalidMessageError: One does not fit, which is told before anything starts.
+        InvalidMessageError: A document does not match the type; raised before the node starts.
     """
 
     # Any, here and below: messages of any type.
@@ -200,10 +200,10 @@ class _Messages:
 
 
 def _paced(node: "Node | BareNode", rate: float, count: int) -> Iterator[int]:
-    """Count from 1 to ``count``, or without end where it is 0, at a rate in Hz.
+    """Count from 1 to ``count``, or without end if it is 0, at a rate in Hz.
 
-    Each number is due against the start, so that the lateness of one does not delay all others.
-    The time is that of the node's clock where this follows ``/clock``.
+    Each number is due at a time relative to the start, so that a late one does not delay the next.
+    The time is that of ``/clock`` if the node's clock follows it, else steady time.
     """
     from teleopctl.node import Duration
 
@@ -246,7 +246,7 @@ def _wait_for_subscribers(
     ):
         came = publisher.get_subscription_count()
         raise UnavailableError(
-            # ROS 2 spells it so.
+            # The misspelling is ROS 2's.
             f"Timed out waiting for subscribers: Expected {count} subcribers but only got {came} "
             "subscribers",
             hint="-w 0 publishes without a subscriber.",

@@ -80,7 +80,7 @@ class QosOptions(OptionSet):
         publishers offer; with single policies given, the preset is used as it is.
 
         Args:
-            compatible: A profile that is compatible with the publishers of the topic.
+            compatible: QoS profile that is compatible with the publishers of the topic.
         """
         qos = self.applied_to(compatible)
         if self.qos_profile and not self._has_policies():

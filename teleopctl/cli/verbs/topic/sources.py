@@ -36,7 +36,7 @@ class TopicSource:
 
     __slots__ = ("message_class", "publishers", "topic")
 
-    # Any: which class it is depends on the topic.
+    # Any: the class depends on the topic.
     def __init__(
         self, topic: str, message_class: type[Any], publishers: Sequence[EndpointToken]
     ) -> None:
@@ -47,7 +47,7 @@ class TopicSource:
     def compatible_qos(self, depth: int) -> QoSProfile:
         """Return a QoS profile that is compatible with all publishers, as reliable as possible.
 
-        Where they differ, a line on stderr says what that costs.
+        If the publishers' policies differ, a line on stderr names the policy that is used.
         """
         from teleopctl.node import qos_for_publishers
 
@@ -91,15 +91,16 @@ def find_source(
     """Return a topic's message class and publishers; warn of other types and versions.
 
     Args:
-        topic: Its full name.
-        type_name: Its type, where the person gave one; the topic need not exist then.
-        graph: The graph, where the caller has it.
-        takes_type: Whether the verb has an argument for the type, to be named in an error.
-        raw: The verb takes bytes, so that the type may be unknown here.
+        topic: Full name of the topic.
+        type_name: Type given by the user, with which the topic need not exist; None for the type in
+            the graph.
+        graph: ROS graph; None to query it.
+        takes_type: Whether the verb has an argument for the type, which error messages mention.
+        raw: Whether the verb uses messages as bytes, so that their type may be unknown.
 
     Raises:
-        TeleopctlError: The type is unknown, or it was not given and the graph does not tell it.
-        RouterNotRunning: Likewise, because no router answers.
+        TeleopctlError: The type is unknown, or is neither given nor in the graph.
+        RouterNotRunning: The type is not given, and no router runs.
     """
     from teleopctl.interfaces import get_message
 
@@ -129,12 +130,12 @@ def find_sources(
     """Return message class and publishers of each topic; warn of and omit unknown types.
 
     Args:
-        topics: Their full names, and their types where the person gave them.
-        graph: The graph.
-        raw: The verb takes bytes, so that their types may be unknown here.
+        topics: Full names of the topics, each with the type given by the user or None.
+        graph: ROS graph.
+        raw: Whether the verb uses messages as bytes, so that their types may be unknown.
 
     Raises:
-        UnavailableError: None is left.
+        UnavailableError: No topic can be subscribed to.
     """
     found = []
     for topic, type_name in topics:
@@ -205,17 +206,18 @@ class NamedTopics:
     """Topics and patterns given on a command line, some with their types.
 
     Args:
-        words: Names of topics, each with its type behind it or not.
+        words: Names of topics, each optionally followed by its type.
 
     Attributes:
-        are_several: More than one topic is meant.
-        have_types: The type of each is given, so that none of them has to be there yet.
+        are_several: Whether there may be more than one topic.
+        have_types: Whether the type of each topic is given, so that no topic has to exist yet.
     """
 
     def __init__(self, words: Sequence[str]) -> None:
         self._wanted: list[tuple[str, str | None]] = []
         for position, word in enumerate(words):
-            # The second word may be anything but a topic: a type that is not one is told as such.
+            # A second and last word without a leading slash is a type, valid or not, so that errors
+            # report it as a type.
             is_second = position == 1 == len(words) - 1
             is_type = _looks_like_type(word) or (is_second and word[:1] != "/")
             if position and is_type and self._wanted[-1][1] is None:
@@ -229,7 +231,7 @@ class NamedTopics:
         """Return the name of the only topic; raise a UsageError if there are several.
 
         Raises:
-            UsageError: There are several.
+            UsageError: Several topics are given.
         """
         if self.are_several:
             raise UsageError("Only fields of a single topic can be drawn")
@@ -239,11 +241,11 @@ class NamedTopics:
         """Return message class and publishers of the named topics, patterns expanded.
 
         Args:
-            raw: The verb takes bytes, so that their types may be unknown here.
-            graph: The graph, where the caller has it.
+            raw: Whether the verb uses messages as bytes, so that their types may be unknown.
+            graph: ROS graph; None to query it.
 
         Raises:
-            TeleopctlError: The only one, or each of them, cannot be listened to.
+            TeleopctlError: The only topic, or each of them, cannot be subscribed to.
         """
         if graph is None:
             graph = graph_or_start_router() if self.have_types else live_graph()
@@ -262,7 +264,7 @@ class NamedTopics:
 
 
 def _looks_like_type(word: str) -> bool:
-    """Whether it is a package and a name that begins with a capital."""
+    """Return whether a word is a package and a name that begins with a capital letter."""
     package, slash, name = word.replace("/msg/", "/", 1).partition("/")
     return (
         bool(slash)

@@ -23,7 +23,7 @@ class Window:
     """Sliding window of the last values, with their statistics.
 
     Args:
-        size: How many are kept.
+        size: Number of values that are kept.
 
     Raises:
         TeleopctlError: The size is less than 1.
@@ -50,7 +50,7 @@ class RateWindow:
     """Intervals between the last arrivals of a topic.
 
     Args:
-        size: How many are looked at.
+        size: Number of intervals that are kept.
 
     Raises:
         TeleopctlError: The size is less than 1.
@@ -89,7 +89,7 @@ class DelayWindow:
     """Delays of the last messages of a topic.
 
     Args:
-        size: How many messages are looked at.
+        size: Number of messages that are kept.
 
     Raises:
         TeleopctlError: The size is less than 1.
@@ -127,7 +127,7 @@ class BandwidthWindow:
     """Sizes of the last messages of a topic.
 
     Args:
-        size: How many messages are looked at.
+        size: Number of messages that are kept.
 
     Raises:
         TeleopctlError: The size is less than 1.
@@ -186,7 +186,7 @@ def bandwidth_text(bandwidth: Bandwidth) -> str:
 def bandwidth_cells(bandwidth: Bandwidth) -> tuple[str, ...]:
     """Return a bandwidth as the cells of a table, each number in a suitable unit.
 
-    They are the bandwidth, the window, and the mean, least and greatest size.
+    The cells are the bandwidth, the window, and the mean, smallest and largest size.
     """
     sizes = (bandwidth.bytes_per_s, bandwidth.mean, bandwidth.minimum, bandwidth.maximum)
     per_s, *others = (_with_unit((size,))[0] for size in sizes)
@@ -201,7 +201,7 @@ def _spread(summary: Summary) -> str:
 
 
 def _with_unit(sizes: tuple[float, ...]) -> tuple[str, ...]:
-    """All in the unit that suits the first."""
+    """Return all sizes as text, in the unit that suits the first one."""
     if sizes[0] < 1e3:
         return tuple(f"{size:.0f} B" for size in sizes)
     divisor, unit = (1e3, "KB") if sizes[0] < 1e6 else (1e6, "MB")

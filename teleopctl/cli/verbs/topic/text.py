@@ -18,10 +18,10 @@ class TextStyle:
     """Format of messages as YAML or CSV, with the settings of ``topic echo``.
 
     Args:
-        truncate: Longest list or text to write in full, None for any.
-        flow: Write lists on one line.
-        no_arr: Write only type and length of lists.
-        no_str: Write only the length of texts.
+        truncate: Length of the longest list or text that is written in full; None for no limit.
+        flow: Whether lists are written on one line.
+        no_arr: Whether only type and length of lists are written.
+        no_str: Whether only the length of texts is written.
     """
 
     __slots__ = ("flow", "no_arr", "no_str", "truncate")
@@ -76,7 +76,7 @@ class TextStyle:
         return str(value)
 
 
-# Any: as above.
+# Any: a message of any type, or a part of one.
 def json_value(value: Any) -> "Json":
     """Return a message or a field as a JSON value."""
     if is_message(value):
@@ -91,7 +91,7 @@ def json_value(value: Any) -> "Json":
         return list(value)
     if isinstance(value, float) and not math.isfinite(value):
         return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
-    return value  # type: ignore[no-any-return] # what is left of a field's types is JSON's own
+    return value  # type: ignore[no-any-return] # other types of fields are types of JSON too
 
 
 def is_message(value: object) -> bool:
