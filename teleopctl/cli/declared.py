@@ -103,10 +103,10 @@ def _load(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
     if verb is None or isinstance(verb, VerbGroup):
         return verb
     function = verb.load()
-    # Written for who reads the source as well: what it says of arguments, they say themselves.
+    # Without sections such as Args, which are for readers of the source: options have help texts.
     _, _, more = (function.__doc__ or "").partition("\n\n")
     paragraphs = more.partition("Args:")[0].partition("Raises:")[0].split("\n\n")
-    # One line each, to be wrapped where the terminal ends and not where the source does.
+    # One line per paragraph, to be wrapped at the width of the terminal.
     texts = [" ".join(paragraph.split()) for paragraph in paragraphs]
     return DeclaredVerb(verb, parameters(function), [text for text in texts if text])
 

@@ -373,7 +373,7 @@ def main(args: list[str] | None = None) -> int:
     """Run the node ``camera`` until Ctrl-C or a shutdown, and return the exit status.
 
     Raises:
-        TeleopctlError: If a system library for drawing is missing.
+        TeleopctlError: A system library for rendering is missing.
     """
     choose_backend()
     check_drawing()

@@ -45,8 +45,8 @@ class StabilityReport:
         moved: Joints that followed a command.
         unmoved: Joints that did not follow a command.
         blocked: Joints that were not commanded: both directions meet the ground or another link.
-        travelled_m: Horizontal distance that the free root link moved meanwhile, in m; None for a
-            fixed root link.
+        travelled_m: Horizontal distance that the free root link moved while the joints moved, in m;
+            None for a fixed root link.
     """
 
     verdict: str

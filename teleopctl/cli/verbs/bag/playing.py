@@ -145,7 +145,7 @@ def _explain_keys(node: Node) -> None:
 @contextlib.contextmanager
 def _served(node: Node) -> Iterator[None]:
     """Spin the node on a thread for the time of the block, to serve its services."""
-    # One thread for a long burst, one for other requests meanwhile.
+    # One thread for a long burst, and one for other requests at the same time.
     executor = MultiThreadedExecutor(2, context=node.context)
     executor.add_node(node)
 
