@@ -161,7 +161,7 @@ class _Setting:
         return results
 
     def _as_text(self, wanted: "ParameterMessage") -> "ParameterMessage":
-        """Return a parameter as a string if its value, as 1e3, is text for ROS 2's ``param set``."""
+        """Return a parameter as a string if its value, as 1e3, is one in ROS 2's ``param set``."""
         text = self._values[wanted.name]
         return _text_message(wanted.name, text) if _may_be_text(wanted, text) else wanted
 
