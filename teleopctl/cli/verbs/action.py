@@ -167,8 +167,8 @@ def send_goal(
 ) -> int:
     """Send a goal and wait for its result.
 
-    Without a server it waits for one. Ctrl-C cancels the goal and waits for its end; another one
-    ends the command at once. The exit status is 0 when the goal has succeeded.
+    Waits for a server if there is none. Ctrl-C cancels the goal and waits for its end; a second
+    Ctrl-C ends the command at once. The exit status is 0 if the goal succeeded.
     """
     from teleopctl.cli.command_node import command_node
     from teleopctl.cli.messages import action_class_named, goal_from_text
@@ -421,8 +421,8 @@ def echo(
 ) -> None:
     """Print the feedback and goal states of an action.
 
-    That is the feedback and the states of its goals, and what its services are asked and answer
-    where introspection of them is on. Ctrl-C ends it.
+    Service calls are printed as well, where service introspection of the action is enabled. Ends on
+    Ctrl-C.
     """
     from teleopctl.cli.command_node import command_node
     from teleopctl.cli.messages import action_class_named

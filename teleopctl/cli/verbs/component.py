@@ -395,7 +395,7 @@ def standalone(
 ) -> int:
     """Run a component in a container of its own, until Ctrl-C.
 
-    The container is this process.
+    The container runs in the process of this command.
     """
     import threading
     import uuid

@@ -34,7 +34,7 @@ def list_extensions(
 ) -> None:
     """List plug-ins, built-in and installed ones.
 
-    Each one but programs is imported, to tell those that can be loaded; that takes a while.
+    Imports each plug-in except programs, to find those that cannot be loaded; this takes a while.
     """
     from contextlib import redirect_stdout
 
@@ -167,8 +167,8 @@ def list_plugins(
 ) -> None:
     """List plug-ins by their packages, with class and base class.
 
-    Those of the kinds that have a base class: controllers, hardware, sensors and so on. None is
-    imported.
+    Lists plug-ins that have a base class, such as controllers, hardware and sensors, without
+    importing them.
     """
     by_package: dict[str, list[tuple[Plugin, str]]] = {}
     for kind in plugins.kinds():

@@ -42,8 +42,8 @@ def graph(
 ) -> None:
     """Draw the graph of nodes and topics, as rqt_graph does.
 
-    What goes from one node to another through a topic reads from left to right. Actions, the
-    transports of a camera and tf are one box each.
+    Data flows from left to right. Actions, the transports of a camera and tf are drawn as one box
+    each.
     """
     if (svg is not None) + dot + as_json > 1:
         raise UsageError("Choose one of --svg, --dot and --json")

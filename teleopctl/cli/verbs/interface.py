@@ -133,7 +133,8 @@ def show(
 ) -> None:
     """Print the definition of a type, with those of the messages that it holds.
 
-    The definitions that come with teleopctl have no comments, those of your packages have theirs.
+    The definitions of teleopctl's own packages have no comments; those of your packages keep
+    theirs.
     """
     if all_comments and no_comments:
         raise UsageError("--all-comments and --no-comments contradict each other")
@@ -232,8 +233,8 @@ def stubs(
 ) -> None:
     """Write type stubs of your own message packages, for editors and type checkers.
 
-    Those of the packages that come with teleopctl are installed with it. Run it again when a
-    definition has changed.
+    The stubs of teleopctl's own packages are installed with it. Run this again after a definition
+    has changed.
     """
     from pathlib import Path
 

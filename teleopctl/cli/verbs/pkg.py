@@ -106,7 +106,7 @@ def executables(
 ) -> None:
     """List the programs of packages.
 
-    A program that is not installed is run by a file that is written for --full-path.
+    With --full-path, a script is written for programs that are not installed.
     """
     found = packages.list_packages() if name is None else [packages.find_package(name)]
     programs = [(package, program) for package in found for program in sorted(package.executables)]
@@ -135,8 +135,8 @@ def prefix(
 ) -> None:
     """Print the folder below which a package is installed.
 
-    Of one that is used where it lies, that is a folder of links. Where several packages have that
-    name, those that it hides are named on stderr.
+    For a package that is used from its source folder, this is a folder of links. If several
+    packages have the name, the hidden ones are printed to stderr.
     """
     package = _found(name)
     if as_json:
@@ -254,7 +254,7 @@ def create(
 ) -> None:
     """Create a new package.
 
-    In one of the build type ament_python a node runs at once: teleopctl run PACKAGE NODE.
+    Nodes of an ament_python package can be run at once: teleopctl run PACKAGE NODE.
     """
     import os
 

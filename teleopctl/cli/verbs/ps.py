@@ -19,8 +19,8 @@ def ps(
 ) -> int:
     """List background processes.
 
-    What a launch started stands below it. What has died is listed until `teleopctl stop` has told
-    of it, or its name is taken again.
+    Processes of a launch are listed below it. Processes that died are listed until `teleopctl stop`
+    has reported them, or their name is used again.
     """
     entries = _in_order([*running(), *died()])
     now = time.time()

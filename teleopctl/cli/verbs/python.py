@@ -28,8 +28,8 @@ def python(
 ) -> int:
     """Start Python with rclpy and message packages to import.
 
-    It is the Python that teleopctl is installed in, and so is all that it starts in turn. What is
-    really installed is used instead. No router is started; `teleopctl daemon start` does that.
+    Runs the Python interpreter of teleopctl; programs that it starts can import the packages as
+    well. Installed packages take precedence. Starts no router; use `teleopctl daemon start`.
     """
     from teleopctl.cli.verbs.run import replace_this_process
     from teleopctl.compat import activation

@@ -63,9 +63,9 @@ def check(
 ) -> int:
     """Check robot descriptions: the tree, repairs, ignored tags, and a simulation.
 
-    The first lines are those of check_urdf. Of several files, and of the robots in folders, a table
-    is printed. In simulation a robot has the controllers that sim.yaml would give it; each commands
-    a motion, which is measured. The exit status is 1 when one robot fails.
+    The first lines are those of check_urdf. For several files, or folders of robots, a table is
+    printed. In simulation a robot has the controllers that sim.yaml would start; each of them
+    commands a motion, which is measured. The exit status is 1 if a robot fails.
     """
     import tempfile
 

@@ -70,7 +70,7 @@ def run(
 ) -> int:
     """Start one node: a program of a package, or a Python file by its path.
 
-    The package may be left out where the program's name is unique. Files may import rclpy and
+    The package can be omitted if the program's name is unique. Python files can import rclpy and
     message packages.
     """
     from teleopctl.cli.waiting import start_timeouts

@@ -172,7 +172,7 @@ def call(
 ) -> None:
     """Call a service.
 
-    Without a server it waits for one.
+    Waits for a server if there is none.
     """
     import time
 
@@ -271,8 +271,8 @@ def echo(
 ) -> None:
     """Print the requests and responses of a service.
 
-    Its client or its server has to introspect it: see the parameters of the node, or
-    configure_introspection of rclpy. Ctrl-C ends it.
+    Service introspection must be enabled on the client or the server, by parameters of the node or
+    rclpy's configure_introspection. Ends on Ctrl-C.
     """
     from teleopctl.cli.command_node import command_node
     from teleopctl.cli.messages import service_class_named

@@ -400,8 +400,8 @@ def sweep(
 ) -> int:
     """Run a launch file many times with varied parameters, as fast as the machine allows.
 
-    Each run has a graph, a folder and a bag of its own. It begins when everything is up, and ends
-    after --duration, or when the launch ends. The exit status is 1 where a run has failed.
+    Each run has its own graph, folder and bag. A run starts when everything is up, and ends after
+    --duration or when the launch ends. The exit status is 1 if a run fails.
     """
     import time
 

@@ -46,8 +46,8 @@ def stop(
 ) -> int:
     """End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL.
 
-    What has died meanwhile is told, with the end of its log unless the command that started it has
-    told why, and then forgotten.
+    Processes that have died are reported once, with the end of their log unless it was shown
+    before.
     """
     gone = [entry for entry in died() if not names or _names_of(entry) & set(names)]
     if names:

@@ -52,7 +52,7 @@ def test(
 ) -> int:
     """Run the launch tests of a Python file, as ros2 test and launch_test do.
 
-    The exit status is 0 where all tests have passed, and 1 otherwise.
+    The exit status is 0 if all tests pass, else 1.
     """
     from teleopctl.compat.launch_test import free_domain, run_launch_test
 

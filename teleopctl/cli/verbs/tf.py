@@ -147,7 +147,7 @@ def list_frames(
 ) -> None:
     """List the frames.
 
-    Those that are broadcast while it listens, and those that stand still.
+    Lists the frames that are broadcast while the command listens, and static frames.
     """
     import time
 
@@ -202,8 +202,8 @@ def monitor(
 ) -> None:
     """Print the delays of transforms, and their broadcasters.
 
-    After the time to gather data it prints each second. A delay is the time from a transform's
-    stamp to its arrival, in seconds. Ctrl-C ends it.
+    Prints each second, after the time to gather data. A delay is the time from a transform's stamp
+    to its arrival, in seconds. Ends on Ctrl-C.
     """
     if source_frame is not None and target_frame is None:
         raise UsageError("Give two frames, or none for all frames")
@@ -282,7 +282,7 @@ def publish_static(
 ) -> int:
     """Publish a static transform until Ctrl-C.
 
-    The same as `run tf2_ros static_transform_publisher`. Ctrl-C ends it.
+    Same as `run tf2_ros static_transform_publisher`. Ends on Ctrl-C.
     """
     from teleopctl.nodes.execute import run_executable
     from teleopctl.wire import ensure_router
@@ -324,7 +324,7 @@ def view(
 ) -> None:
     """Draw the tree of frames, after a few seconds of listening.
 
-    Writes a graph for Graphviz, an SVG, and a PDF where Graphviz's program dot is installed.
+    Writes a Graphviz file, an SVG, and a PDF if Graphviz's program dot is installed.
     """
     from teleopctl.cli.listing import out_files
     from teleopctl.nodes.tf2.view_frames import view_frames

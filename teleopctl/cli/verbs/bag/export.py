@@ -69,8 +69,8 @@ def export(
 ) -> None:
     """Export a bag for other programs: tables, videos, or a LeRobot data set.
 
-    A row of a table is a message: when it was recorded and when it was sent, in nanoseconds since
-    1970, then every field of it.
+    A row of a table is a message: times of recording and publication in nanoseconds since 1970,
+    then all fields.
     """
     from teleopctl.bag import open_bag
 

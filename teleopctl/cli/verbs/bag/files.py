@@ -74,8 +74,8 @@ def convert_bag(
 ) -> None:
     """Convert bags, for example to SQLite or compressed files, or ROS 1 bags to MCAP.
 
-    With a YAML file there may be several outputs, each with its own choice of topics; it says form,
-    compression and sizes itself.
+    A YAML file can describe several outputs, each with its own topics, storage format, compression
+    and sizes.
     """
     from teleopctl.bag import BagPart, OutputBag, read_output_options
 
@@ -108,7 +108,8 @@ def cut_bag(
 ) -> None:
     """Write a time range of a bag to a new bag, which can be played alone.
 
-    It begins with what latched topics, such as /tf_static and /robot_description, had before.
+    The new bag starts with the last messages of latched topics, such as /tf_static and
+    /robot_description.
     """
     from teleopctl.bag import OutputBag
 
@@ -141,8 +142,8 @@ def filter_bag(
 ) -> None:
     """Write some topics, or a time range, of a bag to a new bag.
 
-    The messages that were chosen are kept as they are, and so are attachments, profiles and
-    definitions. Without a choice of topics all are taken but those that are excluded.
+    Selected messages are copied unchanged, with attachments, QoS profiles and type definitions.
+    Without a selection all topics are copied, except excluded ones.
     """
     from teleopctl.bag import OutputBag
 
@@ -187,7 +188,7 @@ def merge_bags(
 def reindex_bag(bag_path: BagPath, storage: Storage = None, as_json: AsJson = False) -> None:
     """Rebuild metadata.yaml from the files of a bag.
 
-    Files that were not finished get their end.
+    Unfinished files are completed first.
     """
     from teleopctl.bag import reindex
 
@@ -204,8 +205,8 @@ def reindex_bag(bag_path: BagPath, storage: Storage = None, as_json: AsJson = Fa
 def check_bag(bag_path: BagPath, as_json: AsJson = False) -> int:
     """Check a whole bag and print its faults; the exit status is 1 if there are any.
 
-    Checksums, indexes, metadata.yaml, definitions and their hashes, messages that cannot be
-    decoded, messages that are missing, times that go back.
+    Checks checksums, indexes, metadata.yaml, type definitions and hashes; finds messages that
+    cannot be decoded or are missing, and times that go back.
     """
     from teleopctl.bag import check
 
@@ -235,9 +236,8 @@ def recover_bag(
 ) -> int:
     """Recover a bag that is damaged, or whose recorder was killed.
 
-    What is only cut off gets its end in place. What is broken otherwise is left as it is, and what
-    can be read of it goes into a new bag, by default BAG_recovered. The exit status is 1 where
-    something is lost.
+    A truncated bag is completed in place. A damaged bag stays unchanged, and its readable messages
+    are copied to a new bag, by default BAG_recovered. The exit status is 1 if messages are lost.
     """
     from teleopctl.bag import recover
 

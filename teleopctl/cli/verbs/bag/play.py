@@ -372,7 +372,7 @@ def burst(
 ) -> int:
     """Send messages of a bag as fast as they can be read, then pause.
 
-    The keys and services of `bag play` go on from there; Ctrl-C ends it.
+    Then the keys and services of `bag play` control the player. Ends on Ctrl-C.
     """
     if num_messages < 0:
         raise UsageError(f"--num-messages {num_messages}: Value is less than zero.")

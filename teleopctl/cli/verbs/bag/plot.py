@@ -48,7 +48,7 @@ def plot(
 ) -> None:
     """Draw numbers of a bag over time.
 
-    The axis is the time since the start of the bag, by when messages were recorded.
+    The time axis starts at the beginning of the bag and shows times of recording.
     """
     from teleopctl.bag import check_plot_file, open_bag, read_curves, save_plot
 

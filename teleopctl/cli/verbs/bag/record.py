@@ -228,7 +228,8 @@ def record(
 ) -> None:
     """Record topics, services and actions into a bag.
 
-    The space bar pauses and resumes. Ctrl-C ends it: all that was received is written first.
+    The space bar pauses and resumes. Ctrl-C ends the recording, after all received messages are
+    written.
     """
     del repeat_transient_local, repeat_all_transient_local
     if topics_positional:

@@ -366,9 +366,9 @@ def view_controller_chains(
 ) -> None:
     """Draw controllers and their interfaces.
 
-    State interfaces stand before a controller, and what it commands behind it: hardware, or the
-    reference interfaces of the next controller. Writes a graph for Graphviz, an SVG, and a PDF
-    where Graphviz's program dot is installed.
+    Shows state interfaces on the left of each controller, and the commanded interfaces on the
+    right: of hardware, or reference interfaces of the next controller. Writes a Graphviz file, an
+    SVG, and a PDF if Graphviz's program dot is installed.
     """
     import tempfile
     from pathlib import Path

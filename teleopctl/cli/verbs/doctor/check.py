@@ -32,7 +32,7 @@ def check(
 ) -> int:
     """Check the machine, the network and the graph for faults.
 
-    Findings go to stderr, with what to do about them.
+    Prints findings to stderr, with hints how to fix them.
     """
     if report and report_failed:
         raise UsageError("--report and --report-failed contradict each other")

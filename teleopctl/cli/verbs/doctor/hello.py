@@ -41,7 +41,7 @@ def hello(
 ) -> None:
     """Check the connectivity to other machines that run this command.
 
-    Every period a table tells how much came from whom, by the topic and by UDP multicast.
+    Prints a table each period: the messages received from each host, by topic and by UDP multicast.
     """
     for flag, value in (("--emit-period", emit_period), ("--print-period", print_period)):
         if not value > 0:

@@ -121,7 +121,7 @@ def get_parameter(
 ) -> int:
     """Print the values of parameters.
 
-    Of several nodes or parameters, each value has its name before it.
+    With several nodes or parameters, prints the name before each value.
     """
     if not parameter_names and "/" in node_name:
         raise UsageError("Missing argument 'PARAMETER_NAME'.", hint="See `teleopctl param get -h`.")
@@ -209,7 +209,7 @@ def describe_parameters(
 ) -> int:
     """Describe parameters.
 
-    The exit status is 1 where one of them is not declared.
+    The exit status is 1 if a parameter is not declared.
     """
     with options.client() as parameters:
         node = parameters.find_node(node_name)

@@ -270,7 +270,7 @@ def dump_parameters(
 ) -> int:
     """Print the parameters of a node as a parameter file.
 
-    It is what --params-file and `teleopctl param load` read.
+    The output is a file for --params-file and `teleopctl param load`.
     """
     document: dict[str, Any] = {}
     with options.client() as parameters:
@@ -300,7 +300,7 @@ def save_parameters(
 ) -> int:
     """Write the parameters of several nodes to a parameter file.
 
-    `teleopctl param restore` sets them again, and --params-file starts a node with them.
+    `teleopctl param restore` sets them again; --params-file starts a node with them.
     """
     from teleopctl.base import ros_yaml
 
@@ -336,7 +336,7 @@ def load_parameters(
 ) -> int:
     """Set the parameters of a node to the values in a parameter file.
 
-    Of the file's sections, those count whose name fits the node.
+    Only sections of the file whose name matches the node are used.
     """
     from teleopctl.node import read_parameter_file
 
@@ -370,7 +370,7 @@ def restore_parameters(
 ) -> int:
     """Set the parameters of several nodes to the values in a parameter file.
 
-    Without names, those of all nodes that the file has a section for.
+    Without names, sets the parameters of all nodes in the file.
     """
     from teleopctl.node import read_parameter_file
 

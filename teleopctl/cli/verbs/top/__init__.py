@@ -24,8 +24,8 @@ def top(
 ) -> int:
     """Watch processes, topics, controllers and the log on one screen.
 
-    The keys stand on the last line of the screen; no mouse is needed. Topics are listened to while
-    they are on the screen, but for pictures and point clouds, which wait to be asked for.
+    The last line of the screen lists the keys; no mouse is needed. Topics are measured while they
+    are visible; images and point clouds only on request.
     """
     with extra("tui", "textual", "uniplot"):
         import textual as textual

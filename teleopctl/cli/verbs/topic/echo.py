@@ -87,8 +87,8 @@ def echo(
 ) -> None:
     """Print the messages of topics.
 
-    The quality of service follows what the publishers offer, so that latched messages are printed
-    as well. Of several topics, each message has the name before it. Ctrl-C ends it.
+    The QoS follows the publishers' QoS, so latched messages are printed as well. With several
+    topics, prints the name before each message. Ends on Ctrl-C.
     """
     from teleopctl.cli.messages import filter_predicate
     from teleopctl.cli.verbs.topic.sources import NamedTopics

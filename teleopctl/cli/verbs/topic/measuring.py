@@ -289,8 +289,8 @@ def measure_delay(
 ) -> None:
     """Measure the age of stamped messages.
 
-    It is the time between a message's header.stamp and its arrival, so that the clocks of both
-    machines matter.
+    The delay is the time from a message's header.stamp to its arrival; the clocks of both machines
+    must agree.
     """
     readers: dict[str, Callable[[bytes], int]] = {}
 

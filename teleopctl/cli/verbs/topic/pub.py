@@ -91,9 +91,9 @@ def publish(
 ) -> None:
     """Publish messages to a topic.
 
-    A std_msgs/msg/Header or a builtin_interfaces/msg/Time may be given as auto or now: it is the
-    time of each publication. What topic echo printed, as YAML or as JSON lines, is published
-    message by message.
+    A std_msgs/msg/Header or builtin_interfaces/msg/Time given as auto or now is set to the time of
+    each publication. The output of topic echo, as YAML or JSON lines, is published message by
+    message.
     """
     from teleopctl.node import QoSProfile
 
