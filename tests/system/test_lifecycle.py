@@ -3,6 +3,8 @@
 import json
 import os
 import signal
+import threading
+import time
 from functools import partial
 from pathlib import Path
 
@@ -10,6 +12,7 @@ import pytest
 
 from teleopctl.cli import main
 from teleopctl.cli.completion import completing
+from teleopctl.interfaces import get_service
 from teleopctl.testing import eventually
 
 PROGRAM = Path(__file__).parents[1] / "compat/programs/lifecycle.py"
@@ -117,3 +120,26 @@ def test_a_node_that_does_not_answer_is_named_and_costs_no_more_than_it_may(life
     assert among_all[:2] == (0, "/stubborn: unconfigured [1]\n")
     assert "Node '/lively' did not answer" in among_all[2]
     assert (change[:2], silent in change[2]) == ((1, ""), True)
+
+
+def test_services_that_appear_shortly_after_their_node_are_waited_for(ros):
+    """On a busy machine a command may see a node before its services."""
+    get_state = get_service("lifecycle_msgs/srv/GetState")
+
+    def answer(_request, response):
+        response.current_state.id, response.current_state.label = 3, "active"
+        return response
+
+    def offer_when_asked():
+        # The command's own node is in the graph when it looks for the services, which come late.
+        eventually(lambda: any("_ros2cli" in each for each in ros.node.graph().node_names(True)))
+        time.sleep(0.1)
+        ros.node.create_service(get_state, "~/get_state", answer)
+
+    name = ros.node.get_fully_qualified_name()
+    ros.wait_for_nodes(name)
+    offering = threading.Thread(target=offer_when_asked)
+    offering.start()
+    done = ros.run(f"lifecycle get {name} --include-hidden-nodes")
+    offering.join()
+    assert (done.stdout, done.stderr) == ("active [3]\n", "")

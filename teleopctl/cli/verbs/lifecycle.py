@@ -47,6 +47,8 @@ Timeout = Annotated[
 ]
 # Longest wait for responses to queries, in seconds, which nodes send at once.
 _LONGEST_WAIT_S = 5.0
+# A node appears in the graph before its services; on a busy machine, a command may see it between.
+_SERVICES_WITHIN_S = 0.5
 
 
 class LifecycleClient:
@@ -73,13 +75,23 @@ class LifecycleClient:
             NotFoundError: The node does not exist, or is not a managed node.
         """
         name = absolute_name(node_name)
+        exists = name in self._graph.node_names(include_hidden)
+        if exists and name not in managed_nodes(self._graph, include_hidden=True):
+            self._graph = self._graph_with_services(name)
         managed = self.node_names(include_hidden=include_hidden)
         if name not in managed:
             hint = existing_names_hint("managed nodes", [name], managed)
-            if name in self._graph.node_names(include_hidden):
+            if exists:
                 hint = f"'{name}' is not a managed node. {hint}"
             raise NotFoundError(f"Node not found: '{name}'", hint=hint)
         return name
+
+    def _graph_with_services(self, name: str) -> "Graph":
+        """Return the graph when a node has lifecycle services, or after the time they may take."""
+        self._node.context.wait_for_graph(
+            lambda graph: name in managed_nodes(graph, include_hidden=True), _SERVICES_WITHIN_S
+        )
+        return self._node.graph()
 
     # Any, here and below: requests and responses of lifecycle_msgs, whose classes are created at
     # run time.
