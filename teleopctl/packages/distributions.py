@@ -70,7 +70,7 @@ def distribution_names() -> set[str]:
 
 
 def distribution_package(name: str) -> Package | None:
-    """Return a package of an installed Python distribution, or None.
+    """Return the package of this name that an installed distribution brings, or None.
 
     Raises:
         BrokenPluginError: The module with the package's files does not exist.

@@ -125,8 +125,8 @@ class Generator(ABC):
         self._run.add_block(BLOCK_CODES[kind.base], kind.capacity)
         self._values.append(text)
 
-    def add_padding(self) -> None:
-        """Append a padding byte to the current run."""
+    def add_valueless_byte(self) -> None:
+        """Append a byte without a value, such as a string's final zero, to the run."""
         self._run.add("x")
 
     def flush(self) -> None:

@@ -113,7 +113,7 @@ _USUAL_BYTES = 2**20
 
 
 class Layout:
-    """Wire sizes of message types, and checks whether messages of a type can be sent.
+    """Smallest wire sizes of types, which types can be sent, and which nested code is inlined.
 
     Args:
         definition: Function that returns the definition of a type by its full name.

@@ -119,7 +119,7 @@ class ReaderGenerator(Generator):
                 self.emit_line("raise bad_text(n, p)")
         self.emit_line("p = e")
         self.forget_position()
-        self.add_padding()
+        self.add_valueless_byte()
 
     def _wide_string(self, kind: FieldType, place: str) -> None:
         self.emit_line("e = p + n * 2")

@@ -69,7 +69,7 @@ class WriterGenerator(Generator):
         self.emit_line(f"out += {text}")
         self.forget_position()
         if not is_wide:
-            self.add_padding()
+            self.add_valueless_byte()
 
     def emit_fixed_array(self, kind: FieldType, place: str) -> None:
         """Emit the code that writes a fixed array of numbers, bools or bytes."""

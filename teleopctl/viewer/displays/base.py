@@ -244,7 +244,7 @@ class Display:
         return ""
 
     def show_part(self, name: str, *, shown: bool) -> None:
-        """Show or hide one of the `parts`, by its name."""
+        """Show one of the `parts`, by its name, if ``shown``, else hide it; for subclasses."""
 
     # --- for subclasses -----------------------------------------------------------------------
 

@@ -51,7 +51,7 @@ class RateLimiter:
         self._last = self._before = 0.0
 
     def limit(self, speed: float, period: float) -> float:
-        """Return a requested speed limited relative to the previous speeds, and store the result.
+        """Return a speed within the limits of speed, acceleration and jerk, and store it.
 
         Args:
             speed: Requested speed.
