@@ -286,9 +286,9 @@ def _wait(record: ProcessRecord, deadline: float) -> None:
 def _how_it_died(entry: Running) -> str:
     from teleopctl.launch import log_tail
 
-    said = progress.read(entry.record.log_file)
-    if said is not None and said.reason:
-        return f"{entry.record.name}: {said.reason}"
+    last_progress = progress.read(entry.record.log_file)
+    if last_progress is not None and last_progress.reason:
+        return f"{entry.record.name}: {last_progress.reason}"
     return f"{entry.record.name} has {entry.ending}:\n{log_tail(entry.record.log_file)}"
 
 

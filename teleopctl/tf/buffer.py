@@ -24,7 +24,7 @@ _log = logging.getLogger(__name__)
 # As in tf2_ros, a step back of the clock by 1 s or more means a new run of the simulation.
 _BACK_S = -1
 
-_Answer = TypeVar("_Answer")
+_Found = TypeVar("_Found")
 
 
 class Buffer(BufferCore, BufferInterface):
@@ -45,16 +45,16 @@ class Buffer(BufferCore, BufferInterface):
         BufferCore.__init__(self, cache_time)
         self.node = node
         self._awaited: list[tuple[Callable[[], TransformStamped], Future[TransformStamped]]] = []
-        self._listening: Node | None = None
+        self._executor_node: Node | None = None
         self.jump_handle: JumpHandle | None = None
         if node is not None:
             from teleopctl.interfaces import get_service
 
             frames = get_service("tf2_msgs/srv/FrameGraph")
-            self.srv = node.create_service(frames, "tf2_frames", self._tell_frames)
+            self.srv = node.create_service(frames, "tf2_frames", self._handle_frame_graph)
             self._follow(node.get_clock())
 
-    def _tell_frames(self, _request: Any, response: Any) -> Any:
+    def _handle_frame_graph(self, _request: Any, response: Any) -> Any:
         response.frame_yaml = self.all_frames_as_yaml()
         return response
 
@@ -77,8 +77,8 @@ class Buffer(BufferCore, BufferInterface):
 
     def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
         super()._set(message, authority, static=static)
-        if self._awaited and self._listening is None:
-            self.answer_awaited()
+        if self._awaited and self._executor_node is None:
+            self.complete_futures()
 
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
@@ -107,8 +107,8 @@ class Buffer(BufferCore, BufferInterface):
         self, target_frame: str, source_frame: str, stamp: int, timeout: TimeLike | None = None
     ) -> tuple[int, Transform]:
         """Return stamp and transform as `lookup_transform` does, without messages (ours)."""
-        answer = self._between(target_frame, source_frame, stamp, "lookupTransform")
-        return self._when_known(answer, timeout)
+        lookup = self._between(target_frame, source_frame, stamp, "lookupTransform")
+        return self._when_known(lookup, timeout)
 
     def lookup_transform_full(
         self,
@@ -136,8 +136,8 @@ class Buffer(BufferCore, BufferInterface):
             TransformException: As ``lookup_transform`` does.
         """
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
-        answer = self._through(*frames, "lookupTransform")
-        stamp, transform = self._when_known(answer, timeout)
+        lookup = self._through(*frames, "lookupTransform")
+        stamp, transform = self._when_known(lookup, timeout)
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
     def wait_for_transform_async(
@@ -177,36 +177,34 @@ class Buffer(BufferCore, BufferInterface):
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return cast("TransformStamped", await self.wait_for_transform_full_async(*frames))
 
-    def _await(self, answer: Callable[[], TransformStamped]) -> Future[TransformStamped]:
+    def _await(self, lookup: Callable[[], TransformStamped]) -> Future[TransformStamped]:
         from teleopctl.node import Future
 
-        listening = self._listening
-        future: Future[TransformStamped] = Future(
-            executor=None if listening is None else listening.executor
-        )
+        node = self._executor_node
+        future: Future[TransformStamped] = Future(executor=None if node is None else node.executor)
         with self._changed:
-            self._awaited.append((answer, future))
-        self.answer_awaited()
+            self._awaited.append((lookup, future))
+        self.complete_futures()
         return future
 
-    def answer_awaited(self) -> None:
+    def complete_futures(self) -> None:
         """Complete the futures whose transforms have arrived, in this thread (ours)."""
         with self._changed:
             awaited, self._awaited = self._awaited, []
-        for answer, future in awaited:
+        for lookup, future in awaited:
             if future.ended():
                 continue
             try:
-                found = answer()
+                found = lookup()
             except TransformException:
                 with self._changed:
-                    self._awaited.append((answer, future))
+                    self._awaited.append((lookup, future))
             else:
                 future.set_result(found)
 
-    def leave_answers_to(self, node: Node) -> None:
-        """Have a node's executor call `answer_awaited` (ours)."""
-        self._listening = node
+    def use_executor_of(self, node: Node) -> None:
+        """Have a node's executor call `complete_futures` (ours)."""
+        self._executor_node = node
         if self.jump_handle is None:
             self._follow(node.get_clock())
 
@@ -224,8 +222,8 @@ class Buffer(BufferCore, BufferInterface):
         Returns:
             A bool, or (bool, reason of a failure) with ``return_debug_tuple``.
         """
-        answer = self._between(target_frame, source_frame, stamp_of(time), "canTransform")
-        return self._known_in_time(answer, timeout, return_debug_tuple)
+        lookup = self._between(target_frame, source_frame, stamp_of(time), "canTransform")
+        return self._known_in_time(lookup, timeout, return_debug_tuple)
 
     def can_transform_full(
         self,
@@ -239,19 +237,19 @@ class Buffer(BufferCore, BufferInterface):
     ) -> Any:
         """Return whether ``lookup_transform_full`` has a result."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
-        answer = self._through(*frames, "canTransform")
-        return self._known_in_time(answer, timeout, return_debug_tuple)
+        lookup = self._through(*frames, "canTransform")
+        return self._known_in_time(lookup, timeout, return_debug_tuple)
 
     def _known_in_time(
-        self, answer: Callable[[], object], timeout: TimeLike | None, return_debug_tuple: bool
+        self, lookup: Callable[[], object], timeout: TimeLike | None, return_debug_tuple: bool
     ) -> bool | tuple[bool, str]:
         try:
-            self._when_known(answer, timeout)
+            self._when_known(lookup, timeout)
         except TransformException as error:
             return (False, error.message) if return_debug_tuple else False
         return (True, "") if return_debug_tuple else True
 
-    def _when_known(self, answer: Callable[[], _Answer], timeout: TimeLike | None) -> _Answer:
+    def _when_known(self, lookup: Callable[[], _Found], timeout: TimeLike | None) -> _Found:
         """Return an answer as soon as there is one, within a timeout.
 
         The timeout is in wall time, so that it also ends while simulated time stands still.
@@ -261,7 +259,7 @@ class Buffer(BufferCore, BufferInterface):
         with self._changed:
             while True:
                 try:
-                    return answer()
+                    return lookup()
                 except TransformException:
                     left = deadline - wall.monotonic()
                     if left <= 0:

@@ -76,7 +76,7 @@ class BufferClient(BufferInterface):
             TransformException: The lookup in the server's buffer failed.
         """
         goal = self._goal(target_frame, source_frame, time, timeout)
-        return self._ask(goal, stamp_of(timeout or 0))
+        return self._request(goal, stamp_of(timeout or 0))
 
     def lookup_transform_full(
         self,
@@ -92,7 +92,7 @@ class BufferClient(BufferInterface):
         set_stamp(goal.target_time, stamp_of(target_time))
         goal.fixed_frame = fixed_frame
         goal.advanced = True
-        return self._ask(goal, stamp_of(timeout or 0))
+        return self._request(goal, stamp_of(timeout or 0))
 
     def can_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
@@ -136,7 +136,7 @@ class BufferClient(BufferInterface):
         set_stamp(goal.timeout, stamp_of(timeout or 0))
         return goal
 
-    def _ask(self, goal: Any, timeout_ns: int) -> TransformStamped:
+    def _request(self, goal: Any, timeout_ns: int) -> TransformStamped:
         if not self.action_client.server_is_ready():
             name = self.action_client.action_name
             raise TimeoutException(f"No buffer server answers at {name}.")

@@ -83,9 +83,9 @@ class BufferCore:
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> TransformStamped:
         """Return what `Buffer.lookup_transform` returns or raises, without waiting."""
-        answer = self._between(target_frame, source_frame, stamp_of(time), "lookupTransform")
+        lookup = self._between(target_frame, source_frame, stamp_of(time), "lookupTransform")
         with self._changed:
-            stamp, transform = answer()
+            stamp, transform = lookup()
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
     def lookup_transform_full_core(
@@ -98,16 +98,18 @@ class BufferCore:
     ) -> TransformStamped:
         """Return what `Buffer.lookup_transform_full` returns or raises, without waiting."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
-        answer = self._through(*frames, "lookupTransform")
+        lookup = self._through(*frames, "lookupTransform")
         with self._changed:
-            stamp, transform = answer()
+            stamp, transform = lookup()
         return transform_stamped(target_frame, source_frame, stamp, transform)
 
     def can_transform_core(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> tuple[bool, str]:
         """Return whether ``lookup_transform_core`` has a result, and the reason if not."""
-        return self._told(self._between(target_frame, source_frame, stamp_of(time), "canTransform"))
+        return self._availability(
+            self._between(target_frame, source_frame, stamp_of(time), "canTransform")
+        )
 
     def can_transform_full_core(
         self,
@@ -119,7 +121,7 @@ class BufferCore:
     ) -> tuple[bool, str]:
         """Return whether ``lookup_transform_full_core`` has a result, and the reason if not."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
-        return self._told(self._through(*frames, "canTransform"))
+        return self._availability(self._through(*frames, "canTransform"))
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
         """Return the newest time at which the transform between two frames is known.
@@ -260,14 +262,14 @@ class BufferCore:
     def _between(self, target_frame: str, source_frame: str, stamp: int, caller: str) -> Lookup:
         """Return a function that looks up the transform between two frames."""
 
-        def answer() -> tuple[int, Transform]:
+        def look_up() -> tuple[int, Transform]:
             # As in tf2, the transform of a frame to itself is the identity even if it is unknown.
             if target_frame != source_frame:
                 self._tree.check(target_frame, "target_frame", caller)
                 self._tree.check(source_frame, "source_frame", caller)
             return self._tree.lookup(target_frame, source_frame, stamp)
 
-        return answer
+        return look_up
 
     def _through(
         self,
@@ -282,7 +284,7 @@ class BufferCore:
         check = self._tree.check
         target_stamp, source_stamp = stamp_of(target_time), stamp_of(source_time)
 
-        def answer() -> tuple[int, Transform]:
+        def look_up() -> tuple[int, Transform]:
             return self._tree.lookup_through(
                 check(target_frame, "target_frame", caller),
                 target_stamp,
@@ -291,12 +293,12 @@ class BufferCore:
                 check(fixed_frame, "fixed_frame", caller),
             )
 
-        return answer
+        return look_up
 
-    def _told(self, answer: Lookup) -> tuple[bool, str]:
+    def _availability(self, lookup: Lookup) -> tuple[bool, str]:
         try:
             with self._changed:
-                answer()
+                lookup()
         except TransformException as error:
             return False, error.message
         return True, ""

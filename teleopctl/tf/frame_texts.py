@@ -76,11 +76,11 @@ def as_dot(tree: FrameTree, now: int = 0) -> str:
         )
         ends = f'"{_escaped(known.parent)}" -> "{_escaped(known.name)}"'
         lines.append(f'{ends}[label="{label}"];')
-    told = f'"Recorded at time: {to_seconds(now):.6f}"[ shape=plaintext ] ;\n ' if now else ""
+    time_label = f'"Recorded at time: {to_seconds(now):.6f}"[ shape=plaintext ] ;\n ' if now else ""
     legend = ' subgraph cluster_legend { style=bold; color=black; label ="view_frames Result";\n'
     children = {known.name for known in frames}
     roots = [_escaped(frame) for frame in tree.frames() if frame not in children]
-    lines += [f'edge [style=invis];\n{legend}{told}}}->"{root}";' for root in roots]
+    lines += [f'edge [style=invis];\n{legend}{time_label}}}->"{root}";' for root in roots]
     return "\n".join([*lines, "}"])
 
 
@@ -92,7 +92,7 @@ def _escaped(name: str) -> str:
 def _known(tree: FrameTree, frame: str, parent: str) -> KnownFrame:
     stamps = tree.stamps(frame) or [0]
     rate = len(stamps) * 1e9 / max(stamps[-1] - stamps[0], _SHORTEST_NS)
-    _, is_static = tree.span(frame) or (0, True)
+    _, is_static = tree.newest_stamp(frame) or (0, True)
     return KnownFrame(
         parent,
         frame,

@@ -78,8 +78,10 @@ class TransformListener:
         self.buffer = buffer
         self.node = node
         self.spin_thread = spin_thread
-        self._arrived = node.create_guard_condition(buffer.answer_awaited, ReentrantCallbackGroup())
-        buffer.leave_answers_to(node)
+        self._arrived = node.create_guard_condition(
+            buffer.complete_futures, ReentrantCallbackGroup()
+        )
+        buffer.use_executor_of(node)
         message = get_message("tf2_msgs/msg/TFMessage")
         latched = QoSProfile(depth=_DEPTH, durability=DurabilityPolicy.TRANSIENT_LOCAL)
         self.tf_sub = node.create_subscription(

@@ -25,7 +25,7 @@ GATHER_S = 10.0
 _MOST = 1000
 _DEPTH = 100
 # Periods of measuring the delay of a chain and of printing results, as in tf2_monitor.
-_LOOK_EVERY_S = 0.5
+_MEASURE_EVERY_S = 0.5
 _RESULTS_EVERY_S = 1.0
 
 
@@ -78,12 +78,12 @@ class MonitorResults(NamedTuple):
             yield f"Net delay     avg = {self.net.average_s:g}: max = {self.net.max_s:g}"
         yield from ("", "Frames:")
         for frame in self.frames:
-            told = f"Frame: {frame.name}, published by {frame.publisher}, "
+            prefix = f"Frame: {frame.name}, published by {frame.publisher}, "
             if frame.delay is None:
-                yield f"{told}static"
+                yield f"{prefix}static"
             else:
                 average, longest = frame.delay
-                yield f"{told}Average Delay: {average:g}, Max Delay: {longest:g}"
+                yield f"{prefix}Average Delay: {average:g}, Max Delay: {longest:g}"
         yield from ("", "All Broadcasters:")
         for sender in self.broadcasters:
             if sender.rate_hz is None or sender.delay is None:
@@ -129,7 +129,7 @@ class TransformMonitor:
         for subscription in self._subscriptions:
             self._node.destroy_subscription(subscription)
 
-    def look_at_chain(self, target: str, source: str) -> None:
+    def measure_chain(self, target: str, source: str) -> None:
         """Measure the delay of a chain of frames once."""
         try:
             stamp, _ = self.buffer.lookup(target, source, 0)
@@ -229,13 +229,13 @@ def monitor_transforms(
             if not wait_for_frames(monitor.buffer, *chain, ended, wait):
                 return
             names = _chain(monitor.buffer, *chain)
-        told = " -> ".join(chain) if chain else "all frames"
-        say(printable_line(f"Gathering data on {told} for {gather_s:g} seconds..."))
+        monitored = " -> ".join(chain) if chain else "all frames"
+        say(printable_line(f"Gathering data on {monitored} for {gather_s:g} seconds..."))
         due = time.monotonic() + gather_s
         while True:
             if chain:
-                monitor.look_at_chain(*chain)
-            if ended.wait(max(0.0, min(_LOOK_EVERY_S, due - time.monotonic()))):
+                monitor.measure_chain(*chain)
+            if ended.wait(max(0.0, min(_MEASURE_EVERY_S, due - time.monotonic()))):
                 return
             if time.monotonic() >= due:
                 due += _RESULTS_EVERY_S

@@ -114,7 +114,7 @@ class FrameTree:
         """Return the publisher of a frame's newest transform; an empty string if unknown."""
         return self._frames.get(frame, "")
 
-    def span(self, frame: str) -> tuple[int, bool] | None:
+    def newest_stamp(self, frame: str) -> tuple[int, bool] | None:
         """Return the time of a frame's newest transform and whether it is static, else None."""
         history = self._histories.get(frame)
         return None if history is None else (history.latest.stamp, history.is_static)
@@ -168,8 +168,8 @@ class FrameTree:
             ExtrapolationException: A frame between is not known at that time.
         """
         if target == source:
-            span = self.span(target)
-            return (stamp or (span[0] if span and not span[1] else 0)), IDENTITY
+            newest = self.newest_stamp(target)
+            return (stamp or (newest[0] if newest and not newest[1] else 0)), IDENTITY
         if stamp == 0:
             stamp = self.latest_common_time(target, source)
         above_source, above_target, shared = self._meet(target, source, stamp)
@@ -234,10 +234,10 @@ class FrameTree:
             raise _not_connected(target, source)
         shared = set(source_chain) & set(target_chain)
         moving = [
-            span[0]
+            newest[0]
             for chain in (source_chain, target_chain)
             for frame in chain
-            if frame not in shared and (span := self.span(frame)) and not span[1]
+            if frame not in shared and (newest := self.newest_stamp(frame)) and not newest[1]
         ]
         return min(moving, default=0)
 

@@ -305,8 +305,8 @@ class _Entry:
             self.remarks.append(f"{place}: MCAP files are compressed by chunks")
         if form and mode != "none":
             return settings._replace(compression=Compression(form))
-        says_more = values.get("storage_preset_profile") or values.get("storage_config_uri")
-        if mode == "none" and not says_more:
+        has_settings = values.get("storage_preset_profile") or values.get("storage_config_uri")
+        if mode == "none" and not has_settings:
             return settings._replace(compression=Compression.NONE)
         return settings
 

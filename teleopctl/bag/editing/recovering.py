@@ -183,11 +183,11 @@ def _copy_readable(
     with open_bag(path, recovery=recovery) as bag:
         classes.update((topic.name, _class_of(topic)) for topic, _ in bag.metadata.topics)
         (counts,) = copy_bags([bag], [OutputBag(output)], on_progress, on_left_out=lambda _: None)
-        said = {topic.name: count for topic, count in bag.metadata.topics}
+        stated = {topic.name: count for topic, count in bag.metadata.topics}
         old = _stored_metadata(path)
         if old is not None:
-            said |= {topic.name: max(n, said.get(topic.name, 0)) for topic, n in old.topics}
-        for name, count in said.items():
+            stated |= {topic.name: max(n, stated.get(topic.name, 0)) for topic, n in old.topics}
+        for name, count in stated.items():
             missing = count - counts.get(name, 0)
             if missing > 0:
                 lost.append(f"{name}: {missing} of {count} messages")

@@ -71,24 +71,24 @@ def recover_chunk(stream: BinaryIO, index: ChunkIndex) -> RecoveredChunk:
                 descriptions.append(read_record(Schema, data[start:end]))
             elif opcode == Opcode.CHANNEL:
                 descriptions.append(read_record(Channel, data[start:end]))
-    said = _said(stream, index) or walked
-    offsets = sorted(said)
+    indexed = _indexed_messages(stream, index) or walked
+    offsets = sorted(indexed)
     messages = []
     for offset, following in zip(offsets, [*offsets[1:], len(data)], strict=True):
         message = _message_at(data, offset, following)
-        if message is not None and (message.channel_id, message.log_time) == said[offset]:
+        if message is not None and (message.channel_id, message.log_time) == indexed[offset]:
             messages.append(message)
-    return RecoveredChunk(descriptions, messages, len(said))
+    return RecoveredChunk(descriptions, messages, len(indexed))
 
 
-def _said(stream: BinaryIO, index: ChunkIndex) -> dict[int, tuple[int, int]]:
+def _indexed_messages(stream: BinaryIO, index: ChunkIndex) -> dict[int, tuple[int, int]]:
     """Return channel and time of the messages by offset, from the readable message indexes."""
-    said: dict[int, tuple[int, int]] = {}
+    indexed: dict[int, tuple[int, int]] = {}
     for offset in index.message_index_offsets.values():
         with contextlib.suppress(*BROKEN):
             found = read_message_index(stream, offset)
-            said |= {place: (found.channel_id, time_ns) for time_ns, place in found.records}
-    return said
+            indexed |= {place: (found.channel_id, time_ns) for time_ns, place in found.records}
+    return indexed
 
 
 def _message_at(data: bytes, offset: int, following: int) -> Message | None:

@@ -88,13 +88,13 @@ def _faults_of_end(stream: BinaryIO, found: Scan) -> Iterator[Fault]:
 def _faults_of_summary(summary: Summary, found: Scan) -> Iterator[str]:
     """Yield the contradictions of the summary to the records; omitted parts are allowed."""
     walked = found.summary
-    said, counted = summary.statistics, walked.statistics
-    if said is not None and counted is not None:
+    stated, counted = summary.statistics, walked.statistics
+    if stated is not None and counted is not None:
         for what in ("message_count", "chunk_count", "attachment_count", "metadata_count"):
-            if getattr(said, what) != getattr(counted, what):
-                is_said, is_there = getattr(said, what), getattr(counted, what)
-                yield f"its summary has {is_said} as {what}, and not {is_there}"
-        if counted.message_count and (said.message_start_time, said.message_end_time) != (
+            if getattr(stated, what) != getattr(counted, what):
+                stated_count, found_count = getattr(stated, what), getattr(counted, what)
+                yield f"its summary has {stated_count} as {what}, and not {found_count}"
+        if counted.message_count and (stated.message_start_time, stated.message_end_time) != (
             counted.message_start_time,
             counted.message_end_time,
         ):
@@ -113,15 +113,15 @@ def _fault_of_data(stream: BinaryIO, end: int) -> str:
     """Return the fault of the data section's checksum, which few writers add; empty if none."""
     stream.seek(end)
     opcode, _ = HEAD.unpack(stream.read(HEAD.size))
-    (said,) = _CHECKSUM.unpack(stream.read(_CHECKSUM.size))
-    if opcode != Opcode.DATA_END or not said:
+    (stated,) = _CHECKSUM.unpack(stream.read(_CHECKSUM.size))
+    if opcode != Opcode.DATA_END or not stated:
         return ""
     stream.seek(0)
     checksum, left = 0, end
     while left and (block := stream.read(min(left, _BLOCK_BYTES))):
         checksum = zlib.crc32(block, checksum)
         left -= len(block)
-    return "" if checksum == said else "the checksum of its data is wrong"
+    return "" if checksum == stated else "the checksum of its data is wrong"
 
 
 class _TimeOrder:
@@ -167,15 +167,15 @@ def _fault_of_chunk(
         return Fault("its messages have other times than it states")
     if not has_index:
         return None
-    said = {}
+    stated = {}
     try:
         for offset in chunk.message_index_offsets.values():
             index = read_message_index(stream, offset)
             if index.records:
-                said[index.channel_id] = sorted(index.records)
+                stated[index.channel_id] = sorted(index.records)
     except BROKEN as error:
         return Fault(f"its index cannot be read ({str(error) or type(error).__name__})")
-    if chunk.message_index_offsets and said != found:
+    if chunk.message_index_offsets and stated != found:
         return Fault("its index is not that of its messages")
     return None
 
@@ -187,5 +187,5 @@ def _is_whole(stream: BinaryIO, index: AttachmentIndex) -> bool:
     while left and (block := stream.read(min(left, _BLOCK_BYTES))):
         checksum = zlib.crc32(block, checksum)
         left -= len(block)
-    (said,) = _CHECKSUM.unpack(stream.read(_CHECKSUM.size))
-    return said in (0, checksum)
+    (stated,) = _CHECKSUM.unpack(stream.read(_CHECKSUM.size))
+    return stated in (0, checksum)

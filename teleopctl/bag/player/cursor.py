@@ -158,7 +158,7 @@ class MessageCursor:
 
     Args:
         source: Bags to read.
-        line: Playback time, which `jump_to` sets.
+        playback_time: Playback time, which `jump_to` sets.
         outputs: Publishers and service clients for the messages.
         clock: Publisher of ``/clock``.
         options: Options with the order of messages and the size of the queue.
@@ -175,7 +175,7 @@ class MessageCursor:
     def __init__(
         self,
         source: PlayedBags,
-        line: PlaybackTime,
+        playback_time: PlaybackTime,
         outputs: PlayerOutputs,
         clock: PlaybackClock,
         options: PlayOptions,
@@ -183,7 +183,7 @@ class MessageCursor:
         on_published: Callable[[BagMessage], object],
     ) -> None:
         self._source = source
-        self._line = line
+        self._playback_time = playback_time
         self._outputs = outputs
         self._clock = clock
         self._is_by_sent_time = options.message_order == "sent"
@@ -192,7 +192,7 @@ class MessageCursor:
         self._on_published = on_published
         self._queue: ReadAhead | None = None
         self.until_ns = -1
-        self.position_ns = line.now_ns()
+        self.position_ns = playback_time.now_ns()
 
     def jump_to(self, time_ns: int, read_ahead_s: float = 0.0) -> None:
         """Set read position and playback time; publish the last messages of latched topics.
@@ -207,11 +207,11 @@ class MessageCursor:
         messages = self._source.messages(self._outputs.topics, time_ns, self._on_warning)
         if self._is_by_sent_time:
             messages = order_by_publish_time(messages, self._read_ahead)
-        self._queue = ReadAhead(messages, self._line.wake, self._read_ahead)
+        self._queue = ReadAhead(messages, self._playback_time.wake, self._read_ahead)
         if read_ahead_s:
             self._queue.wait_until_filled(read_ahead_s)
         self.position_ns = time_ns
-        self._line.jump(time_ns)
+        self._playback_time.jump(time_ns)
         self._clock.publish()
         for message in latched:
             self._send(message)

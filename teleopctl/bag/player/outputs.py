@@ -224,10 +224,10 @@ class PlayerOutputs:
             raise UnsupportedError(f"its messages are {topic.serialization_format}, not {CDR}")
         register_types(topic)
         kind, _ = kind_of(topic.name, topic.type_name)
-        asks = (kind is TopicKind.SERVICE and self._options.publishes_requests) or (
+        sends_requests = (kind is TopicKind.SERVICE and self._options.publishes_requests) or (
             kind is TopicKind.ACTION and self._options.sends_actions
         )
-        if not asks:
+        if not sends_requests:
             self._sends[topic.name] = self._publisher(topic)
         elif topic.name.endswith(EVENT_TOPIC_SUFFIX):
             sender = RequestSender(self._node, topic, self._options.request_source)

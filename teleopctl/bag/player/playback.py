@@ -81,11 +81,11 @@ class Playback:
             raise
         self.start_ns = self._source.start_ns + options.start_offset_ns
         self.end_ns = self._source.end_ns
-        self._line = PlaybackTime(self.start_ns, is_paused=options.is_paused)
-        self._clock = PlaybackClock(node, self._line, options)
+        self._playback_time = PlaybackTime(self.start_ns, is_paused=options.is_paused)
+        self._clock = PlaybackClock(node, self._playback_time, options)
         self._cursor = MessageCursor(
             self._source,
-            self._line,
+            self._playback_time,
             self._outputs,
             self._clock,
             options,
@@ -145,12 +145,12 @@ class Playback:
 
     def pause(self) -> None:
         """Pause the playback time, and with it the publishing."""
-        self._line.pause()
+        self._playback_time.pause()
         self._log.info("Pausing play.")
 
     def resume(self) -> None:
         """Resume the playback time."""
-        self._line.resume()
+        self._playback_time.resume()
         self._log.info("Resuming play.")
 
     def toggle_paused(self) -> None:
@@ -162,7 +162,7 @@ class Playback:
 
     def set_rate(self, rate: float) -> bool:
         """Set the playback rate; return False with a warning for 0 or less."""
-        if not self._line.set_rate(rate):
+        if not self._playback_time.set_rate(rate):
             self._log.warning(f"Failed to set rate to invalid value {rate:g}")
             return False
         self._log.info(f"Set rate to {rate:g}")
@@ -243,7 +243,7 @@ class Playback:
     @property
     def is_paused(self) -> bool:
         """Whether the playback time is paused."""
-        return self._line.is_paused
+        return self._playback_time.is_paused
 
     @property
     def is_bursting(self) -> bool:
@@ -258,7 +258,7 @@ class Playback:
     @property
     def rate(self) -> float:
         """Playback rate: seconds of the bag per second of wall time."""
-        return self._line.rate
+        return self._playback_time.rate
 
     @property
     def position_ns(self) -> int:
@@ -326,9 +326,10 @@ class Playback:
                     break
                 if not has_ended and has_played:
                     self._warn_of_starving()
-                self._line.wait_until(None)
+                self._playback_time.wait_until(None)
             elif (
-                self._line.wait_until(self._cursor.due_ns(message)) and not self._stopping.is_set()
+                self._playback_time.wait_until(self._cursor.due_ns(message))
+                and not self._stopping.is_set()
             ):
                 self._cursor.send_next(message)
                 has_played = True
@@ -339,12 +340,12 @@ class Playback:
         while not self._stopping.is_set() and self.is_paused and (not most or sent < most):
             message, has_ended = self._cursor.peek()
             if message is not None:
-                self._line.jump(self._cursor.due_ns(message))
+                self._playback_time.jump(self._cursor.due_ns(message))
                 sent += self._cursor.send_next(message)
             elif has_ended:
                 break
             else:
-                self._line.wait_until(None)
+                self._playback_time.wait_until(None)
         return sent
 
     def _warn_of_starving(self) -> None:
@@ -365,13 +366,13 @@ class Playback:
             if not self._is_playing:
                 return 0
             self._requests.append(request)
-        self._line.wake()
+        self._playback_time.wake()
         request.done.wait()
         return request.result
 
     def _request_stop(self) -> None:
         self._stopping.set()
-        self._line.wake()
+        self._playback_time.wake()
 
     def _until(self, duration_ns: int | None, until_ns: int | None) -> int:
         """Return the time of the last message to play, in ns since the epoch; -1 for no end."""

@@ -161,13 +161,13 @@ class PlaybackClock:
 
     Args:
         node: Node of the publisher.
-        line: Playback time to publish.
+        playback_time: Playback time to publish.
         options: Options with rate and topics of the publication.
     """
 
-    def __init__(self, node: Node, line: PlaybackTime, options: PlayOptions) -> None:
+    def __init__(self, node: Node, playback_time: PlaybackTime, options: PlayOptions) -> None:
         self._node = node
-        self._line = line
+        self._playback_time = playback_time
         self._topics = None if options.clock_topics is None else frozenset(options.clock_topics)
         self._class = get_message("rosgraph_msgs/msg/Clock")
         self._publisher = None
@@ -194,7 +194,7 @@ class PlaybackClock:
     def publish(self) -> None:
         """Publish the playback time on /clock, if any /clock publication was requested."""
         if self._publisher is not None:
-            stamp = Time(nanoseconds=self._line.now_ns()).to_msg()
+            stamp = Time(nanoseconds=self._playback_time.now_ns()).to_msg()
             self._publisher.publish(self._class(clock=stamp))
 
     def close(self) -> None:

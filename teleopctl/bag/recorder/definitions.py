@@ -46,37 +46,37 @@ class DefinitionFinder:
         """
         key = (type_name, version)
         if key not in self._found:
-            self._found[key] = self._ask(type_name, version, graph)
+            self._found[key] = self._request_from_nodes(type_name, version, graph)
         return self._found[key]
 
-    def _ask(self, type_name: str, version: str, graph: Graph) -> TypeText:
-        for node_name, asked_for, its_version in self._nodes_to_ask(type_name, version, graph):
+    def _request_from_nodes(self, type_name: str, version: str, graph: Graph) -> TypeText:
+        for node_name, its_type, its_version in self._nodes_with_type(type_name, version, graph):
             try:
-                description = request_type_description(
-                    self._node, node_name, asked_for, its_version
-                )
+                description = request_type_description(self._node, node_name, its_type, its_version)
                 if description is not None:
                     return TypeText(ROS2MSG, described_definition_text(description, type_name))
             except TeleopctlError as error:
                 self._node.get_logger().debug(f"{node_name} on {type_name}: {error.message}")
         return TypeText()
 
-    def _nodes_to_ask(
+    def _nodes_with_type(
         self, type_name: str, version: str, graph: Graph
     ) -> Iterator[tuple[str, str, str]]:
         """Yield nodes that may know a type, with the type and type hash to request from them."""
         users = (e for e in graph.endpoints if (e.type_name, e.type_hash) == (type_name, version))
-        yield from self._askable(users, graph)
+        yield from self._reachable(users, graph)
         if type_name.endswith(_EVENT):
             # The description of a service includes that of its events.
             service = type_name.removesuffix(_EVENT)
-            yield from self._askable((e for e in graph.endpoints if e.type_name == service), graph)
+            yield from self._reachable(
+                (e for e in graph.endpoints if e.type_name == service), graph
+            )
 
-    def _askable(
+    def _reachable(
         self, endpoints: Iterator[EndpointToken], graph: Graph
     ) -> Iterator[tuple[str, str, str]]:
         own_name = self._node.get_fully_qualified_name()
-        asked = {(e.full_name, e.type_name, e.type_hash) for e in endpoints}
-        for each in sorted(asked):
+        nodes = {(e.full_name, e.type_name, e.type_hash) for e in endpoints}
+        for each in sorted(nodes):
             if each[0] != own_name and graph.servers(f"{each[0]}/get_type_description"):
                 yield each

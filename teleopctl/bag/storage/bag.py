@@ -197,7 +197,7 @@ class _FilesBag(Bag):
             self.close()
             raise
         metadata = metadata or self._kept_metadata() or BagMetadata()
-        told = (reader.distribution for reader in self._readers)
+        distributions = (reader.distribution for reader in self._readers)
         # The files take precedence: metadata.yaml may be older.
         self.metadata = BagMetadata(
             files=tuple(self._descriptions),
@@ -206,7 +206,7 @@ class _FilesBag(Bag):
             compression_format=metadata.compression_format or (ZSTD if self._unpacked else ""),
             compression_mode=metadata.compression_mode or ("file" if self._unpacked else ""),
             custom_data=metadata.custom_data,
-            distribution=metadata.distribution or next(filter(None, told), ""),
+            distribution=metadata.distribution or next(filter(None, distributions), ""),
         )
 
     def messages(

@@ -126,13 +126,13 @@ class Ros1Bag(Bag):
         is_latched = isinstance(extra, ConnectionExtRosbag1) and extra.latching
         offers = (EndpointQos(durability=1, depth=1),) if is_latched else ()
         type_name = _ros2_name(connection.msgtype)
-        self._tell_of_change(connection.topic, connection.msgtype, type_name)
+        self._note_changed_type(connection.topic, connection.msgtype, type_name)
         text, _ = self._types.generate_msgdef(type_name, ros_version=2)
         # Not rosbags' own hash: for rosbags a char is another type, for rosidl a uint8.
         digest = hash_of_text(type_name, text)
         return BagTopic(connection.topic, type_name, digest, TypeText(ROS2MSG, text), offers)
 
-    def _tell_of_change(self, topic: str, old: str, new: str) -> None:
+    def _note_changed_type(self, topic: str, old: str, new: str) -> None:
         from rosbags.convert.converter import is_same_wireformat
 
         if not is_same_wireformat(self._reader.typestore, self._types, old, new):

@@ -127,7 +127,7 @@ class SqliteFileWriter(BagFileWriter):
             path.open("xb").close()
         except OSError as error:
             raise SystemFailureError(f"Cannot write {path}: {error.strerror}") from error
-        with self._told():
+        with self._errors_converted():
             self._database = sqlite3.connect(path, isolation_level=None, check_same_thread=False)
             for setting in settings:
                 self._database.execute(f"PRAGMA {setting}").fetchall()
@@ -151,7 +151,7 @@ class SqliteFileWriter(BagFileWriter):
         if topic.name in self._topic_ids:
             return
         definition = topic.definition
-        with self._told(), self._transaction():
+        with self._errors_converted(), self._transaction():
             added = self._database.execute(
                 "INSERT INTO topics(name, type, serialization_format, offered_qos_profiles,"
                 " type_description_hash) VALUES (?, ?, ?, ?, ?)",
@@ -189,7 +189,7 @@ class SqliteFileWriter(BagFileWriter):
         """Store the record ``rosbag2`` (bag metadata); ignore all other records."""
         if name == "rosbag2":
             row = (VERSION, values["serialized_metadata"])
-            with self._told():
+            with self._errors_converted():
                 self._database.execute(
                     "INSERT INTO metadata(metadata_version, metadata) VALUES (?, ?)", row
                 )
@@ -198,7 +198,7 @@ class SqliteFileWriter(BagFileWriter):
         """Commit the buffered messages to the database."""
         rows, self._rows, self._row_bytes = self._rows, [], 0
         if rows:
-            with self._told(), self._transaction():
+            with self._errors_converted(), self._transaction():
                 self._database.executemany(
                     "INSERT INTO messages(topic_id, timestamp, data) VALUES (?, ?, ?)", rows
                 )
@@ -223,7 +223,7 @@ class SqliteFileWriter(BagFileWriter):
         # If another program is reading the database, the log remains, and SQLite reads it.
         with contextlib.suppress(sqlite3.OperationalError):
             merge_log(self._database)
-        with self._told():
+        with self._errors_converted():
             self._database.close()
 
     def abandon(self) -> None:
@@ -248,7 +248,7 @@ class SqliteFileWriter(BagFileWriter):
             raise
 
     @contextlib.contextmanager
-    def _told(self) -> Iterator[None]:
+    def _errors_converted(self) -> Iterator[None]:
         """Raise SQLite's errors as `SystemFailureError`."""
         try:
             yield

@@ -117,29 +117,29 @@ class Cluster:
         """
         name = uuid.uuid4().hex
         # Events: the number of a run that begins, or the future of a run that has ended.
-        told: queue.SimpleQueue[Any] = queue.SimpleQueue()
-        self._client.subscribe_topic(name, lambda event: told.put(event[1]))
+        events: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._client.subscribe_topic(name, lambda event: events.put(event[1]))
         # A task, since Dask recomputes its result when all workers that hold it are lost.
         with warnings.catch_warnings():
             warnings.filterwarnings("ignore", "Sending large graph")
             sent = self._client.submit(bytes, archive, key=f"{name}-sent", pure=False)
-        asked: dict[Any, RunRequest] = {}
+        requests: dict[Any, RunRequest] = {}
         for request in sweep.pending():
             future = self._client.submit(
                 run_on_worker, asdict(request), sent_folder, sent, name,
                 key=f"{name}-{request.number}", pure=False,
             )  # fmt: skip
-            asked[future] = request
-            future.add_done_callback(told.put)
+            requests[future] = request
+            future.add_done_callback(events.put)
         begun: set[int] = set()
         try:
-            for each in self._told(told, len(asked)):
+            for each in self._worker_events(events, len(requests)):
                 if isinstance(each, int):
                     if each not in begun:
                         begun.add(each)
                         on_begin()
                     continue
-                request = asked.pop(each)
+                request = requests.pop(each)
                 if request.number not in begun:
                     # The event of its end arrived before that of its start.
                     begun.add(request.number)
@@ -152,16 +152,16 @@ class Cluster:
                 self._client.run(remove_sweep, name)
         except BaseException:
             with contextlib.suppress(Exception):
-                self._client.cancel(list(asked))
+                self._client.cancel(list(requests))
                 self._client.run(stop_runs, name)
             raise
 
-    def _told(self, told: queue.SimpleQueue[Any], count: int) -> Iterator[Any]:
+    def _worker_events(self, events: queue.SimpleQueue[Any], count: int) -> Iterator[Any]:
         """Yield events of the workers until that many runs have ended."""
         away_s = 0.0
         while count:
             try:
-                each = told.get(timeout=_LOOK_EVERY_S)
+                each = events.get(timeout=_LOOK_EVERY_S)
             except queue.Empty:
                 away_s = 0.0 if self._client.status == "running" else away_s + _LOOK_EVERY_S
                 if away_s >= _RETURNS_WITHIN_S or self._client.status == "closed":

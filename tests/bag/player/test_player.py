@@ -311,7 +311,7 @@ def test_the_clock_runs_on_between_messages_and_stands_still_while_paused(node, 
         player.play()
         assert changed.wait_for(lambda: bool(times) and times[-1] > START_NS + 10**9, 20)
         player.pause()
-        stood = player._line.now_ns()
+        stood = player._playback_time.now_ns()
         seen = len(times)
         assert changed.wait_for(lambda: len(times) > seen + 3, 20)
         assert times[-1] == stood
