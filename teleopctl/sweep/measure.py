@@ -62,7 +62,7 @@ def parse_measure(text: str) -> Measure:
 
 
 def measure_bag(bag: Path, measure: Measure) -> float:
-    """Return a measure's number: its statistic of the field's values in a run's bag.
+    """Return a measure's number: its statistic over all values of its field in a run's bag.
 
     Raises:
         NotFoundError: The bag, or the topic in the bag, does not exist.

@@ -113,7 +113,7 @@ class RunResult:
 
     @property
     def is_done(self) -> bool:
-        """Whether the run ended without a failure or timeout."""
+        """Whether the run ended without failure or timeout, even if a measure failed."""
         return self.result == "done"
 
     def save(self) -> None:
@@ -133,7 +133,7 @@ def load_result(folder: Path) -> RunResult | None:
 
 
 def launch_arguments(request: RunRequest) -> dict[str, str]:
-    """Return a run's launch arguments as a dict: the common ones and the varied ones."""
+    """Return a run's launch arguments: common and varied ones, without varied node parameters."""
     varied = {name: value for name, value in request.parameters.items() if ":" not in name}
     return request.arguments | varied
 
@@ -314,7 +314,7 @@ def _look_into_bag(
 
 
 def environment(folder: Path, domain_index: int, port: int) -> Mapping[str, str]:
-    """Return a run's environment variables: its router, folders and ROS domain, to isolate the run.
+    """Return this process's environment variables, with a run's own router, folders and ROS domain.
 
     Args:
         folder: Folder of the run.

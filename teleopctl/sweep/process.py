@@ -68,9 +68,6 @@ class RunProcesses:
             domain_index: See `environment`.
             port: See `environment`.
             cwd: Working directory of the child process; None for the current one.
-
-        Returns:
-            The result; None after `stop`.
         """
         started = time.monotonic()
         try:

@@ -80,7 +80,7 @@ class Sweep:
         return self.folder / f"{request.number:0{width}d}"
 
     def results(self) -> list[RunResult]:
-        """Return the results of all ended runs, failed ones included, in order of run numbers."""
+        """Return the results of all runs that have one, failed ones included, in order of runs."""
         found = [
             load_result(self.folder_of(request)) or self._seen.get(request.number)
             for request in self.requests
@@ -93,7 +93,7 @@ class Sweep:
         return [request for request, result in found if result is None or not result.is_done]
 
     def add_result(self, result: RunResult) -> None:
-        """Keep a run's result in memory for `results`, in case its file could not be written."""
+        """Keep a run's result in memory, so that `results` has it even without its file."""
         self._seen[result.number] = result
 
     def run(
@@ -158,7 +158,7 @@ class _RunThreads:
         self._processes.stop()
 
     def work(self, domain_index: int, port: int) -> None:
-        """Execute pending runs one by one until none is left; put results into ``events``."""
+        """Execute pending runs until none is left; put None, then the result, into ``events``."""
         while not self._stopped:
             try:
                 request = self._left.get_nowait()

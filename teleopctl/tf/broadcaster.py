@@ -18,7 +18,7 @@ _TF_DEPTH = 100
 
 
 class TransformBroadcaster:
-    """Publishes transforms on ``/tf``.
+    """Publisher of transforms on ``/tf``, as in tf2_ros.
 
     Args:
         node: Node of the publisher.
@@ -32,12 +32,12 @@ class TransformBroadcaster:
     def sendTransform(  # noqa: N802 -- tf2_ros's name
         self, transform: TransformStamped | Iterable[TransformStamped]
     ) -> None:
-        """Publish one ``TransformStamped``, or several in one message."""
+        """Publish one ``TransformStamped``, or several in one message, on ``/tf``."""
         self.pub_tf.publish(self._message(transforms=_as_list(transform)))
 
 
 class StaticTransformBroadcaster:
-    """Publishes static transforms on ``/tf_static``, latched.
+    """Latched publisher of static transforms on ``/tf_static``; each message repeats earlier ones.
 
     A late subscriber receives the last message only, so each message holds all frames sent so far.
 
@@ -56,13 +56,13 @@ class StaticTransformBroadcaster:
     def sendTransform(  # noqa: N802 -- tf2_ros's name
         self, transform: TransformStamped | Iterable[TransformStamped]
     ) -> None:
-        """Publish one static ``TransformStamped`` or several, together with all earlier ones."""
+        """Publish one or more static transforms, with all sent before for other child frames."""
         for each in _as_list(transform):
             self._transforms[each.child_frame_id] = each
         self.pub_tf.publish(self._message(transforms=list(self._transforms.values())))
 
     def forget(self) -> None:
-        """Drop the transforms sent before, so that later messages lack them (ours)."""
+        """Forget all transforms sent so far; later messages lack them (not in tf2)."""
         self._transforms.clear()
 
 

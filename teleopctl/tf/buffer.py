@@ -67,7 +67,7 @@ class Buffer(BufferCore, BufferInterface):
         )
 
     def time_jump_callback(self, time_jump: TimeJump) -> None:
-        """Drop the moving frames after a jump back in time or a change of the time source."""
+        """Clear moving frames, with a warning, when the clock jumped back or its source changed."""
         went_back = time_jump.delta.nanoseconds < 0
         _log.warning(
             "Detected %s. Clearing TF buffer.",
@@ -83,7 +83,7 @@ class Buffer(BufferCore, BufferInterface):
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
     ) -> TransformStamped:
-        """Return the transform from the source frame to the target frame.
+        """Return a ``TransformStamped`` from source to target; wait up to ``timeout``, then raise.
 
         Args:
             target_frame: Frame in which the result is expressed.
@@ -106,7 +106,7 @@ class Buffer(BufferCore, BufferInterface):
     def lookup(
         self, target_frame: str, source_frame: str, stamp: int, timeout: TimeLike | None = None
     ) -> tuple[int, Transform]:
-        """Return stamp and transform as `lookup_transform` does, without messages (ours)."""
+        """Return (stamp in ns, `Transform`), waiting as `lookup_transform` does (not in tf2)."""
         lookup = self._between(target_frame, source_frame, stamp, "lookupTransform")
         return self._when_known(lookup, timeout)
 
@@ -119,7 +119,7 @@ class Buffer(BufferCore, BufferInterface):
         fixed_frame: str,
         timeout: TimeLike | None = None,
     ) -> TransformStamped:
-        """Return the transform from the source at one time to the target at another.
+        """Return the transform from source at one time to target at another, via a fixed frame.
 
         Args:
             target_frame: Frame in which the result is expressed.
@@ -143,13 +143,13 @@ class Buffer(BufferCore, BufferInterface):
     def wait_for_transform_async(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> Future[TransformStamped]:
-        """Return a future of ``lookup_transform``'s result."""
+        """Return a future of the ``TransformStamped``, pending until the lookup succeeds."""
         return self._await(lambda: self.lookup_transform(target_frame, source_frame, time))
 
     async def lookup_transform_async(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> TransformStamped:
-        """Return the result of ``lookup_transform``, once it is available."""
+        """Return the ``TransformStamped`` once the lookup succeeds, however long that takes."""
         found = await self.wait_for_transform_async(target_frame, source_frame, time)
         return cast("TransformStamped", found)
 
@@ -161,7 +161,7 @@ class Buffer(BufferCore, BufferInterface):
         source_time: TimeLike,
         fixed_frame: str,
     ) -> Future[TransformStamped]:
-        """Return a future of ``lookup_transform_full``'s result."""
+        """Return a future of ``lookup_transform_full``'s result, pending until it succeeds."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return self._await(lambda: self.lookup_transform_full(*frames))
 
@@ -173,7 +173,7 @@ class Buffer(BufferCore, BufferInterface):
         source_time: TimeLike,
         fixed_frame: str,
     ) -> TransformStamped:
-        """Return the result of ``lookup_transform_full``, once it is available."""
+        """Return ``lookup_transform_full``'s result once that lookup succeeds, without limit."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return cast("TransformStamped", await self.wait_for_transform_full_async(*frames))
 
@@ -188,7 +188,7 @@ class Buffer(BufferCore, BufferInterface):
         return future
 
     def complete_futures(self) -> None:
-        """Complete the futures whose transforms have arrived, in this thread (ours)."""
+        """Complete, in this thread, the pending futures whose lookups now succeed (not in tf2)."""
         with self._changed:
             awaited, self._awaited = self._awaited, []
         for lookup, future in awaited:
@@ -203,7 +203,7 @@ class Buffer(BufferCore, BufferInterface):
                 future.set_result(found)
 
     def use_executor_of(self, node: Node) -> None:
-        """Have a node's executor call `complete_futures` (ours)."""
+        """Leave completing futures to a node's executor, and clear when its clock jumps back."""
         self._executor_node = node
         if self.jump_handle is None:
             self._follow(node.get_clock())
@@ -217,7 +217,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: TimeLike | None = None,
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Return whether ``lookup_transform`` has a result.
+        """Return whether `lookup_transform` succeeds in time; as debug tuple with the reason.
 
         Returns:
             A bool, or (bool, reason of a failure) with ``return_debug_tuple``.
@@ -235,7 +235,7 @@ class Buffer(BufferCore, BufferInterface):
         timeout: TimeLike | None = None,
         return_debug_tuple: bool = False,
     ) -> Any:
-        """Return whether ``lookup_transform_full`` has a result."""
+        """Return whether `lookup_transform_full` succeeds; as debug tuple with the reason."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         lookup = self._through(*frames, "canTransform")
         return self._known_in_time(lookup, timeout, return_debug_tuple)

@@ -69,7 +69,7 @@ class BufferClient(BufferInterface):
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
     ) -> TransformStamped:
-        """Return the transform from the source frame to the target frame; see ``Buffer``.
+        """Return a ``TransformStamped`` looked up by the buffer server; block until it responds.
 
         Raises:
             TimeoutException: There is no server, or the server does not respond in time.
@@ -87,7 +87,7 @@ class BufferClient(BufferInterface):
         fixed_frame: str,
         timeout: TimeLike | None = None,
     ) -> TransformStamped:
-        """Return the transform between two times; see ``Buffer``."""
+        """Return the transform between two frames at two times from the buffer server; block."""
         goal = self._goal(target_frame, source_frame, source_time, timeout)
         set_stamp(goal.target_time, stamp_of(target_time))
         goal.fixed_frame = fixed_frame
@@ -97,7 +97,7 @@ class BufferClient(BufferInterface):
     def can_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
     ) -> bool:
-        """Return whether the buffer server has the transform, within a timeout."""
+        """Return whether the server's lookup succeeds in time; False also without a server."""
         try:
             self.lookup_transform(target_frame, source_frame, time, timeout)
         except TransformException:
@@ -113,7 +113,7 @@ class BufferClient(BufferInterface):
         fixed_frame: str,
         timeout: TimeLike | None = None,
     ) -> bool:
-        """Return whether the buffer server has the transform between two times."""
+        """Return whether the server's lookup at two times succeeds; False also without a server."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         try:
             self.lookup_transform_full(*frames, timeout)

@@ -25,7 +25,7 @@ Lookup = Callable[[], tuple[int, Transform]]
 
 
 class BufferCore:
-    """Buffer of transforms over time, without ROS communication.
+    """Buffer of transforms over time, as in tf2_py: no ROS communication, no waiting lookups.
 
     All methods may be called from any thread. A time of 0 (``Time()``) selects the newest time
     at which every frame between the two is known.
@@ -42,7 +42,7 @@ class BufferCore:
     # -- transforms ------------------------------------------------------------------------------
 
     def set_transform(self, transform: TransformStamped, authority: str = "") -> None:
-        """Add a ``geometry_msgs/msg/TransformStamped`` of a moving frame.
+        """Add a ``TransformStamped`` of a moving frame; an invalid or too old one is only logged.
 
         A transform replaces an earlier one with the same stamp. Invalid transforms, and transforms
         older than the cache time, are logged and ignored.
@@ -50,7 +50,7 @@ class BufferCore:
         self._set(transform, authority, static=False)
 
     def set_transform_static(self, transform: TransformStamped, authority: str = "") -> None:
-        """Add a ``geometry_msgs/msg/TransformStamped`` that holds for all times."""
+        """Add a ``TransformStamped`` valid for all times; it replaces earlier ones of the child."""
         self._set(transform, authority, static=True)
 
     def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
@@ -63,17 +63,17 @@ class BufferCore:
                 self._changed.notify_all()
 
     def clear(self) -> None:
-        """Drop the transforms of moving frames; static ones stay."""
+        """Drop the transforms of moving frames; static ones and all frame names stay."""
         with self._changed:
             self._tree.clear()
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Remove frames, and names that no other frame refers to (ours)."""
+        """Remove these frames' transforms, and names that are no parent either (not in tf2)."""
         with self._changed:
             self._tree.forget(frames)
 
     def latest(self) -> list[tuple[str, TransformSample]]:
-        """Return every frame that has a parent, with its newest transform (ours)."""
+        """Return (frame, newest `TransformSample`) per frame that has a parent (not in tf2)."""
         with self._changed:
             return self._tree.latest()
 
@@ -82,7 +82,7 @@ class BufferCore:
     def lookup_transform_core(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> TransformStamped:
-        """Return what `Buffer.lookup_transform` returns or raises, without waiting."""
+        """Return the ``TransformStamped`` from source to target frame, or raise at once."""
         lookup = self._between(target_frame, source_frame, stamp_of(time), "lookupTransform")
         with self._changed:
             stamp, transform = lookup()
@@ -96,7 +96,7 @@ class BufferCore:
         source_time: TimeLike,
         fixed_frame: str,
     ) -> TransformStamped:
-        """Return what `Buffer.lookup_transform_full` returns or raises, without waiting."""
+        """Return the transform from source at one time to target at another, or raise at once."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         lookup = self._through(*frames, "lookupTransform")
         with self._changed:
@@ -106,7 +106,7 @@ class BufferCore:
     def can_transform_core(
         self, target_frame: str, source_frame: str, time: TimeLike
     ) -> tuple[bool, str]:
-        """Return whether ``lookup_transform_core`` has a result, and the reason if not."""
+        """Return whether `lookup_transform_core` succeeds, and the reason if not."""
         return self._availability(
             self._between(target_frame, source_frame, stamp_of(time), "canTransform")
         )
@@ -119,12 +119,12 @@ class BufferCore:
         source_time: TimeLike,
         fixed_frame: str,
     ) -> tuple[bool, str]:
-        """Return whether ``lookup_transform_full_core`` has a result, and the reason if not."""
+        """Return whether `lookup_transform_full_core` succeeds, and the reason if not."""
         frames = (target_frame, target_time, source_frame, source_time, fixed_frame)
         return self._availability(self._through(*frames, "canTransform"))
 
     def get_latest_common_time(self, target_frame: str, source_frame: str) -> Time:
-        """Return the newest time at which the transform between two frames is known.
+        """Return the newest ``Time`` at which two frames' transform is known; 0 if it is static.
 
         Raises:
             LookupException: A frame is not known.
@@ -146,7 +146,7 @@ class BufferCore:
         time: TimeLike,
         averaging_interval: TimeLike,
     ) -> tuple[Vector3, Vector3]:
-        """Return the linear and angular velocity of a frame as observed from another one.
+        """Return linear, angular velocity of a frame in another, averaged over an interval.
 
         Args:
             tracking_frame: Moving frame.
@@ -176,7 +176,7 @@ class BufferCore:
         time: TimeLike,
         averaging_interval: TimeLike,
     ) -> tuple[Vector3, Vector3]:
-        """Return the velocity of a point fixed in a moving frame; see `lookupVelocityCore`.
+        """Return linear, angular velocity of a point fixed in a frame; see `lookupVelocityCore`.
 
         Args:
             tracking_frame: Moving frame.
@@ -206,12 +206,12 @@ class BufferCore:
         return self.frame_names()
 
     def all_frames_as_string(self) -> str:
-        """Return a sentence for each frame that has a parent."""
+        """Return a text: a line ``Frame A exists with parent B.`` for each frame with a parent."""
         with self._changed:
             return frame_texts.as_string(self._tree)
 
     def all_frames_as_yaml(self) -> str:
-        """Return the frames with their statistics as YAML, for tf2's tools."""
+        """Return YAML text of the frames with a parent: broadcaster, rate, time span, as in tf2."""
         with self._changed:
             return frame_texts.as_yaml(self._tree)
 
@@ -221,12 +221,12 @@ class BufferCore:
             return frame_texts.as_dot(self._tree, 0 if time is None else stamp_of(time))
 
     def all_frames_as_dot(self, now_ns: int) -> str:
-        """Return the frames as a Graphviz graph, with their ages at a time (ours)."""
+        """Return a Graphviz graph of the frames as text, with ages at ``now_ns`` (not in tf2)."""
         with self._changed:
             return frame_texts.as_dot(self._tree, now_ns)
 
     def known_frames(self) -> list[frame_texts.KnownFrame]:
-        """Return authority, rate and time span of each frame that has a parent (ours)."""
+        """Return a `KnownFrame` (publisher, rate, times) per frame with a parent (not in tf2)."""
         with self._changed:
             return frame_texts.known_frames(self._tree)
 

@@ -37,7 +37,7 @@ class TypeException(Exception):
 
 
 class NotImplementedException(Exception):
-    """Error: a user's buffer class lacks a method."""
+    """Error of tf2_ros for buffer classes that lack a method; teleopctl itself never raises it."""
 
     def __init__(self) -> None:
         self.errstr = "the buffer has no method of this name"
@@ -45,14 +45,14 @@ class NotImplementedException(Exception):
 
 
 class TransformRegistration:
-    """Table of the functions that transform message types, shared by all instances."""
+    """Table of functions that transform stamped types, shared by all instances of this class."""
 
     def add(self, key: type, callback: DoTransform) -> None:
-        """Register the function that transforms a type."""
+        """Register the function that transforms objects of a type by a ``TransformStamped``."""
         _transforms[key] = callback
 
     def get(self, key: type) -> DoTransform:
-        """Return the function that transforms messages of a type to another frame.
+        """Return the function registered to transform a type; TypeException if there is none.
 
         Raises:
             TypeException: No function is registered for the type.
@@ -61,30 +61,30 @@ class TransformRegistration:
 
 
 class ConvertRegistration:
-    """Table of the functions that convert types to and from messages, shared by all instances."""
+    """Table of functions that convert types to and from messages, shared by all instances."""
 
     def add_from_msg(self, key: type, callback: Convert) -> None:
-        """Register the function that converts a message to a type."""
+        """Register the function that converts a message to the type ``key``."""
         _from_message[key] = callback
 
     def add_to_msg(self, key: type, callback: Convert) -> None:
-        """Register the function that converts a type to its message."""
+        """Register the function that converts objects of the type ``key`` to a message."""
         _to_message[key] = callback
 
     def add_convert(self, key: tuple[type, type], callback: Convert) -> None:
-        """Register the function that converts one type to another."""
+        """Register the direct conversion function of a type pair (from, to)."""
         _direct[key] = callback
 
     def get_from_msg(self, key: type) -> Convert:
-        """Return the function that converts a message to a type."""
+        """Return the function that converts a message to the type; TypeException without one."""
         return _known(_from_message, key)
 
     def get_to_msg(self, key: type) -> Convert:
-        """Return the function that converts a type to its message."""
+        """Return the function that converts the type to a message; TypeException without one."""
         return _known(_to_message, key)
 
     def get_convert(self, key: tuple[type, type]) -> Convert:
-        """Return the function that converts one type to another."""
+        """Return the function registered for a type pair (from, to); TypeException without one."""
         return _known(_direct, key)
 
 
@@ -95,7 +95,7 @@ def _known(table: Mapping[_Key, _Value], key: _Key) -> _Value:
 
 
 def convert(value: Any, type_: type) -> Any:
-    """Convert a value to another type, directly or by way of its message.
+    """Return a value converted to a type, directly or via a message; a copy if it has the type.
 
     Raises:
         TypeException: No conversion between the two types is registered.
@@ -117,7 +117,7 @@ def Stamped(obj: Any, stamp: Stamp, frame_id: str) -> Any:  # noqa: N802 -- tf2_
 
 
 class BufferInterface(abc.ABC):
-    """Base of transform buffers: transforms stamped objects of registered types."""
+    """Abstract base of transform buffers; transforms stamped objects of registered types."""
 
     def __init__(self) -> None:
         self.registration = TransformRegistration()
@@ -126,7 +126,7 @@ class BufferInterface(abc.ABC):
     def lookup_transform(
         self, target_frame: str, source_frame: str, time: TimeLike, timeout: TimeLike | None = None
     ) -> TransformStamped:
-        """Return the transform from the source frame to the target frame; see ``Buffer``."""
+        """Return the ``TransformStamped`` from source to target frame; subclasses define this."""
 
     @abc.abstractmethod
     def lookup_transform_full(
@@ -138,7 +138,7 @@ class BufferInterface(abc.ABC):
         fixed_frame: str,
         timeout: TimeLike | None = None,
     ) -> TransformStamped:
-        """Return the transform between two times; see ``Buffer``."""
+        """Return the transform between frames at two times; subclasses define this."""
 
     def transform(
         self,
@@ -147,7 +147,7 @@ class BufferInterface(abc.ABC):
         timeout: TimeLike | None = None,
         new_type: type | None = None,
     ) -> Any:
-        """Transform a stamped object to another frame.
+        """Return a stamped object transformed to another frame, as ``new_type`` if one is given.
 
         Args:
             object_stamped: Object with a header and of a registered type. The import of
@@ -173,7 +173,7 @@ class BufferInterface(abc.ABC):
         timeout: TimeLike | None = None,
         new_type: type | None = None,
     ) -> Any:
-        """Transform a stamped object to another frame at another time.
+        """Return a stamped object transformed to another frame at another time, via a fixed frame.
 
         Args:
             object_stamped: As for `transform`.

@@ -25,7 +25,7 @@ ECHO_DIGITS = 3
 
 
 def echo_text(stamp: int, transform: Transform, digits: int = ECHO_DIGITS) -> str:
-    """Return a transform in the format of ``tf2_echo``.
+    """Return a transform as the lines that ``tf2_echo`` prints: translation, rotation, matrix.
 
     Args:
         stamp: Time of the transform in nanoseconds; 0 for a static transform.
@@ -59,7 +59,7 @@ def echo_text(stamp: int, transform: Transform, digits: int = ECHO_DIGITS) -> st
 
 
 def time_text(stamp: int) -> str:
-    """Return a time in seconds with nine decimals; 0.0 for static transforms."""
+    """Return a stamp in nanoseconds as text in seconds with nine decimals; ``0.0`` for stamp 0."""
     seconds, nanoseconds = split(stamp)
     return f"{seconds}.{nanoseconds:09d}" if stamp else "0.0"
 
@@ -76,7 +76,7 @@ def echo_transforms(
     fail: Callable[[str], None],
     wait: Callable[[str], object],
 ) -> None:
-    """Print the transform between two frames once a second, until the context ends.
+    """Look up a transform periodically and pass it to ``show``, until the context ends.
 
     Args:
         node: Node that subscribes to the transforms; need not be spun.
@@ -122,7 +122,7 @@ def wait_for_frames(
     ended: threading.Event,
     wait: Callable[[str], object],
 ) -> bool:
-    """Wait until two frames are connected in a buffer, or the context ends.
+    """Wait until two frames are connected; return True, or False if ``ended`` was set first.
 
     Args:
         buffer: Buffer of the frames.
@@ -130,9 +130,6 @@ def wait_for_frames(
         source: Frame whose pose is looked up.
         ended: Event that ends the waiting.
         wait: Called each second with the line to print.
-
-    Returns:
-        True if the frames are connected, False if `ended` was set first.
     """
     timeout = _FIRST_WAIT
     patience_ends = time.monotonic() + 1.0

@@ -4,11 +4,11 @@ from teleopctl.errors import TeleopctlError
 
 
 class TransformException(TeleopctlError):
-    """Error: a transform is not available; base of tf2's exceptions."""
+    """Error of a transform lookup, and base of tf2's other exceptions."""
 
 
 class LookupException(TransformException):
-    """Error: a frame is unknown."""
+    """Error: a frame is unknown, or the tree contains a loop."""
 
 
 class ConnectivityException(TransformException):
@@ -24,4 +24,4 @@ class InvalidArgumentException(TransformException):
 
 
 class TimeoutException(TransformException):
-    """Error: a transform did not arrive in time."""
+    """Error: a buffer server is missing, rejects a lookup, or does not respond in time."""

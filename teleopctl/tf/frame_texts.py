@@ -11,7 +11,7 @@ _NOBODY = "default_authority"
 
 
 class KnownFrame(NamedTuple):
-    """Frame that has a parent: authority, rate in Hz and times in seconds.
+    """Frame that has a parent: its broadcaster, rate in Hz, and newest and oldest stamp in s.
 
     ``broadcaster`` is empty if it is unknown.
     """
@@ -26,19 +26,19 @@ class KnownFrame(NamedTuple):
 
 
 def known_frames(tree: FrameTree) -> list[KnownFrame]:
-    """Return the frames that have a parent, in the order of their first transforms."""
+    """Return a `KnownFrame` for each frame that has a parent, in order of first transforms."""
     return [_known(tree, child, parent) for child, parent in tree.parents()]
 
 
 def as_string(tree: FrameTree) -> str:
-    """Return a sentence, ``Frame A exists with parent B.``, for each frame that has a parent."""
+    """Return a text: a line ``Frame A exists with parent B.`` for each frame with a parent."""
     return "".join(
         f"Frame {child} exists with parent {parent}.\n" for child, parent in tree.parents()
     )
 
 
 def as_yaml(tree: FrameTree) -> str:
-    """Return the frames that have a parent, with their statistics, as YAML."""
+    """Return the frames that have a parent, with their statistics, as YAML text; ``[]`` if none."""
     lines = [
         f"{known.name}: \n  parent: '{known.parent}'\n"
         f"  broadcaster: '{known.broadcaster or _NOBODY}'\n"
@@ -53,7 +53,7 @@ def as_yaml(tree: FrameTree) -> str:
 
 
 def as_dot(tree: FrameTree, now: int = 0) -> str:
-    """Return the frames as a graph in Graphviz's language.
+    """Return the frames as the text of a Graphviz graph, with their ages if ``now`` is not 0.
 
     Args:
         tree: Tree of the frames.

@@ -39,7 +39,7 @@ def do_transform_point(point: PointStamped, transform: TransformStamped) -> Poin
 
 
 def do_transform_vector3(vector3: Vector3Stamped, transform: TransformStamped) -> Vector3Stamped:
-    """Return a ``Vector3Stamped`` rotated by a ``TransformStamped``."""
+    """Return a ``Vector3Stamped`` rotated, but not translated, by a ``TransformStamped``."""
     moved: Vector3Stamped = _with_header("Vector3Stamped", transform)
     turn = transform_of(transform.transform).rotation
     vector = vector3.vector
@@ -69,7 +69,7 @@ def do_transform_pose_stamped(pose: PoseStamped, transform: TransformStamped) ->
 def do_transform_pose_with_covariance_stamped(
     pose: PoseWithCovarianceStamped, transform: TransformStamped
 ) -> PoseWithCovarianceStamped:
-    """Return a ``PoseWithCovarianceStamped``, transformed with its covariance."""
+    """Return a new ``PoseWithCovarianceStamped``; pose transformed, covariance rotated."""
     moved: PoseWithCovarianceStamped = _with_header("PoseWithCovarianceStamped", transform)
     moved.pose.pose = do_transform_pose(pose.pose.pose, transform)
     moved.pose.covariance = transform_covariance(pose.pose.covariance, transform)
@@ -92,7 +92,7 @@ def do_transform_polygon_stamped(
 def transform_covariance(
     cov_in: Sequence[float] | NDArray[np.float64], transform: TransformStamped
 ) -> list[float]:
-    """Return the 6 by 6 covariance of a pose rotated by a transform, row by row."""
+    """Return the 6 by 6 covariance of a pose rotated by a transform, as 36 numbers row by row."""
     turn = matrix_from_quaternion(transform_of(transform.transform).rotation)
     turned = [0.0] * 36
     for row in (0, 3):
@@ -127,7 +127,7 @@ def _transform_of_pose(pose: Any) -> Transform:
 
 
 def register() -> None:
-    """Register these functions for ``geometry_msgs``' stamped messages."""
+    """Register transformations of five stamped types of ``geometry_msgs`` for transform buffers."""
     registered = TransformRegistration()
     conversions = ConvertRegistration()
     for name, how in (

@@ -13,7 +13,7 @@ from teleopctl.tf.transforms import Transform, interpolate
 
 @dataclass(frozen=True, slots=True)
 class TransformSample:
-    """Transform of a frame to its parent at one time."""
+    """Transform of a frame to its parent at one time (stamp in nanoseconds)."""
 
     stamp: int
     parent: str
@@ -33,21 +33,21 @@ class StaticHistory:
 
     @property
     def latest(self) -> TransformSample:
-        """The static transform."""
+        """Sample with the static transform."""
         return self._sample
 
     @property
     def stamps(self) -> list[int]:
-        """Times of samples: none, since a static transform has no time."""
+        """Stamps of the samples: always empty, since a static transform holds for all times."""
         return []
 
     def insert(self, sample: TransformSample) -> bool:
-        """Replace the static transform by a newer one."""
+        """Replace the static transform by a new one; always return True."""
         self._sample = sample
         return True
 
     def at(self, stamp: int) -> TransformSample:  # noqa: ARG002 -- signature of MovingHistory.at
-        """Return the static transform, whatever the time."""
+        """Return the sample of the static transform, whatever the time."""
         return self._sample
 
 
@@ -75,16 +75,13 @@ class MovingHistory:
 
     @property
     def stamps(self) -> list[int]:
-        """Times of the samples, oldest first."""
+        """Stamps of the samples in nanoseconds, oldest first."""
         return self._stamps
 
     def insert(self, sample: TransformSample) -> bool:
-        """Add a sample, and drop those that are older than the buffer reaches back.
+        """Add a sample, now and then drop expired ones; return False if the sample is too old.
 
         A sample replaces an earlier one with the same stamp.
-
-        Returns:
-            False if the sample itself is too old.
         """
         stamps, samples = self._stamps, self._samples
         if not stamps or sample.stamp > stamps[-1]:
@@ -106,7 +103,7 @@ class MovingHistory:
         return True
 
     def at(self, stamp: int) -> TransformSample:
-        """Return the transform at a time, interpolated between samples.
+        """Return the sample at a time, interpolated; raise if the time is outside of the samples.
 
         Raises:
             ExtrapolationException: The time lies before or after all samples.

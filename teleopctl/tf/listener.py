@@ -27,7 +27,7 @@ _UNKNOWN = "<no authority available>"
 
 
 class Senders:
-    """Node names of publishers by GID, remembered after the nodes have ended.
+    """Cache of publishers' node names by GID, which also finds names of ended nodes seen before.
 
     Args:
         node: Node that receives the messages.
@@ -39,7 +39,7 @@ class Senders:
         self._names: dict[bytes, str] = {}
 
     def name(self, gid: bytes) -> str:
-        """Return the name of the node that a publisher belongs to, also after its end."""
+        """Return the full node name of a publisher, or ``<no authority available>`` if unknown."""
         if gid not in self._names:
             for endpoint in self._node.graph().endpoints:
                 if endpoint.gid == gid:
@@ -106,7 +106,7 @@ class TransformListener:
         self.dedicated_listener_thread.start()
 
     def unregister(self) -> None:
-        """Unsubscribe from ``/tf`` and ``/tf_static``."""
+        """Unsubscribe from ``/tf`` and ``/tf_static``, and stop the spinning thread, if any."""
         if self.spin_thread:
             self.executor.shutdown()
         self.node.destroy_guard_condition(self._arrived)

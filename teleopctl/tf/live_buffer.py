@@ -44,7 +44,7 @@ _AHEAD_NS = int(AHEAD_S * 1e9)
 
 
 class LiveBuffer(Buffer):
-    """A `Buffer` that drops transforms far ahead of the clock.
+    """`Buffer` that drops moving transforms more than 60 s ahead of ``/clock``, if simulated.
 
     If the node uses simulated time, moving transforms more than `AHEAD_S` ahead of ``/clock`` are
     dropped and counted; static transforms are never dropped. Transforms received before the first
@@ -71,14 +71,14 @@ class LiveBuffer(Buffer):
         self._has_time = False
 
     def clear(self) -> None:
-        """Drop all moving frames, and the counts of dropped transforms."""
+        """Drop the transforms of moving frames, and the counts of transforms dropped before."""
         with self._changed:
             super().clear()
             self._newest.clear()
             self.left_out.clear()
 
     def forget(self, frames: Iterable[str]) -> None:
-        """Remove frames, and names that no other frame refers to."""
+        """Remove these frames' transforms, and names that are then no parent either."""
         names = tuple(frames)
         with self._changed:
             super().forget(names)

@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Nanoseconds(Protocol):
-    """Interface of rclpy's ``Time`` and ``Duration``."""
+    """Protocol of objects with ``nanoseconds``, such as rclpy's ``Time`` and ``Duration``."""
 
     @property
     def nanoseconds(self) -> int:
@@ -23,7 +23,7 @@ TimeLike: TypeAlias = Nanoseconds | Stamp | int
 
 
 def stamp_of(time: TimeLike) -> int:
-    """Return the nanoseconds of a time, a duration, or a message of either.
+    """Return a time, duration or message of either in nanoseconds; an integer is unchanged.
 
     Args:
         time: ``Time`` of the client library, ``builtin_interfaces/msg/Time`` or nanoseconds.
@@ -44,7 +44,7 @@ def transform_of(message: TransformMessage) -> Transform:
 def transform_stamped(
     parent: str, child: str, stamp: int, transform: Transform
 ) -> TransformStamped:
-    """Return a new ``geometry_msgs/msg/TransformStamped`` from a child frame's pose.
+    """Return a new ``TransformStamped`` with the pose of a child frame in its parent at a time.
 
     Args:
         parent: Frame in which the transform is expressed.

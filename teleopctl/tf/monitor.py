@@ -30,14 +30,14 @@ _RESULTS_EVERY_S = 1.0
 
 
 class Delay(NamedTuple):
-    """Delays between transforms' stamps and arrivals, in seconds."""
+    """Average and largest delay between transforms' stamps and arrivals, in seconds."""
 
     average_s: float
     max_s: float
 
 
 class FrameDelay(NamedTuple):
-    """Frame with its broadcaster, average and largest delay; no delay for a static frame."""
+    """Frame with the node that publishes it and its `Delay`; no delay for a static frame."""
 
     name: str
     publisher: str
@@ -45,7 +45,7 @@ class FrameDelay(NamedTuple):
 
 
 class Broadcaster(NamedTuple):
-    """A node that broadcasts transforms, with the measured rate and delay of its messages."""
+    """Node that broadcasts transforms, with messages' rate and `Delay`; None if all are static."""
 
     node: str
     rate_hz: float | None
@@ -97,7 +97,7 @@ class MonitorResults(NamedTuple):
 
 
 class TransformMonitor:
-    """Measures the delays of transforms on ``/tf`` and ``/tf_static``.
+    """Subscriber to ``/tf`` and ``/tf_static`` that measures delays and rates of transforms.
 
     The publisher GID of a message identifies the node that sent the message.
 
@@ -130,7 +130,7 @@ class TransformMonitor:
             self._node.destroy_subscription(subscription)
 
     def measure_chain(self, target: str, source: str) -> None:
-        """Measure the delay of a chain of frames once."""
+        """Measure a chain's present delay once, for `results`; do nothing if it is unconnected."""
         try:
             stamp, _ = self.buffer.lookup(target, source, 0)
         except TransformException:
@@ -141,7 +141,7 @@ class TransformMonitor:
             self._net.append(to_seconds(now - stamp) if stamp else 0.0)
 
     def results(self, chain: Sequence[str] = ()) -> MonitorResults:
-        """Return the delays measured so far, of the frames of a chain or of all."""
+        """Return the `MonitorResults` so far, for the frames of a chain, or all if it is empty."""
         with self._lock:
             frames = tuple(
                 FrameDelay(name, self._names.name(gid), _delay(self._delays.get(name)))
@@ -209,7 +209,7 @@ def monitor_transforms(
     say: Callable[[str], object],
     wait: Callable[[str], object],
 ) -> None:
-    """Print the delays of transforms each second, until the context ends.
+    """Pass the `MonitorResults` to ``show`` each second, until the context ends.
 
     Args:
         node: Node that subscribes; need not be spun.

@@ -33,7 +33,7 @@ class Transform:
         return Transform((tx + x, ty + y, tz + z), multiply(self.rotation, other.rotation))
 
     def inverse(self) -> "Transform":
-        """Return the inverse transform."""
+        """Return the inverse transform, from the parent to the child frame."""
         back = conjugate(self.rotation)
         x, y, z = rotate(back, self.translation)
         return Transform((-x, -y, -z), back)
@@ -61,7 +61,7 @@ def conjugate(q: Quaternion) -> Quaternion:
 
 
 def normalize(q: Quaternion) -> Quaternion:
-    """Return a normalized quaternion.
+    """Return a quaternion scaled to unit length.
 
     Raises:
         ZeroDivisionError: All four components are zero.
@@ -72,7 +72,7 @@ def normalize(q: Quaternion) -> Quaternion:
 
 
 def rotate(q: Quaternion, v: Vector3) -> Vector3:
-    """Rotate a vector by a unit quaternion."""
+    """Return a vector rotated by a unit quaternion."""
     x, y, z, w = q
     vx, vy, vz = v
     # v + w t + cross(q, t), where t = 2 cross(q, v)
@@ -103,7 +103,7 @@ def interpolate(a: Transform, b: Transform, fraction: float) -> Transform:
 
 
 def slerp(a: Quaternion, b: Quaternion, fraction: float) -> Quaternion:
-    """Return the spherical linear interpolation of two quaternions."""
+    """Return the spherical linear interpolation of two quaternions, the shorter way."""
     ax, ay, az, aw = a
     bx, by, bz, bw = b
     cosine = ax * bx + ay * by + az * bz + aw * bw
@@ -135,7 +135,7 @@ def quaternion_from_rpy(roll: float, pitch: float, yaw: float) -> Quaternion:
 
 
 def quaternion_from_axis_angle(axis: Vector3, angle: float) -> Quaternion:
-    """Return the quaternion of a rotation about a unit vector, in radians."""
+    """Return the quaternion of a rotation about a unit axis by an angle in radians."""
     x, y, z = axis
     sine = math.sin(angle / 2)
     return (x * sine, y * sine, z * sine, math.cos(angle / 2))
@@ -152,7 +152,7 @@ def matrix_from_quaternion(q: Quaternion) -> Matrix3:
 
 
 def rpy_from_quaternion(q: Quaternion) -> Vector3:
-    """Return roll, pitch and yaw in radians, pitch within ±π/2.
+    """Return (roll, pitch, yaw) about fixed axes, in radians, of a unit quaternion.
 
     At a pitch of ±π/2 only the sum or difference of roll and yaw is defined; the yaw is then zero.
     """

@@ -30,7 +30,7 @@ _LOOP = "The tf tree is invalid because it contains a loop."
 
 
 class FrameTree:
-    """Tree of frames, with the history of each. Not locked: the owner sees to that.
+    """Tree of frames with the transform history of each; not thread-safe: the owner locks.
 
     Args:
         length: Time before the newest sample of a frame for which samples are kept, in nanoseconds.
@@ -49,7 +49,7 @@ class FrameTree:
         }
 
     def forget(self, names: Iterable[str]) -> None:
-        """Remove frames, and names that no other frame refers to."""
+        """Remove these frames' transforms, and names that are then no parent either."""
         for name in names:
             self._histories.pop(name, None)
             self._warned.pop(name, None)
@@ -61,7 +61,7 @@ class FrameTree:
         }
 
     def insert(self, sample: TransformSample, child: str, authority: str, *, static: bool) -> bool:
-        """Add a transform of a child frame.
+        """Add a transform of a child frame; return False, and log, if it is invalid or too old.
 
         Args:
             sample: Time, parent and transform of the child frame.
@@ -102,30 +102,30 @@ class FrameTree:
         return list(self._frames)
 
     def parents(self) -> Iterator[tuple[str, str]]:
-        """Yield each frame with its present parent."""
+        """Yield (frame, present parent) for each frame that has a parent."""
         for child, history in self._histories.items():
             yield child, history.latest.parent
 
     def latest(self) -> list[tuple[str, TransformSample]]:
-        """Return every frame that has a parent, with its newest transform."""
+        """Return (frame, newest `TransformSample`) for each frame that has a parent."""
         return [(child, history.latest) for child, history in self._histories.items()]
 
     def authority(self, frame: str) -> str:
-        """Return the publisher of a frame's newest transform; an empty string if unknown."""
+        """Return the publisher of a frame's last added transform; an empty string if unknown."""
         return self._frames.get(frame, "")
 
     def newest_stamp(self, frame: str) -> tuple[int, bool] | None:
-        """Return the time of a frame's newest transform and whether it is static, else None."""
+        """Return (stamp of a frame's newest transform, whether static); None without parent."""
         history = self._histories.get(frame)
         return None if history is None else (history.latest.stamp, history.is_static)
 
     def stamps(self, frame: str) -> list[int]:
-        """Return the times of a frame's transforms, the oldest first; none for static ones."""
+        """Return the stamps of a frame's transforms, oldest first; empty if static or unknown."""
         history = self._histories.get(frame)
         return [] if history is None else history.stamps
 
     def check(self, frame: str, argument: str, caller: str) -> str:
-        """Return a frame's name, or raise if it is invalid or unknown.
+        """Return a frame's name unchanged, or raise if it is invalid or unknown.
 
         Raises:
             InvalidArgumentException: The name is empty or starts with a slash.
@@ -153,7 +153,7 @@ class FrameTree:
         return frame
 
     def lookup(self, target: str, source: str, stamp: int) -> tuple[int, Transform]:
-        """Return the transform from the source frame to the target frame.
+        """Return (stamp, transform) from the source frame to the target frame at a time, or raise.
 
         Args:
             target: Frame in which the result is expressed.
@@ -176,7 +176,7 @@ class FrameTree:
         return stamp, above_target[shared].inverse() @ above_source[shared]
 
     def chain(self, target: str, source: str, stamp: int) -> list[str]:
-        """Return the frames between source and target, both included.
+        """Return the frames on the path from source to target at a time, both included.
 
         See `lookup` for the arguments and errors.
         """
@@ -205,7 +205,7 @@ class FrameTree:
     def lookup_through(
         self, target: str, target_stamp: int, source: str, source_stamp: int, fixed: str
     ) -> tuple[int, Transform]:
-        """Return the transform from the source at one time to the target at another.
+        """Return (stamp, transform) from source at one time to target at another, by a fixed frame.
 
         Args:
             target: Frame in which the result is expressed.

@@ -20,7 +20,7 @@ def velocity(
     when: int,
     interval: int,
 ) -> tuple[Vector3, Vector3]:
-    """Return the linear and angular velocity of a point that is fixed to a moving frame.
+    """Return mean linear and angular velocity over an interval of a point fixed to a moving frame.
 
     With the poses (R0, p0) and (R1, p1) of the tracking frame at the ends of an interval T, the
     origin moves with v = (p1 - p0) / T, and the frame turns with w, the rotation vector of

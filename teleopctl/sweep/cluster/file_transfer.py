@@ -37,7 +37,7 @@ class SentFolder(NamedTuple):
     cwd: str
 
     def for_worker(self, request: RunRequest, root: Path) -> RunRequest:
-        """Return a run's request whose paths in the sent folder are those below a worker's root.
+        """Return a copy of a run's request, with paths in the sent folder moved to a worker's root.
 
         Args:
             request: Request with paths of the sending machine.
@@ -95,7 +95,7 @@ def pack_launch(file: Path, folder: Path | None, cwd: Path) -> tuple[SentFolder,
 
 
 def not_sent(values: Iterable[str], sent_folder: SentFolder, cwd: Path) -> list[str]:
-    """Return the values that are paths of local files outside the folder sent to the workers."""
+    """Return the values that look like paths of existing files outside the sent folder."""
     found = []
     for value in dict.fromkeys(values):
         path = cwd / value
@@ -121,7 +121,7 @@ def pack(folder: Path) -> bytes:
 
 
 def unpack(data: bytes, folder: Path) -> None:
-    """Unpack the bytes of a tar archive into a folder."""
+    """Unpack the bytes of a tar archive into a folder, overwriting files."""
     with tarfile.open(fileobj=io.BytesIO(data)) as archive:
         if hasattr(tarfile, "data_filter"):
             archive.extractall(folder, filter="data")

@@ -21,7 +21,7 @@ _sweeps: dict[str, RunProcesses] = {}
 
 
 def versions() -> dict[str, str]:
-    """Return the installed versions of teleopctl and mujoco, which all machines must share."""
+    """Return the versions of teleopctl and mujoco on this machine, by name; they must agree."""
     from importlib.metadata import version
 
     return {"teleopctl": __version__, "mujoco": version("mujoco")}
@@ -68,7 +68,7 @@ def run_on_worker(
 
 
 def stop_runs(sweep_id: str) -> None:
-    """Interrupt a sweep's runs on this Dask worker, and reject further runs."""
+    """Interrupt the runs of a sweep on this Dask worker, and reject its further runs."""
     _processes(sweep_id).stop()
 
 
