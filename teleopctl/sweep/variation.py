@@ -86,7 +86,7 @@ def parse_sample(text: str) -> RandomParameter:
 def combinations(
     grids: Sequence[GridParameter], samples: Sequence[RandomParameter], runs: int, seed: int
 ) -> list[dict[str, str]]:
-    """Return the parameters of all runs: each grid combination, with ``runs`` random draws.
+    """Return the parameters of all runs: each grid combination with the same random draws.
 
     All combinations use the same draws, so that they can be compared. Each sampled parameter has
     its own random number generator: adding another parameter does not change its values.

@@ -64,7 +64,7 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
 
 
 def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
-    """Return the names of a parameter file's controllers as one text, in start order.
+    """Evaluate ``$(file-controllers FILE [NAMESPACE])``: a parameter file's controllers.
 
     The type of a controller is in the controller manager's section or in the controller's own
     section; ROS 2's spawner reads both. Broadcasters start first, so that states are published

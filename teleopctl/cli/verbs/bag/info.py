@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 def bag_info(
     bag_path: BagPath,
-    topic_name: Annotated[
+    names_only: Annotated[
         bool, Option("-t", "--topic-name", help="Print only the names of the topics.")
     ] = False,
     verbose: Annotated[
@@ -37,7 +37,7 @@ def bag_info(
     """Show the contents of a bag: files, times, topics and services."""
     from teleopctl.bag import open_bag
 
-    if topic_name and verbose:
+    if names_only and verbose:
         console.warn(
             "You have set both the '-t' and '-v' parameters. The '-t' parameter will be ignored."
         )
@@ -49,7 +49,7 @@ def bag_info(
             summary.count_all(bag.messages())
         if as_json:
             console.out_json(summary_document(summary))
-        elif topic_name and not verbose:
+        elif names_only and not verbose:
             console.out_lines(topic.name for topic, _ in summary.topics)
         else:
             console.out_text(summary_text(summary))
