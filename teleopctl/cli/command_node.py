@@ -21,7 +21,7 @@ def command_node(
     use_sim_time: bool = False,
     ros_args: Sequence[str] = (),
 ) -> Iterator[Node]:
-    """Yield the hidden node ``_ros2cli_PID`` of a verb, in a session of its own.
+    """Yield a verb's hidden node (``_ros2cli_PID`` by default) in a context of its own.
 
     Args:
         session_mode: Mode of the Zenoh session: ``client`` for a few messages through the router,
@@ -51,7 +51,7 @@ def command_node(
 
 @contextmanager
 def brief_node(*, name: str | None = None, starts_router: bool = False) -> Iterator[BareNode]:
-    """Yield a node without parameters, for a few exchanges through the router.
+    """Yield a verb's hidden node without parameters, connected as a client of the router.
 
     Args:
         name: Name of the node, instead of ``_ros2cli_PID``.
@@ -111,7 +111,7 @@ def call_all(
     request: Any,
     timeout_s: float,
 ) -> dict[str, Any]:
-    """Call the same service of several nodes at once; return the response or error of each.
+    """Call a service of several nodes at once; return each response or error by node name.
 
     Args:
         node: Node that calls the services.

@@ -31,12 +31,12 @@ _RESET = "\x1b[0m"
 
 
 def out(line: str = "") -> None:
-    """Write one line of data to stdout."""
+    """Write one line to stdout, with control characters made visible."""
     sys.stdout.write(printable_line(line) + "\n")
 
 
 def out_coloured(*parts: tuple[str, str]) -> None:
-    """Write a line to stdout, in parts of text and colour.
+    """Write a line to stdout from pairs of text and colour; without colours if disabled.
 
     A colour is a terminal escape sequence, or empty; left out if colours are disabled.
     """
@@ -48,17 +48,17 @@ def out_coloured(*parts: tuple[str, str]) -> None:
 
 
 def out_lines(lines: Iterable[str]) -> None:
-    """Write lines to stdout at once."""
+    """Write several lines to stdout in a single write."""
     sys.stdout.write("".join(printable_line(line) + "\n" for line in lines))
 
 
 def out_text(text: str) -> None:
-    """Write a text to stdout, with a line break."""
+    """Write a text of one or more lines to stdout, with a line break added at its end."""
     sys.stdout.write(printable_text(text) + "\n")
 
 
 def clear_terminal() -> None:
-    """Clear the terminal that is stdout, and move the cursor to its top."""
+    """Write to stdout the escape sequences that clear a terminal, and put the cursor at its top."""
     sys.stdout.write("\x1b[H\x1b[2J")
 
 
@@ -68,7 +68,7 @@ def flush() -> None:
 
 
 def out_json(document: Json, *, compact: bool = False) -> None:
-    """Write one JSON document to stdout.
+    """Write one JSON document to stdout, indented or on one line.
 
     Args:
         document: Document to write.
@@ -94,7 +94,7 @@ def note(text: str) -> None:
 
 
 def note_once(key: str, text: str) -> None:
-    """Print a line to stderr once per user, and only on a terminal.
+    """Print a line to stderr once per user and ``key``, and only if stderr is a terminal.
 
     Args:
         key: Name of the file in the user's state folder that marks the line as printed.
@@ -141,7 +141,7 @@ def colour_enabled(stream: TextIO) -> bool:
 
 
 def replace_missing_streams() -> None:
-    """Replace standard streams that are closed (``>&-``) by the null device."""
+    """Replace stdout and stderr by the null device if they are closed (``>&-``)."""
     for name in ("stdout", "stderr"):
         if getattr(sys, name) is None:
             # Stays open until the end. Not pathlib, which every command would have to import.

@@ -56,7 +56,7 @@ class DeclaredVerb:
 
 
 def nouns() -> dict[str, str]:
-    """Return the help line of each noun of the command line, plug-ins included."""
+    """Return the help line of each first word (noun or verb), by name, plug-ins included."""
     remembered = _read("verbs")
     if remembered is not None:
         return dict(remembered)
@@ -67,7 +67,7 @@ def nouns() -> dict[str, str]:
 
 
 def find_declaration(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
-    """Return the declaration of the noun or verb that words name; None if there is none.
+    """Return the declaration of the noun or verb named by ``path``; None if there is none.
 
     Raises:
         BrokenPluginError: The verb is from a plug-in that cannot be loaded.

@@ -23,7 +23,7 @@ def live_graph() -> Graph:
 
 
 def absolute_name(name: str) -> str:
-    """Return a name with a leading slash."""
+    """Return a name with a leading slash, which is added if it is missing."""
     return name if name.startswith("/") else f"/{name}"
 
 
@@ -33,7 +33,7 @@ def is_pattern(name: str) -> bool:
 
 
 def matching_names(pattern: str, names: Iterable[str], *, kind: str) -> list[str]:
-    """Return the names that match a pattern, in their order.
+    """Return the names that match a pattern, in their order; raise an error if none does.
 
     Args:
         pattern: Pattern such as ``/arm/*``; ``*`` matches within one part of a name, ``**`` any.
@@ -55,7 +55,7 @@ def matching_names(pattern: str, names: Iterable[str], *, kind: str) -> list[str
 
 
 def expand_patterns(names: Sequence[str], known: Iterable[str], *, kind: str) -> list[str]:
-    """Return names in which each pattern is replaced by the known names that match it.
+    """Return absolute names, each pattern replaced by matching known names; no duplicates.
 
     Raises:
         NotFoundError: No known name matches a pattern.

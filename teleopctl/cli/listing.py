@@ -19,7 +19,7 @@ def out_names(
     show_types: bool = False,
     as_json: bool = False,
 ) -> None:
-    """Print names of the graph, one per line, or their number, or JSON.
+    """Print the given names, one per line, optionally with types, or their number, or JSON.
 
     Args:
         entries: Names with their types.
@@ -71,7 +71,7 @@ def types_of(name: str, known: NamesAndTypes, *, kind: str) -> Sequence[str]:
 
 
 def names_of_type(type_name: str, known: NamesAndTypes, *, kind: str) -> NamesAndTypes:
-    """Return the entries that have a type; none, with a note on stderr, for an invalid type.
+    """Return the pairs (name, types) that have a type; none, with a note, for an invalid type.
 
     Args:
         type_name: ``package/kind/Name`` or ``package/Name``.

@@ -72,7 +72,7 @@ def run(
     before_verb: Callable[[], None] | None = None,
     exit_early: Callable[[int], None] | None = None,
 ) -> int:
-    """Run a command line; return its exit status, or end the process by ``exit_early``.
+    """Run a command line and print its errors; return the exit status, unless ``exit_early`` exits.
 
     Args:
         arguments: Command line without the program's name.

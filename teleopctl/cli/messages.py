@@ -83,7 +83,7 @@ def message_from_values(
     *,
     failed: str = "Failed to populate field",
 ) -> Any:
-    """Return a message from values of YAML that a command line or file gives.
+    """Return a message filled with parsed YAML; ``now`` replaces times ``auto`` and ``now``.
 
     Args:
         message_class: Class of the message.
@@ -111,7 +111,7 @@ def message_from_values(
 
 
 def yaml_documents(text: str) -> list[object]:
-    """Parse YAML text; return its documents, or one empty document for an empty text.
+    """Parse YAML text; return its documents as a list, ``[None]`` for an empty text.
 
     Raises:
         InvalidMessageError: The text is not valid YAML.
@@ -141,7 +141,7 @@ def _told_of(kind: str) -> Iterator[None]:
 
 # Any: message classes are created from their definitions.
 def filter_predicate(expression: str) -> Callable[[Any], bool]:
-    """Compile a Python expression of ``--filter``; return a function that applies it to a message.
+    """Compile a Python expression of ``--filter``; return a function from message to bool.
 
     Args:
         expression: Python expression, with the message as ``m``: ``m.data > 3``.

@@ -41,7 +41,7 @@ StallTimeout = Annotated[
 
 
 def check_not_negative(**options: float | None) -> None:
-    """Raise a UsageError if the value of an option, passed by its name, is negative.
+    """Raise a UsageError if an option, passed as ``name=value``, is negative; None is allowed.
 
     Raises:
         UsageError: A value is negative.
@@ -52,7 +52,7 @@ def check_not_negative(**options: float | None) -> None:
 
 
 def check_positive(**options: float | None) -> None:
-    """Raise a UsageError if the value of an option, passed by its name, is not positive.
+    """Raise a UsageError if an option, passed as ``name=value``, is not positive; None passes.
 
     Raises:
         UsageError: A value is zero or negative.

@@ -45,7 +45,7 @@ _LIST_NAMES = frozenset({"list", "find"})
 
 
 def without_ignored_options(words: Sequence[str]) -> list[str]:
-    """Return a command line without the options of ``ros2`` that have no effect here."""
+    """Return a command line without options of ``ros2`` that have no effect in teleopctl."""
     if not words or words[0] not in GROUPS:
         return list(words)
     group, *rest = _behind_the_verb(words)

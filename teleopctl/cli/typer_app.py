@@ -34,9 +34,6 @@ def run(words: Sequence[str]) -> int:
     Args:
         words: Command line after the global options.
 
-    Returns:
-        Exit status.
-
     Raises:
         TeleopctlError: The command line is wrong (exit status 2), or the verb failed.
     """

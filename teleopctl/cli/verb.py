@@ -177,11 +177,11 @@ class OptionSet:
         self.check()
 
     def check(self) -> None:
-        """Raise a UsageError if values are invalid or contradict each other; override it."""
+        """Do nothing; subclasses raise a UsageError for invalid values when constructed."""
 
 
 class VerbParameter:
-    """A parameter of a verb's function.
+    """A parameter of a verb's function: name, declaration, type and default.
 
     Attributes:
         name: Name of the function's parameter.
@@ -213,7 +213,7 @@ class VerbParameter:
 
     @property
     def takes_value(self) -> bool:
-        """Return whether the parameter is an option with a value."""
+        """Whether the parameter is an option that requires a value."""
         option = self.declaration
         return isinstance(option, Option) and self.type is not bool and option.alone is None
 
@@ -243,7 +243,7 @@ def parameters(function: Callable[..., object]) -> list[VerbParameter]:
 
 
 def call(function: Callable[..., int | None], values: dict[str, object]) -> int | None:
-    """Call a verb's function with the values of its parameters, and return what it returns.
+    """Call a verb's function with values by parameter name; return the function's result.
 
     Args:
         function: Function of the verb.

@@ -19,22 +19,22 @@ if TYPE_CHECKING:
 
 
 def topics(incomplete: str) -> list[str]:
-    """Return the names of live topics that begin with a text."""
+    """Return the names of live, not hidden topics that begin with a text; none without router."""
     return _matching(incomplete, lambda graph: dict(graph.topic_names_and_types()))
 
 
 def services(incomplete: str) -> list[str]:
-    """Return the names of live services that begin with a text."""
+    """Return the names of live, not hidden services that begin with a text; none without router."""
     return _matching(incomplete, lambda graph: dict(graph.service_names_and_types()))
 
 
 def nodes(incomplete: str) -> list[str]:
-    """Return the full names of live nodes that begin with a text."""
+    """Return the full names of live, not hidden nodes that begin with a text."""
     return _matching(incomplete, lambda graph: graph.node_names())
 
 
 def files(incomplete: str) -> list[str]:
-    """Return the files and folders whose paths begin with a text."""
+    """Return the paths of files, and of folders with a ``/`` at the end, that begin with a text."""
     folder, _, beginning = incomplete.rpartition("/")
     above = f"{folder}/" if "/" in incomplete else ""
     try:
@@ -56,7 +56,7 @@ def _files_and_folders(incomplete: str, is_wanted: Callable[[str], bool]) -> lis
 
 
 def programs(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return candidates for the next word of ``run``: package or file, then program."""
+    """Return candidates for the next word of ``run``: package or .py file, program, then files."""
     from teleopctl import packages
 
     words = ctx.params.get("words") or []

@@ -26,7 +26,7 @@ _HELP_FLAGS = ("--help", "-h")
 
 
 class TypedWords:
-    """Values of the parameters typed so far, given to functions that complete another one.
+    """Parameter values typed so far on a command line, passed as ``ctx`` to completion functions.
 
     Attributes:
         params: Values of the verb's parameters, by name.
@@ -37,7 +37,7 @@ class TypedWords:
 
 
 def print_candidates(words: Sequence[str]) -> None:
-    """Print the candidates that a shell requests, one per line.
+    """Print the candidates that a shell's completion script requests, one per line.
 
     Args:
         words: Words after the program's name, which hold the command line; see `shells`.

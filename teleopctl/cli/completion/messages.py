@@ -16,7 +16,7 @@ _TYPES = {"message_type": "", "service_type": "_Request", "type_name": "_Goal"}
 
 
 def message_types(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return the message types of the topic given on the command line, else all known ones."""
+    """Return types of the topic on the command line, else all; topics for a text with ``/``."""
     from teleopctl.interfaces import list_types
 
     if incomplete.startswith("/"):
@@ -43,7 +43,7 @@ def service_types(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def prototypes(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return the default message, request or goal of the type on the command line, as YAML."""
+    """Return one candidate: the default message, request or goal of the given type, as YAML."""
     from teleopctl.interfaces import normalize
 
     try:
@@ -58,7 +58,7 @@ def prototypes(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def fields(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return the field paths of messages of the topic given on the command line."""
+    """Return the next field paths of the message type, or of the topic, on the command line."""
     from teleopctl.interfaces import normalize
 
     try:

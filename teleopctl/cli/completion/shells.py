@@ -108,7 +108,7 @@ class CompletionRequest:
 
 
 def parse_request(shell: str, words: Sequence[str]) -> CompletionRequest | None:
-    """Parse the completion request of a shell; return None for an unknown shell.
+    """Return a shell's completion request; None for an unknown shell or missing words.
 
     Args:
         shell: Name of the shell: ``bash``, ``zsh``, ``fish`` or ``powershell``.
@@ -135,7 +135,7 @@ def _without_powershell_quotes(word: str) -> str:
 
 
 def split_line(line: str, breaks: str = "") -> CompletionRequest:
-    """Split a line into words as a POSIX shell does; a quote may be open at its end.
+    """Split a line as a POSIX shell does; return a request, whose last quote may be open.
 
     Args:
         line: Command line up to the cursor, as typed.
@@ -175,7 +175,7 @@ _ESCAPED_IN_QUOTES = frozenset('\\"$`')
 
 
 def format_candidate(shell: str, request: CompletionRequest, candidate: str) -> str:
-    """Return a completion candidate, quoted as a shell's completion script expects it."""
+    """Return a candidate quoted for a shell's script; for Bash, without the part it keeps."""
     if shell == "powershell":
         is_plain = all(letter.isalnum() or letter in "/_-.:=~" for letter in candidate)
         return candidate if is_plain else "'" + candidate.replace("'", "''") + "'"

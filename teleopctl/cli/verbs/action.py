@@ -419,7 +419,7 @@ def echo(
     text: TextOptions,
     qos: QosOptions,
 ) -> None:
-    """Print the feedback and goal states of an action.
+    """Print the feedback, goal states and service events of an action, until Ctrl-C.
 
     Service calls are printed as well, where service introspection of the action is enabled. Ends on
     Ctrl-C.

@@ -65,7 +65,7 @@ def list_containers(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """List the loaded components."""
+    """Print the loaded components of one container or all, or the containers' names only."""
     from teleopctl.cli.command_node import command_node
 
     with command_node(session_mode="client") as node:
@@ -111,7 +111,7 @@ def container_names(graph: "Graph") -> list[str]:
 
 
 def find_container(node: "Node", name: str) -> str:
-    """Return the full name of a component container that is in the graph.
+    """Return the full name of a component container; raise an error if the graph has none.
 
     Raises:
         NotFoundError: The graph has no container of that name.
@@ -128,7 +128,7 @@ def find_container(node: "Node", name: str) -> str:
 
 # Any: responses of composition_interfaces, or errors.
 def loaded_components(node: "Node", names: list[str], timeout_s: float | None) -> dict[str, Any]:
-    """Request the loaded components of containers; return the response or error of each."""
+    """Call list_nodes of containers; return each response or error by container name."""
     from teleopctl.cli.command_node import call_all
     from teleopctl.interfaces import get_service
 
@@ -303,7 +303,7 @@ def unload(
 
 # Any, here and below: requests and responses of composition_interfaces.
 def load_component(node: "Node", container: str, request: Any, timeout_s: float | None) -> Any:
-    """Load a component into a container and return the response, waiting for its constructor.
+    """Load a component into a container; return the response, or raise an error if it fails.
 
     Raises:
         RefusedError: The container cannot load the component.

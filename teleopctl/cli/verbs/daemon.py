@@ -31,7 +31,7 @@ def start(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Start the daemon if it is not running."""
+    """Start the router daemon if it is not running; with ``debug`` in the foreground."""
     from teleopctl.wire import (
         daemon_address,
         router_reach,
@@ -58,7 +58,7 @@ def start(
 
 
 def stop(as_json: AsJson = False) -> None:
-    """Stop the daemon if it is running."""
+    """Stop the router daemon if it is running."""
     from teleopctl.wire import daemon_address, stop_router
 
     stopped = stop_router()
@@ -69,7 +69,7 @@ def stop(as_json: AsJson = False) -> None:
 
 
 def status(as_json: AsJson = False) -> None:
-    """Print whether the daemon is running, and its addresses."""
+    """Print whether the router daemon is running, and its addresses."""
     from teleopctl.wire import (
         daemon_address,
         find_router,

@@ -40,7 +40,7 @@ def graph(
     dot: Annotated[bool, Option("--dot", help="Print it for Graphviz; the default.")] = False,
     as_json: Annotated[bool, Option("--json", help="Print boxes and arrows as JSON.")] = False,
 ) -> None:
-    """Draw the graph of nodes and topics, as rqt_graph does.
+    """Print the graph of nodes and topics as DOT or JSON, or write a picture of it as SVG.
 
     Data flows from left to right. Actions, the transports of a camera and tf are drawn as one box
     each.

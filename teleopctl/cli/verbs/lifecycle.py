@@ -69,7 +69,7 @@ class LifecycleClient:
         return managed_nodes(self._graph, include_hidden=include_hidden)
 
     def find_node(self, node_name: str, *, include_hidden: bool = False) -> str:
-        """Return the full name of a managed node.
+        """Return the full name of a managed node; raise an error if there is none.
 
         Raises:
             NotFoundError: The node does not exist, or is not a managed node.
@@ -109,7 +109,7 @@ class LifecycleClient:
     def call_all(
         self, node_names: Iterable[str], type_: str, service: str, **fields: object
     ) -> Mapping[str, Any]:
-        """Call a lifecycle service of several nodes; return the response or error of each."""
+        """Call a lifecycle service of nodes; return each response or error by node name."""
         from teleopctl.cli.command_node import call_all
         from teleopctl.interfaces import get_service
 
@@ -118,7 +118,7 @@ class LifecycleClient:
         return call_all(self._node, class_, service, node_names, request, self._timeout_s)
 
     def change_state(self, node_name: str, transition: Any, timeout_s: float | None) -> bool:
-        """Request a transition of a node; return False if it is rejected.
+        """Request a transition of a node, wait, and return whether it succeeded.
 
         The transition's callback may take long, so only ``timeout_s`` limits the wait; None waits
         without limit.
@@ -235,7 +235,7 @@ def list_transitions(
     timeout: Timeout = None,
     as_json: AsJson = False,
 ) -> None:
-    """Print the transitions of a node that are possible in its present state."""
+    """Print the transitions of a node that are possible in its present state, or all."""
     with open_lifecycle_client(timeout) as client:
         node = client.find_node(node_name, include_hidden=include_hidden)
         transitions = _transitions(

@@ -36,7 +36,7 @@ def logs(
         int | None, Option("--lines", "-n", metavar="N", help="Begin with the last N lines.")
     ] = None,
 ) -> int:
-    """Print the output of a background process."""
+    """Print, and optionally follow, the log of a background process or of a node."""
     if lines is not None and lines < 0:
         raise UsageError("The number of lines must not be negative")
     log_file, is_running = _find(name)

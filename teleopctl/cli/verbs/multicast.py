@@ -127,7 +127,7 @@ def send(
     ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """Send a single UDP multicast datagram."""
+    """Send a UDP multicast datagram with the text ``Hello World!``."""
     if ttl is not None and not 0 < ttl < 256:
         raise UsageError(f"--ttl is 1 to 255, not {ttl}")
     if not as_json:

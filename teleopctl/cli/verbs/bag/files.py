@@ -186,7 +186,7 @@ def merge_bags(
 
 
 def reindex_bag(bag_path: BagPath, storage: Storage = None, as_json: AsJson = False) -> None:
-    """Rebuild metadata.yaml from the files of a bag.
+    """Rebuild a bag's metadata.yaml from its files, and complete files left unfinished.
 
     Unfinished files are completed first.
     """

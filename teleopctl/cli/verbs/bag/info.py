@@ -89,7 +89,7 @@ def list_plugins(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """List the storage, serialization and compression formats of bags."""
+    """Print bag formats of one kind: storage, converter, compressor or decompressor."""
     if as_json:
         console.out_json(
             [{"name": name, "description": text} for name, text in _PLUGINS[plugin_type].items()]
@@ -145,7 +145,7 @@ class BagSummary:
             (self.services if is_event else self.topics).append((topic, count))
 
     def count_all(self, messages: "Iterable[BagMessage]") -> None:
-        """Count bytes per topic, and requests and responses per service, in a bag's messages."""
+        """Store bytes per topic, and requests and responses per service, of a bag's messages."""
         from teleopctl.bag import ServiceCounter
 
         self.counter = ServiceCounter(topic.name for topic, _ in self.services)

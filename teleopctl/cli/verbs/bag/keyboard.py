@@ -18,7 +18,7 @@ _MOST_BYTES = 64
 
 
 def keys_can_be_read() -> bool:
-    """Return whether standard input is a terminal that this process may read."""
+    """Return whether stdin is a terminal with this process in front; False on Windows."""
     if os.name == "nt" or sys.stdin is None or not sys.stdin.isatty():
         return False
     try:

@@ -31,7 +31,7 @@ OutputFolder = Annotated[str, Option("-o", "--output", help="Output folder.", me
 
 
 class FileOptions(OptionSet):
-    """Compression and size of the files of a bag that is written."""
+    """Options for writing a bag: compression, and size and duration of each file."""
 
     compression: Annotated[
         str,
@@ -58,7 +58,7 @@ class FileOptions(OptionSet):
             raise UsageError("Size and duration of a file cannot be negative")
 
     def writer_options(self, storage: str = "mcap") -> "WriterOptions":
-        """Return the options of the writer of a bag, ``mcap`` or ``sqlite3``."""
+        """Return these options as WriterOptions, for storage ``mcap`` or ``sqlite3``."""
         from teleopctl.bag import Compression, WriterOptions, database_settings
         from teleopctl.interfaces import from_seconds
 
@@ -107,7 +107,7 @@ ExcludeTypes = Annotated[
 
 
 class TimeRangeOptions(OptionSet):
-    """Options that select a range of the time of bags."""
+    """Options for a time range of bags: start as offset or time, end as duration or time."""
 
     start_offset: Annotated[
         float | None,
@@ -127,7 +127,7 @@ class TimeRangeOptions(OptionSet):
     ] = None
 
     def check(self) -> None:
-        """Raise a UsageError if two options exclude each other, or a length is negative."""
+        """Raise a UsageError for two starts or ends, or a negative offset or duration."""
         if self.start_offset is not None and self.start is not None:
             raise UsageError("--start-offset and --from both set the start; give one of them")
         if self.duration is not None and self.until is not None:
@@ -142,7 +142,7 @@ class TimeRangeOptions(OptionSet):
         return all(option is None for option in options)
 
     def log_times(self, bags: "Sequence[Bag]") -> tuple[int, int]:
-        """Return the first log time of the range and its exclusive end, in nanoseconds.
+        """Return the start and exclusive end of the range, in nanoseconds of log time.
 
         Raises:
             UsageError: The range is empty.

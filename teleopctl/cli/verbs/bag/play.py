@@ -59,7 +59,7 @@ class PlaybackOptions(OptionSet):
     ] = None
 
     def check(self) -> None:
-        """Raise a UsageError if a number is out of range or the storage's file is missing."""
+        """Raise a UsageError if a number is out of range or the storage config file is missing."""
         if self.read_ahead < 1:
             raise UsageError("read_ahead_queue_size must be at least 1")
         if self.start_offset < 0:
@@ -69,7 +69,7 @@ class PlaybackOptions(OptionSet):
             raise UsageError(f"--storage-config-file: there is no file {config}")
 
     def qos_profiles(self) -> "Mapping[str, QoSProfile]":
-        """Return the QoS profile overrides by topic, read from the given file, if any."""
+        """Return the QoS profile overrides by topic from the given file; empty without one."""
         if self.qos_overrides is None:
             return {}
         from teleopctl.bag import read_qos_overrides

@@ -33,7 +33,7 @@ _LAST_ANSWERS_S = 2.0
 
 @dataclass(frozen=True)
 class Terminal:
-    """Keyboard control and progress bar of a player on the terminal.
+    """Settings of a bag player's terminal: keyboard control, progress bar and log level.
 
     Attributes:
         keys: Whether keys control the player.
@@ -56,7 +56,7 @@ def play_bags(
     terminal: Terminal,
     burst: int | None = None,
 ) -> int:
-    """Play bags into the graph until their end or Ctrl-C; return the exit status.
+    """Play bags, or a burst of messages, until their end or Ctrl-C; return exit status 0.
 
     Args:
         bags: Paths of the bags, each with its storage format or None.
@@ -65,9 +65,6 @@ def play_bags(
         terminal: Keyboard control and progress bar.
         burst: Number of messages to send at once before pausing, 0 for all; None for playback in
             time.
-
-    Returns:
-        Exit status.
 
     Raises:
         TeleopctlError: A bag cannot be read.

@@ -502,13 +502,13 @@ class _EndSignal:
         self.there.setblocking(False)
 
     def wait(self) -> None:
-        """Block until Ctrl-C, SIGTERM or a call of `set` ends the recording."""
+        """Block until SIGINT, SIGTERM, SIGHUP or a call of `set`."""
         import select
 
         select.select([self._here], [], [])
 
     def set(self) -> None:
-        """End the wait of the thread that is in `wait`; any thread may call this."""
+        """Wake the thread that blocks in `wait`; may be called from any thread."""
         with contextlib.suppress(OSError):
             self.there.send(b"\0")
 

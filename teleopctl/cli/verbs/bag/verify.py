@@ -37,7 +37,7 @@ def verify(
     ] = None,
     as_json: AsJson = False,
 ) -> int:
-    """Run a recorded simulation again, and compare all that it determines."""
+    """Simulate a recorded session again and compare the messages; return 0 if all match, else 1."""
     # The simulation renders nothing, so MUJOCO_GL and its errors concern the camera node only.
     # mujoco reads the variable at import.
     os.environ["MUJOCO_GL"] = "disable"

@@ -35,7 +35,7 @@ def view(
     ] = None,
     open_page: Annotated[bool, Option("--open", help="Open the page in the browser.")] = False,
 ) -> None:
-    """Show a bag on the page, with a time line to drag, until Ctrl-C."""
+    """Serve a bag to the browser viewer, with a time line to drag, until Ctrl-C."""
     if rate <= 0:
         raise UsageError(f"--rate {rate:g}: a bag is played forwards, so that it is above 0")
     from teleopctl.nodes.bag_view import view_bag

@@ -158,7 +158,7 @@ def load_controller(
     manager: ManagerOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Load a controller."""
+    """Load a controller, and configure or activate it if ``set_state`` is given."""
     from pathlib import Path
 
     if param_file and not Path(param_file).is_file():
@@ -236,7 +236,7 @@ def set_controller_state(
     manager: ManagerOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Bring a controller to a state."""
+    """Bring a controller to a state that one transition reaches, else raise an error."""
     name = controller_name
     with manager.client() as client:
         present = _states(client).get(name)
@@ -364,7 +364,7 @@ def view_controller_chains(
     manager: ManagerOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Draw controllers and their interfaces.
+    """Write a diagram of controllers and their interfaces as DOT, SVG and PDF files.
 
     Shows state interfaces on the left of each controller, and the commanded interfaces on the
     right: of hardware, or reference interfaces of the next controller. Writes a Graphviz file, an

@@ -21,7 +21,7 @@ def list_hardware_components(
     manager: ManagerOptions,
     as_json: AsJson = False,
 ) -> None:
-    """List hardware and its states."""
+    """Print hardware components with their states and command interfaces."""
     with manager.client() as client:
         components = client.call("list_hardware_components", "ListHardwareComponents").component
     if as_json:
@@ -221,7 +221,7 @@ class _StatusFilter:
         self._count = 0
 
     def show_selected(self, message: Any, show: Callable[[Any, list[Any]], None]) -> None:
-        """Call ``show`` with a hardware status message if it is of the selected device.
+        """Call ``show`` with a status and its selected devices, if it is of the selected hardware.
 
         Raises:
             NotFoundError: The selected hardware or device was not in the first messages.

@@ -74,7 +74,7 @@ def manager_client(
 
 
 def complete_controllers(incomplete: str) -> list[str]:
-    """Return completion candidates: the names of loaded controllers."""
+    """Return completion candidates: controllers loaded in ``/controller_manager``."""
     from teleopctl.cli.completion.candidates import nodes
 
     # The client waits a moment for a missing manager, so the graph is checked first.

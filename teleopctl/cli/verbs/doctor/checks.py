@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class Finding(NamedTuple):
-    """A fault, or a possible fault, that a check found, with a hint how to fix it.
+    """Error or warning of a check of ``doctor``, with a hint for the remedy.
 
     Attributes:
         text: Description of the fault and its place.
@@ -47,7 +47,7 @@ def warning(text: str, hint: str = "") -> Finding:
 
 
 def check_router() -> Iterator[Finding]:
-    """Yield faults of the router: not running, port taken by a program, open to the network."""
+    """Yield faults of the router: not running, port taken, open to the network, wrong address."""
     from teleopctl.wire import (
         HOW_TO_CLOSE,
         daemon_address,
@@ -134,7 +134,7 @@ def check_shared_memory() -> Iterator[Finding]:
 
 
 def check_environment() -> Iterator[Finding]:
-    """Yield findings for environment variables of ROS 2 that are invalid or have no effect here."""
+    """Yield findings for an RMW other than Zenoh, and an invalid domain or distribution."""
     asked = os.environ.get("RMW_IMPLEMENTATION", "")
     if asked not in ("", "rmw_zenoh_cpp"):
         yield warning(
@@ -216,7 +216,7 @@ def _by(endpoints: Sequence[EndpointToken], value: Callable[[EndpointToken], str
 
 
 def check_qos(graph: Graph) -> Iterator[Finding]:
-    """Yield a warning for each publisher and subscription whose QoS are incompatible."""
+    """Yield a warning for each pair of publisher and subscription with QoS that may not match."""
     from teleopctl.cli.verbs.topic.endpoints import ON_ZENOH
     from teleopctl.node import QoSCompatibility
 
@@ -240,7 +240,7 @@ def qos_pairs_by_topic(graph: Graph) -> Iterator[tuple[str, QosPair]]:
 
 
 def parameter_service_by_session(graph: Graph) -> dict[str, EndpointToken]:
-    """Return the server of one parameter service of each Zenoh session, by session id."""
+    """Return one get_parameters server of each Zenoh session, by session ID."""
     found: dict[str, EndpointToken] = {}
     for name, _ in graph.service_names_and_types(include_hidden=True):
         if name.endswith("/get_parameters"):
@@ -257,7 +257,7 @@ _NOBODY = bytes(16)
 
 
 def check_clocks(graph: Graph) -> Iterator[Finding]:
-    """Yield an error for each machine whose clock differs from this machine's."""
+    """Yield an error for each Zenoh session with a clock over 10 ms off this machine's."""
     with open_session("client") as session:
         for server in parameter_service_by_session(graph).values():
             measured = _offset_ns(session, server)

@@ -17,7 +17,7 @@ _BLANKS = 4
 
 
 class Report(NamedTuple):
-    """A report: a title, and pairs of name and value.
+    """Report of ``doctor --report``: a title, and pairs of name and value.
 
     Attributes:
         title: Title of the report.
@@ -37,7 +37,7 @@ class Report(NamedTuple):
 
 
 def network_report(_: Graph) -> Report:
-    """Return doctor's report on the router's addresses and this machine's."""
+    """Return doctor's report on router addresses, domain ID and this machine's IPv4 addresses."""
     import psutil
 
     from teleopctl.wire import daemon_address, domain_id, session_config
@@ -53,7 +53,7 @@ def network_report(_: Graph) -> Report:
 
 
 def packages_report(_: Graph) -> Report:
-    """Return doctor's report on the versions of teleopctl's dependencies."""
+    """Return doctor's report on the versions of teleopctl and its main dependencies."""
     names = ("teleopctl", "eclipse-zenoh", "numpy", "mujoco", "mcap", "rosbags", "viser")
     items = []
     for name in names:
@@ -77,7 +77,7 @@ def machine_report(_: Graph) -> Report:
 
 
 def qos_report(graph: Graph) -> Report:
-    """Report each pair of publisher and subscription with their QoS."""
+    """Return doctor's report on the QoS compatibility of each publisher and subscription."""
     items: list[tuple[str, str]] = []
     for topic, pair in qos_pairs_by_topic(graph):
         items += [
@@ -110,7 +110,7 @@ def environment_report(_: Graph) -> Report:
 
 
 def topics_report(graph: Graph) -> Report:
-    """Report the numbers of publishers and subscriptions of each topic."""
+    """Return doctor's report on the numbers of publishers and subscriptions of each topic."""
     items: list[tuple[str, str]] = []
     for topic, _ in graph.topic_names_and_types():
         items += [
@@ -123,7 +123,7 @@ def topics_report(graph: Graph) -> Report:
 
 
 def services_report(graph: Graph) -> Report:
-    """Report the numbers of servers and clients of each service."""
+    """Return doctor's report on the numbers of servers and clients of each service."""
     items: list[tuple[str, str]] = []
     for service, _ in graph.service_names_and_types():
         items += [

@@ -23,7 +23,7 @@ def parameter_names(ctx: TypedWords, incomplete: str) -> list[str]:
 
 
 def parameter_values(ctx: TypedWords, incomplete: str) -> list[str]:
-    """Return values for completing ``param set``: the present one, booleans or range ends."""
+    """Return values for completing ``param set``: present one, booleans, range values or ends."""
     from teleopctl.cli.verbs.param.client import GraphParameters
     from teleopctl.node import parameter_value_to_python
 
