@@ -104,7 +104,7 @@ def executables(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """List the programs of packages.
+    """Print the programs of one package or of all packages.
 
     With --full-path, a script is written for programs that are not installed.
     """
@@ -133,7 +133,7 @@ def prefix(
     ] = False,
     as_json: AsJson = False,
 ) -> None:
-    """Print the folder below which a package is installed.
+    """Print the install prefix of a package, or with ``share`` the package's share folder.
 
     For a package that is used from its source folder, this is a folder of links. If several
     packages have the name, the hidden ones are printed to stderr.

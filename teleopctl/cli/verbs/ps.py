@@ -17,7 +17,7 @@ _HEADER = ("NAME", "PID", "KIND", "UPTIME", "COMMAND")
 def ps(
     as_json: AsJson = False,
 ) -> int:
-    """List background processes.
+    """Print the background processes, and those that died and that ``stop`` has not reported.
 
     Processes of a launch are listed below it. Processes that died are listed until `teleopctl stop`
     has reported them, or their name is used again.

@@ -26,7 +26,7 @@ def python(
         ),
     ] = None,
 ) -> int:
-    """Start Python with rclpy and message packages to import.
+    """Replace this process by the Python interpreter, with rclpy and messages importable.
 
     Runs the Python interpreter of teleopctl; programs that it starts can import the packages as
     well. Installed packages take precedence. Starts no router; use `teleopctl daemon start`.

@@ -61,7 +61,7 @@ def check(
     ] = False,
     as_json: AsJson = False,
 ) -> int:
-    """Check robot descriptions: the tree, repairs, ignored tags, and a simulation.
+    """Check how robot descriptions are read and, with ``simulate``, whether the robots move.
 
     The first lines are those of check_urdf. For several files, or folders of robots, a table is
     printed. In simulation a robot has the controllers that sim.yaml would start; each of them

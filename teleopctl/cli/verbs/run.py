@@ -68,7 +68,7 @@ def run(
     timeout: UpTimeout = None,
     stall_timeout: StallTimeout = None,
 ) -> int:
-    """Start one node: a program of a package, or a Python file by its path.
+    """Run a program of a package or a Python file; with ``detach`` in the background.
 
     The package can be omitted if the program's name is unique. Python files can import rclpy and
     message packages.

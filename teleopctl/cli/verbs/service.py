@@ -170,7 +170,7 @@ def call(
     *,
     qos: QosOptions,
 ) -> None:
-    """Call a service.
+    """Call a service, once or at a rate, and print the responses; wait for a missing server.
 
     Waits for a server if there is none.
     """
@@ -269,7 +269,7 @@ def echo(
     text: TextOptions,
     qos: QosOptions,
 ) -> None:
-    """Print the requests and responses of a service.
+    """Print the introspection events (requests and responses) of a service until Ctrl-C.
 
     Service introspection must be enabled on the client or the server, by parameters of the node or
     rclpy's configure_introspection. Ends on Ctrl-C.

@@ -273,7 +273,7 @@ class SweepProgress:
         self._draw()
 
     def finish(self, result: "RunResult") -> None:
-        """Count a finished run and print its result; called at the end of each run."""
+        """Count a finished run; redraw the bar or, without a terminal, print the result."""
         self._at_work -= 1
         self._done += 1
         self._failed += not result.is_done

@@ -145,7 +145,7 @@ def list_frames(
     ] = _WAIT_S,
     as_json: AsJson = False,
 ) -> None:
-    """List the frames.
+    """Print the names of the frames received on /tf and /tf_static within a time.
 
     Lists the frames that are broadcast while the command listens, and static frames.
     """
@@ -322,7 +322,7 @@ def view(
     ] = "/tf_static",
     as_json: AsJson = False,
 ) -> None:
-    """Draw the tree of frames, after a few seconds of listening.
+    """Write the tree of frames received within a time as DOT, SVG and, with Graphviz, PDF files.
 
     Writes a Graphviz file, an SVG, and a PDF if Graphviz's program dot is installed.
     """

@@ -84,7 +84,7 @@ class GraphParameters:
         ]
 
     def find_node(self, node_name: str) -> str:
-        """Wait until a node offers parameter services, and return its full name.
+        """Wait, up to the timeout, for a node's parameter services; return the full name.
 
         Raises:
             NotFoundError: The node does not exist, or has no parameter services.
@@ -116,7 +116,7 @@ class GraphParameters:
             return node.graph()
 
     def matching_nodes(self, node_name: str, *, include_hidden: bool = False) -> list[str]:
-        """Return the full names of the nodes with parameters that match a name or pattern.
+        """Return the full names of nodes with parameters for a name or pattern, or raise an error.
 
         Raises:
             NotFoundError: No node matches, or the named node has no parameter services.
@@ -140,7 +140,7 @@ class GraphParameters:
     def call_all(
         self, node_names: "Iterable[str]", type_: str, **fields: object
     ) -> "Mapping[str, Any | UnavailableError]":
-        """Call a parameter service of several nodes; return the response or error of each.
+        """Call a parameter service of nodes; return each response or error by node name.
 
         Args:
             node_names: Full names of the nodes.
@@ -166,7 +166,7 @@ class GraphParameters:
         return sorted(self.call(node_name, "ListParameters").result.names)
 
     def values(self, node_name: str, names: "Sequence[str]") -> "dict[str, ParameterValue]":
-        """Return the values of a node's parameters; unset ones are omitted.
+        """Return a node's parameter values by name, without those that the node lacks.
 
         Raises:
             UnavailableError: The node does not respond.
@@ -179,7 +179,7 @@ class GraphParameters:
     def values_of_all(
         self, node_names: "Iterable[str]", names: "Sequence[str]"
     ) -> "dict[str, dict[str, ParameterValue] | UnavailableError]":
-        """Return the values of parameters by name, or the error, of each of several nodes."""
+        """Return, by node name, the parameter values by name or the node's error."""
         answers = self.call_all(node_names, "GetParameters", names=list(names))
         return {
             node: answer
@@ -224,9 +224,6 @@ def for_each_node(nodes: "Iterable[str]", call: "Callable[[str], bool]", *, is_o
         nodes: Full names of the nodes.
         call: Called with a node's name; returns whether the call succeeded.
         is_one: Whether the user named a single node, whose error is raised instead.
-
-    Returns:
-        Whether all calls succeeded.
 
     Raises:
         TeleopctlError: The call failed, and ``is_one`` is true.

@@ -50,7 +50,7 @@ def list_parameters(
     service_timeout: ServiceTimeout = SERVICE_TIMEOUT_S,
     as_json: AsJson = False,
 ) -> int:
-    """List parameters."""
+    """Print the parameter names of one node, of matching nodes, or of all nodes."""
     wanted = _pattern(name_filter)
     is_one = node_name is not None and not is_pattern(node_name)
     with GraphParameters(timeout, service_timeout) as parameters:
@@ -119,7 +119,7 @@ def get_parameter(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Print the values of parameters.
+    """Print the values of parameters of one or more nodes; return 1 if any is missing, else 0.
 
     With several nodes or parameters, prints the name before each value.
     """
@@ -207,7 +207,7 @@ def describe_parameters(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Describe parameters.
+    """Print type, description and constraints of a node's parameters; return 1 if one is missing.
 
     The exit status is 1 if a parameter is not declared.
     """
@@ -268,7 +268,7 @@ _TYPE_NAMES = (
 
 
 def type_name(number: int) -> str:
-    """Return the name of a parameter type by its number in ``ParameterType``."""
+    """Return the name of a parameter type by its number in ``ParameterType``, else ``unknown``."""
     return _TYPE_NAMES[number] if 0 <= number < len(_TYPE_NAMES) else "unknown"
 
 
@@ -284,7 +284,7 @@ def is_set(value: "ParameterValue") -> bool:
 
 
 def value_text(value: "ParameterValue", *, hide_type: bool = False) -> str:
-    """Return a parameter's value as ``param get`` prints it."""
+    """Return a parameter's value as ``param get`` prints it, also one that is not set."""
     if not is_set(value):
         return "None" if hide_type else "Parameter not set."
     from teleopctl.node import parameter_value_to_python

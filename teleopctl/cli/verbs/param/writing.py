@@ -27,7 +27,7 @@ if TYPE_CHECKING:
 
 
 class ParameterResults:
-    """Prints results of setting parameters: at once as text, or at the end as JSON.
+    """Results of setting parameters, printed at once as text or at the end as JSON.
 
     Args:
         as_json: Whether the output is JSON.
@@ -82,7 +82,7 @@ def set_parameter(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Change parameters.
+    """Set parameters of one node or of matching nodes, each on its own or all atomically.
 
     The value is YAML: 1 is an integer, 1.0 a double, true a boolean, "1" a string, [1, 2] an
     array.
@@ -224,7 +224,7 @@ def delete_parameter(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Delete a parameter."""
+    """Delete a parameter of one node or of matching nodes."""
     from teleopctl.node import Parameter
 
     results = ParameterResults(as_json=as_json)
@@ -268,7 +268,7 @@ def dump_parameters(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Print the parameters of a node as a parameter file.
+    """Print the parameters of one node or of matching nodes as a parameter file.
 
     The output is a file for --params-file and `teleopctl param load`.
     """
@@ -298,7 +298,7 @@ def save_parameters(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Write the parameters of several nodes to a parameter file.
+    """Write the parameters of the named nodes, or of all nodes, to a parameter file.
 
     `teleopctl param restore` sets them again; --params-file starts a node with them.
     """
@@ -368,7 +368,7 @@ def restore_parameters(
     options: ParameterServiceOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Set the parameters of several nodes to the values in a parameter file.
+    """Set parameters of the named nodes, or of all in a file, to the values in the file.
 
     Without names, sets the parameters of all nodes in the file.
     """

@@ -33,7 +33,7 @@ class ControllerRow(NamedTuple):
 
 
 class ControllerTable:
-    """Lists the controllers of all managers; blocks, so not for the screen's thread.
+    """Client of all controller managers that lists controllers for ``teleopctl top``.
 
     Args:
         node: Node that calls the controller managers.
@@ -45,7 +45,7 @@ class ControllerTable:
         self._measured: dict[str, bytes] = {}
 
     def rows(self, graph: Graph) -> list[ControllerRow]:
-        """Request the controllers of all managers in the graph, and return those that answer."""
+        """Request and return the controllers of all managers in the graph that respond."""
         rows: list[ControllerRow] = []
         for service, _ in graph.service_names_and_types():
             if not service.endswith(_SERVICE) or not graph.servers(service):

@@ -28,7 +28,7 @@ class LogLine(NamedTuple):
 
 
 class LogBuffer:
-    """Subscription to ``/rosout`` that keeps the newest messages.
+    """Subscription to ``/rosout`` that keeps the newest 1000 messages.
 
     Args:
         node: Node that subscribes to ``/rosout``.
@@ -52,7 +52,7 @@ class LogBuffer:
             return [pair for pair in self._lines if pair[1].level >= level]
 
     def text(self, number: int) -> str:
-        """Return the whole text of the message with a number; empty if it was dropped."""
+        """Return the text of the message with a number from `lines`; empty if it was dropped."""
         with self._lock:
             return next((line.text for count, line in self._lines if count == number), "")
 

@@ -38,7 +38,7 @@ class NodeRow(NamedTuple):
 
 
 class Processes:
-    """Finds the processes in which nodes run, and measures their load and memory.
+    """Processes in which nodes run, with load and memory, for ``teleopctl top``.
 
     The router has the TCP port of each session, and the operating system the process of each port.
     So nodes of a launch, of another terminal and of ROS 2 itself are all found, if they run on this
@@ -54,7 +54,7 @@ class Processes:
         self._processes: dict[int, psutil.Process] = {}
 
     def rows(self, graph: Graph) -> list[NodeRow]:
-        """Return rows of visible nodes, and of background processes without nodes."""
+        """Return a row of each node that is not hidden, and of background processes without node."""
         nodes = [node for node in graph.nodes if not node.is_hidden]
         self._find({node.zid for node in nodes})
         background = {entry.record.pid: entry for entry in running()}
@@ -118,14 +118,14 @@ def _pid_by_port() -> dict[int, int]:
 
 
 def stop_description(row: NodeRow) -> str:
-    """Return a description of what stopping the process of a row ends."""
+    """Return a text with the node and the process that stopping a row ends."""
     if row.running is None:
         return f"{row.name} (process {row.pid}, not started in the background)"
     return f"{row.name} ({row.running.qualified_name}, process {row.pid})"
 
 
 def stop_process(row: NodeRow) -> None:
-    """Stop the process of a row: as ``teleopctl stop``, or by SIGINT.
+    """Stop the process of a row: a background one as ``teleopctl stop``, others by SIGINT.
 
     Waits for the end of a process that was started in the background, and not after SIGINT.
     """

@@ -218,7 +218,7 @@ _SHORTEST_WINDOW_S, _LONGEST_WINDOW_S = 1.0, 600.0
 
 
 class TopicScreen(Screen[None]):
-    """Base of screens that subscribe to a topic.
+    """Base class of the screens of ``teleopctl top`` that show messages of a topic.
 
     Args:
         node: Node that subscribes to the topic.
@@ -265,10 +265,10 @@ class TopicScreen(Screen[None]):
         self._paused = not self._paused
 
     def handle_message(self, message: Any) -> None:  # Any: a message of the topic's type
-        """Store what the subclass shows of a message; called on the transport's thread."""
+        """Do nothing; subclasses store what they show, on the transport's thread."""
 
     def content(self) -> Text | None:
-        """Return the content to show; None to keep the present one. Subclasses override it."""
+        """Return None, which keeps the shown content; subclasses return new content."""
         return None
 
     def _subscribe(self) -> None:
@@ -358,6 +358,6 @@ class PlotScreen(TopicScreen):
         )
 
     def action_zoom(self, factor: float) -> None:
-        """Multiply the plotted time span by a factor; a key action."""
+        """Multiply the plotted time span by a factor, within 1 s to 600 s; a key action."""
         wanted = self._traces.window_s * factor
         self._traces.window_s = min(max(wanted, _SHORTEST_WINDOW_S), _LONGEST_WINDOW_S)

@@ -74,7 +74,7 @@ class LiveTable(DataTable[Text]):
 
     @property
     def selected_key(self) -> str | None:
-        """Key of the selected row."""
+        """Key of the row at the cursor; None for an empty table."""
         return self._keys[self.cursor_row] if 0 <= self.cursor_row < len(self._keys) else None
 
     def visible_keys(self) -> set[str]:
@@ -158,12 +158,12 @@ _THOUSAND = 1000.0
 
 
 def percent_text(value: float | None) -> str:
-    """Return a percentage with one decimal."""
+    """Return a percentage as text with one decimal and without sign; empty for None."""
     return "" if value is None else f"{value:.1f}"
 
 
 def size_text(value: float | None, per: str = "") -> str:
-    """Return a number of bytes as text in a suitable unit plus a suffix: ``1.2 MB/s``."""
+    """Return bytes as text in a decimal unit plus a suffix: ``1.2 MB/s``; empty for None."""
     if value is None:
         return ""
     for unit in _UNITS:
@@ -175,12 +175,12 @@ def size_text(value: float | None, per: str = "") -> str:
 
 
 def rate_text(value: float) -> str:
-    """Return a rate in Hz with about three digits."""
+    """Return a rate as text without unit, with one decimal below 100 Hz."""
     return f"{value:.1f}" if value < 100 else f"{value:.0f}"
 
 
 def age_text(seconds: float | None) -> str:
-    """Return a duration in a suitable unit, from milliseconds to hours."""
+    """Return a duration as text in ms, s, minutes or hours; empty for None."""
     if seconds is None:
         return ""
     if seconds < 1.0:
@@ -192,7 +192,7 @@ def age_text(seconds: float | None) -> str:
 
 
 def execution_time_text(microseconds: float | None) -> str:
-    """Return a duration in microseconds or, from a thousand on, in milliseconds."""
+    """Return a duration as text in µs or, from 1000 µs on, in ms; empty for None."""
     if microseconds is None:
         return ""
     if microseconds < _THOUSAND:
@@ -201,5 +201,5 @@ def execution_time_text(microseconds: float | None) -> str:
 
 
 def shortened(name: str, width: int) -> str:
-    """Return a name cut at its beginning to a width in characters, with ``…`` in front."""
+    """Return a name, cut at its beginning with ``…`` if longer than a width in characters."""
     return name if len(name) <= width else f"…{name[len(name) - width + 1 :]}"

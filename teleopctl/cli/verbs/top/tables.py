@@ -72,7 +72,7 @@ _LEVEL_NAMES = {**dict(LEVELS), 50: "FATAL"}
 
 
 def node_rows(nodes: Mapping[str, NodeRow], *, by_load: bool) -> list[Row]:
-    """Return the rows of nodes, by name or load; processes without nodes come last."""
+    """Return table rows by load, or by name with the processes without nodes last."""
 
     def place(item: tuple[str, NodeRow]) -> tuple[object, ...]:
         row = item[1]
@@ -94,7 +94,7 @@ def node_rows(nodes: Mapping[str, NodeRow], *, by_load: bool) -> list[Row]:
 
 
 def topic_rows(topics: Iterable[TopicRow], *, by_load: bool) -> list[Row]:
-    """Return the rows of topics, by name or bandwidth."""
+    """Return table rows of topics, sorted by name or by bandwidth."""
     ordered = sorted(topics, key=lambda t: (-t.bytes_per_s if by_load else 0.0, t.name))
     return [
         Row(
@@ -108,7 +108,7 @@ def topic_rows(topics: Iterable[TopicRow], *, by_load: bool) -> list[Row]:
 
 
 def controller_rows(controllers: Iterable[ControllerRow]) -> list[Row]:
-    """Return the rows of controllers, in the order of their managers."""
+    """Return table rows of controllers, in the given order."""
     return [
         Row(
             f"{c.manager} {c.name}",
@@ -128,7 +128,7 @@ def controller_rows(controllers: Iterable[ControllerRow]) -> list[Row]:
 
 
 def log_rows(lines: Sequence[tuple[int, LogLine]]) -> list[Row]:
-    """Return the rows of log lines, the newest first; each message is one row."""
+    """Return table rows of log messages, the newest first, each on one line."""
     return [
         Row(
             str(number),

@@ -71,5 +71,5 @@ class TopicTable:
         return rows
 
     def measure(self, topics: Iterable[str]) -> None:
-        """Set the topics to measure, by name."""
+        """Replace the set of topics that are measured, by name."""
         self._meter.follow(topics)
