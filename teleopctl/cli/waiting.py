@@ -26,9 +26,6 @@ def wait_with_notice(
             the event came.
         longest_s: Longest wait in seconds; None for no limit.
         explain: Function that returns the explanation.
-
-    Returns:
-        Whether the event came.
     """
     first_s = _PATIENCE_S if longest_s is None else min(longest_s, _PATIENCE_S)
     if wait(first_s):
@@ -42,7 +39,7 @@ def wait_with_notice(
 def start_timeouts(
     timeout_s: float | None, stall_timeout_s: float | None, *, detach: bool
 ) -> StartTimeouts:
-    """Return the start timeouts that the options ``--timeout`` and ``--stall-timeout`` select.
+    """Return the start timeouts of ``--timeout`` and ``--stall-timeout``, which need ``detach``.
 
     Raises:
         UsageError: A time is not above 0, or a time is given without ``--detach``.

@@ -18,9 +18,6 @@ if TYPE_CHECKING:
 def replace_this_process(command: list[str]) -> int:
     """Replace this process by a command; on Windows run it and return its exit status.
 
-    Returns:
-        Exit status, on Windows only.
-
     Raises:
         SystemFailureError: The command cannot be started.
     """

@@ -54,7 +54,7 @@ class BroadcasterReplay:
             self.not_run[manager] = f"its hardware cannot be loaded here: {error.message}"
 
     def update(self, time_ns: int, state: bytes) -> None:
-        """Run a control cycle on a JointState (CDR); pass on what broadcasters publish."""
+        """Run a control cycle on a JointState (CDR), and publish the broadcasters' messages."""
         stack = self._stack
         if stack is None:
             return

@@ -59,7 +59,7 @@ class FrameReplay:
         self._last_ns: int | None = None
 
     def compare(self, time_ns: int, state: bytes, stream: ComparedStream) -> bytes | None:
-        """Compare a JointState's transforms with the recorded ``stream``; return CDR, or None.
+        """Compute tf of a JointState and compare with ``stream``; return CDR, None if not compared.
 
         Args:
             time_ns: Time of the joint state, in nanoseconds.

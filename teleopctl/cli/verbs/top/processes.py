@@ -54,7 +54,7 @@ class Processes:
         self._processes: dict[int, psutil.Process] = {}
 
     def rows(self, graph: Graph) -> list[NodeRow]:
-        """Return a row of each node that is not hidden, and of background processes without node."""
+        """Return a row of each node that is not hidden and each background process without node."""
         nodes = [node for node in graph.nodes if not node.is_hidden]
         self._find({node.zid for node in nodes})
         background = {entry.record.pid: entry for entry in running()}

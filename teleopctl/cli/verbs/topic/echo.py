@@ -165,7 +165,7 @@ class _Echo:
     def subscribe(
         self, node: "Node | BareNode", source: "TopicSource", qos: "QoSProfile", *, raw: bool
     ) -> None:
-        """Subscribe to a topic; with ``raw`` its messages arrive as bytes."""
+        """Subscribe to a topic and print each message; with ``raw`` messages arrive as bytes."""
 
         # Any: messages of any type.
         def receive(message: Any, info: "MessageInfo") -> None:
@@ -220,7 +220,7 @@ _MOST_SENDERS = 1000
 
 
 class MessagePrinter:
-    """Prints messages of topics as YAML, CSV or JSON, whole or single fields of them.
+    """Printer of topic messages as YAML, CSV or JSON, whole or only selected fields.
 
     Args:
         style: Format of the values.
@@ -256,7 +256,7 @@ class MessagePrinter:
 
     # Any, here and below: messages of any type, and parts of them.
     def selected_values(self, message: Any) -> list[Any]:
-        """Return the values of the selected fields of a message, or the message in a list.
+        """Return a list of the selected fields' values, or of the whole message if none is selected.
 
         Raises:
             InvalidMessageError: The message has no such field.
@@ -264,7 +264,7 @@ class MessagePrinter:
         return [read(message) for _, read in self._fields] or [message]
 
     def write(self, topic: str, values: list[Any], info: "MessageInfo") -> None:
-        """Print the selected values of a message."""
+        """Print selected values of a message, with topic and message info if configured."""
         if self._clears:
             console.clear_terminal()
         self._write(topic, values, info)
@@ -315,14 +315,14 @@ def _shown(info: "MessageInfo") -> dict[str, int | None]:
 
 
 class LossReport:
-    """Prints gaps in the sequence numbers of publishers as lost messages, as ROS 2 does."""
+    """Report of lost messages by gaps in the publishers' sequence numbers, as in ROS 2."""
 
     def __init__(self) -> None:
         self._last: dict[bytes, int] = {}
         self._lost = 0
 
     def add(self, info: "MessageInfo") -> None:
-        """Print the number of messages lost between the publisher's last message and this one."""
+        """Print how many messages were lost since the publisher's last message, if any."""
         publisher, number = info["publisher_gid"], info["publication_sequence_number"]
         last = self._last.pop(publisher, None)
         if len(self._last) >= _MOST_SENDERS:

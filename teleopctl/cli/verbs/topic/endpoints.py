@@ -158,7 +158,7 @@ def qos_pairs(
 def warn_of_incompatible_qos(
     topic: str, publishers: Iterable[EndpointToken], subscriptions: Iterable[EndpointToken]
 ) -> None:
-    """Warn of publishers whose QoS is incompatible with subscriptions."""
+    """Warn of each pair of publisher and subscription whose QoS is incompatible."""
     publishers, subscriptions = list(publishers), list(subscriptions)
     # Usually all QoS profiles are equal, and nothing has to be imported.
     if len({endpoint.qos for endpoint in (*publishers, *subscriptions)}) < 2:

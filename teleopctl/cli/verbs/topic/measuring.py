@@ -48,7 +48,7 @@ Rows = Sequence[tuple[str, ...]]
 
 @contextmanager
 def table_of_topics(topics: Sequence[str], *, as_json: bool) -> Iterator[Callable[[Rows], None]]:
-    """Yield a function that prints a table of topics, which on a terminal replaces the last.
+    """Yield a function that prints a table, which on a terminal replaces the previous table.
 
     On a terminal, each table replaces the previous one, and topics without values have a row too.
 
@@ -197,7 +197,7 @@ def measure_rate(
     *,
     qos: QosOptions,
 ) -> None:
-    """Measure the rate of topics."""
+    """Print the message rates of topics each second, until Ctrl-C."""
     listener = TopicListener(
         topic_names or (),
         all_topics=all_topics,
@@ -244,7 +244,7 @@ def measure_bandwidth(
     *,
     qos: QosOptions,
 ) -> None:
-    """Measure the bandwidth of topics."""
+    """Print the bandwidths of topics each second, until Ctrl-C."""
     listener = TopicListener(
         topic_names or (), all_topics=all_topics, raw=True, qos=qos, use_sim_time=use_sim_time
     )
@@ -287,7 +287,7 @@ def measure_delay(
     *,
     qos: QosOptions,
 ) -> None:
-    """Measure the age of stamped messages.
+    """Print the delays of messages from stamp to arrival each second, until Ctrl-C.
 
     The delay is the time from a message's header.stamp to its arrival; the clocks of both machines
     must agree.

@@ -65,7 +65,7 @@ class Traces:
 
     # Any: a message of any type.
     def add(self, time_s: float, message: Any) -> None:
-        """Add the fields of a message, with its time in seconds.
+        """Add the values of the selected fields of a message, at a time in seconds.
 
         Raises:
             InvalidMessageError: The message has no such field, or the field is not a number.
@@ -88,7 +88,7 @@ class Traces:
                 trace.points.append((time_s, number))
 
     def plot_text(self, now_s: float, width: int, height: int, *, colour: bool) -> str:
-        """Return a text plot of the values in the window that ends at ``now_s``."""
+        """Return a text plot of the window that ends at ``now_s``, or a sentence if it is empty."""
         since_s = now_s - self.window_s
         with self._lock:
             lines = [
@@ -167,7 +167,7 @@ def _canvas_width(width: int) -> int:
 def reduced_points(
     points: Sequence[tuple[float, float]], since_s: float, until_s: float, width: int
 ) -> tuple[list[float], list[float]]:
-    """Return a window's points, reduced to the extremes of each half column.
+    """Return times and values in a window, reduced to the extremes of each half column.
 
     No peak is lost, and the cost of a plot does not grow with the rate of the topic. Values that
     are NaN or infinite are left out.
@@ -221,7 +221,7 @@ _WIDTH, _HEIGHT = 80, 24
 def live_plot(
     source: TopicSource, fields: str, window_s: float, qos: QoSProfile, timeout_s: float | None
 ) -> None:
-    """Plot fields until Ctrl-C or the timeout; without a terminal, print one plot at the end.
+    """Plot fields of a topic until Ctrl-C or the timeout; without a terminal, only at the end.
 
     Args:
         source: Topic to subscribe to.

@@ -88,7 +88,7 @@ def find_source(
     takes_type: bool = False,
     raw: bool = False,
 ) -> TopicSource:
-    """Return a topic's message class and publishers; warn of other types and versions.
+    """Return the TopicSource of a topic (class, publishers); warn of other types and versions.
 
     Args:
         topic: Full name of the topic.
@@ -127,7 +127,7 @@ def find_source(
 def find_sources(
     topics: Sequence[tuple[str, str | None]], graph: Graph, *, raw: bool = False
 ) -> list[TopicSource]:
-    """Return message class and publishers of each topic; warn of and omit unknown types.
+    """Return the TopicSource of each topic; omit, with a warning, those without known type.
 
     Args:
         topics: Full names of the topics, each with the type given by the user or None.
@@ -238,7 +238,7 @@ class NamedTopics:
         return self._wanted[0][0]
 
     def sources(self, *, raw: bool, graph: Graph | None = None) -> list[TopicSource]:
-        """Return message class and publishers of the named topics, patterns expanded.
+        """Return the TopicSource of each named topic, with patterns expanded.
 
         Args:
             raw: Whether the verb uses messages as bytes, so that their types may be unknown.

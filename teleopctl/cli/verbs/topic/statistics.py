@@ -10,7 +10,7 @@ from teleopctl.errors import UsageError
 
 
 class Summary(NamedTuple):
-    """Mean, extremes and standard deviation of values."""
+    """Mean, extremes, standard deviation and number of values."""
 
     mean: float
     minimum: float
@@ -73,11 +73,11 @@ class RateWindow:
         self.arrivals += 1
 
     def summary(self) -> Summary | None:
-        """Return the summary of the intervals in seconds; ``window`` is their number."""
+        """Return the summary of the intervals in seconds; None before the second message."""
         return self._intervals.summary()
 
     def new_summary(self) -> Summary | None:
-        """Return the rate summary; None before two messages or without news since last time."""
+        """Return the summary of the intervals; None if no message came since the last call."""
         summary = self.summary()
         if summary is None or self.arrivals == self._reported:
             return None
@@ -124,7 +124,7 @@ class Bandwidth(NamedTuple):
 
 
 class BandwidthWindow:
-    """Sizes of the last messages of a topic.
+    """Arrival times and sizes of the last messages of a topic.
 
     Args:
         size: Number of messages that are kept.
