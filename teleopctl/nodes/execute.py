@@ -24,7 +24,7 @@ _FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__)
 def run_executable(
     package: str | None, executable: str, args: Sequence[str], *, builtin: bool = False
 ) -> int:
-    """Find an executable of a package, run it in this process, and return its exit status.
+    """Find an executable of a package or by path, run it in this process; return the exit status.
 
     Args:
         package: Package of the program; None when ``executable`` is a path or a unique name.

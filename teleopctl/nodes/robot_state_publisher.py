@@ -256,7 +256,7 @@ def _read(urdf: str) -> RobotDescription:
 
 
 def publish_interval_ns(frequency: float) -> int:
-    """Return the shortest time between two tf messages for a frequency in Hz, in nanoseconds.
+    """Return the shortest time between two tf messages for a rate in Hz: whole ms, in ns.
 
     Raises:
         InvalidParameterError: The frequency is not above 0 and at most 1000 Hz.

@@ -476,7 +476,7 @@ def spawner(args: list[str] | None = None) -> int:
 
 
 def unspawner(args: list[str] | None = None) -> int:
-    """Run ``controller_manager unspawner``: unload controllers; return the exit status.
+    """Run ``controller_manager unspawner``: deactivate and unload controllers; return the status.
 
     Args:
         args: Command line; None takes ``sys.argv``.

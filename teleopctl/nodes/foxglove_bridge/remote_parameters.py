@@ -44,7 +44,7 @@ class RemoteParameters:
         self._events: Subscription[Any] | None = None
 
     def get(self, names: Sequence[str]) -> list[RemoteParameter]:
-        """Return parameters by full names ``/node.name``; without names, those of all nodes."""
+        """Return allowed parameters by names ``/node.name``; without names, those of all nodes."""
         by_node = _by_node(names) if names else self._all_names()
         own = self._node.get_fully_qualified_name()
         found: list[RemoteParameter] = []
@@ -61,7 +61,7 @@ class RemoteParameters:
         return found
 
     def set(self, parameters: Sequence[RemoteParameter]) -> list[RemoteParameter]:
-        """Set parameters of other nodes, log refusals, and return the values afterwards."""
+        """Set allowed parameters of nodes, log refusals, and return the values afterwards."""
         names = [p.name for p in parameters if allows(self._settings.parameters, p.name)]
         types = {p.name: p.type for p in self.get(names)} if names else {}
         by_node: dict[str, list[Parameter]] = {}
@@ -81,7 +81,7 @@ class RemoteParameters:
         return self.get(names) if names else []
 
     def watch(self, names: Iterable[str], on_change: _OnChange) -> None:
-        """Call ``on_change`` with the new values when one of these parameters changes."""
+        """Watch more parameters; the first call's ``on_change`` gets the values of all changes."""
         with self._lock:
             self._watched.update(names)
             if self._events is None:
@@ -93,7 +93,7 @@ class RemoteParameters:
                 )
 
     def unwatch(self, names: Iterable[str]) -> None:
-        """Stop reporting changes of these parameters."""
+        """Stop reporting changes of the named parameters."""
         with self._lock:
             self._watched.difference_update(names)
 

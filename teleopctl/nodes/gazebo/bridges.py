@@ -79,10 +79,7 @@ def simulated_topics(gz_topic: str) -> tuple[str, ...]:
 
 
 def parse_bridge_arguments(arguments: Sequence[str]) -> tuple[list[Bridge], list[str]]:
-    """Parse ``parameter_bridge``'s arguments; return a list of bridges and service names.
-
-    Returns:
-        Topics to bridge, and names of services.
+    """Parse ``parameter_bridge``'s arguments; return a pair: bridges, and names of services.
 
     Raises:
         UsageError: An argument names neither a topic nor a service.
@@ -104,7 +101,7 @@ def parse_bridge_arguments(arguments: Sequence[str]) -> tuple[list[Bridge], list
 
 
 def read_bridge_file(path: Path) -> tuple[list[Bridge], list[str]]:
-    """Read a configuration file of ros_gz_bridge; return a list of bridges and error messages.
+    """Read a ros_gz_bridge file; return a pair: valid bridges, and messages of errors.
 
     Returns:
         Topics to bridge, and error messages of the invalid entries, which are skipped as in
@@ -154,7 +151,7 @@ _DEPTH = 10
 
 
 def parameter_bridge() -> int:
-    """Run ``parameter_bridge`` until Ctrl-C: republish topics whose ROS and Gazebo names differ.
+    """Run ``parameter_bridge`` until Ctrl-C: republish topics whose ROS name or twist type differs.
 
     Raises:
         UsageError: An argument names neither a topic nor a service.

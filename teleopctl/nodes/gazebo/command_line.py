@@ -173,7 +173,7 @@ _EMPTY: Final = frozenset({"empty", "default"})
 
 
 def world_file(request: GazeboRequest, folder: Path, logger: RcutilsLogger) -> Path | None:
-    """Return the path of the world file that a request names; None for an empty world.
+    """Return the path of a request's world file; None for an empty world or one not found.
 
     Args:
         request: Parsed command line.

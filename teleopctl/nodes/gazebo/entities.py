@@ -85,7 +85,7 @@ class GazeboEntity(NamedTuple):
         return read_model(file).text if model_kind(file) == "sdf" else self.text
 
     def robot_rank(self, description: RobotDescription) -> tuple[bool, bool]:
-        """Return two booleans to sort entities by: which one is most likely the robot.
+        """Return a sort key for the likeliest robot: has controllers or sensors, is from a topic.
 
         Returns:
             Whether the description has controllers, plug-ins or sensors, and whether it comes from
@@ -102,7 +102,7 @@ _WORLD = ("", "world", "map", "/map")
 
 
 def offer_spawn_services(node: Node, apply_entity: Callable[[GazeboEntity], str]) -> None:
-    """Create Gazebo classic's ``/spawn_entity`` and ``/delete_entity``, by a function.
+    """Create services ``/spawn_entity`` and ``/delete_entity`` that call ``apply_entity``.
 
     Args:
         node: Node that serves the two services.

@@ -22,7 +22,7 @@ _WAY = (0.25, 0.5, 0.75, 1.0)
 def free_targets(
     simulation: Simulation, joints: Iterable[JointSpec], step: float
 ) -> dict[str, float]:
-    """Return by joint a target position, at most ``step`` away, reached without new contacts.
+    """Return targets by joint, up to ``step`` away, without new contacts; omit joints without any.
 
     Joints are added one by one. A joint's target is its first position for which the straight path
     of all joints chosen so far has no contacts other than the present ones.

@@ -88,7 +88,7 @@ class ControllerReport:
 def check_controllers(
     robot: SimulatedRobot, controllers: ChosenControllers | None
 ) -> ControllerReport | None:
-    """Command each of a robot's controllers in a new simulation; return a report, or None.
+    """Test controllers and planar-move plug-ins in simulation; return a report, None without any.
 
     Args:
         robot: Simulated robot, whose model is used for the new simulation.

@@ -256,7 +256,7 @@ class MessagePrinter:
 
     # Any, here and below: messages of any type, and parts of them.
     def selected_values(self, message: Any) -> list[Any]:
-        """Return a list of the selected fields' values, or of the whole message if none is selected.
+        """Return a list of the selected fields' values, or of the message if no field is selected.
 
         Raises:
             InvalidMessageError: The message has no such field.

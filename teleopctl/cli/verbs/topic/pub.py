@@ -192,7 +192,7 @@ class _Messages:
         self._messages = [(each, message_from_values(message_class, each)) for each in documents]
 
     def at(self, number: int, node: "Node | BareNode") -> Any:
-        """Return the n-th message of a repeating list, with the node's time for ``auto`` and ``now``."""
+        """Return the n-th message of a repeating list; ``auto`` and ``now`` get the node's time."""
         document, message = self._messages[(number - 1) % len(self._messages)]
         if any(word in str(document) for word in _PRESENT_TIME):
             return message_from_values(self._class, document, node.get_clock().now().to_msg())
