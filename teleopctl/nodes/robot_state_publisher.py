@@ -256,7 +256,7 @@ def _read(urdf: str) -> RobotDescription:
 
 
 def publish_interval_ns(frequency: float) -> int:
-    """Return the shortest time between two tf messages for a rate in Hz: whole ms, in ns.
+    """Return the shortest time between tf messages for a rate in Hz, in ns (whole milliseconds).
 
     Raises:
         InvalidParameterError: The frequency is not above 0 and at most 1000 Hz.

@@ -93,7 +93,7 @@ class BridgeSettings:
 
     @property
     def capabilities(self) -> list[Capability]:
-        """Capabilities that the Foxglove server announces, except ``assets``, which the SDK adds."""
+        """Capabilities that the server announces to Foxglove clients; the SDK adds ``assets``."""
         from foxglove.websocket import Capability
 
         # The SDK adds `assets` itself when the server has an asset handler.

@@ -91,7 +91,7 @@ class ControllerTester:
             yield
 
     def try_controller(self, spec: ControllerSpec, motions: list[MotionResult]) -> Iterator[None]:
-        """Command a controller, yielding each period; append the result, if testable, to ``motions``.
+        """Command a controller, yielding each period; append the result to ``motions`` if testable.
 
         Args:
             spec: Controller to command.
