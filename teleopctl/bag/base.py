@@ -58,7 +58,7 @@ class _MessageReader(ABC):
 
     @abstractmethod
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield name and values of each metadata record of the bag."""
+        """Yield (name, values by key) of each metadata record of the bag."""
 
     @abstractmethod
     def close(self) -> None:
@@ -115,7 +115,7 @@ class BagFileReader(_MessageReader):
     @property
     @abstractmethod
     def description(self) -> BagFile:
-        """Entry that describes the file in ``metadata.yaml``."""
+        """The file's `BagFile` entry for ``metadata.yaml``: name, times and message count."""
 
 
 class BagFileWriter(ABC):
@@ -137,7 +137,7 @@ class BagFileWriter(ABC):
 
     @property
     def is_empty(self) -> bool:
-        """Whether the file has no messages."""
+        """Whether no message was written to the file yet."""
         return self._first_ns is None
 
     @property
@@ -147,7 +147,7 @@ class BagFileWriter(ABC):
 
     @property
     def description(self) -> BagFile:
-        """Entry that describes the file in ``metadata.yaml``."""
+        """The file's `BagFile` entry for ``metadata.yaml``: name, times and message count."""
         if self._first_ns is None:
             return BagFile(self.path.name)
         count = sum(self.message_counts.values())
@@ -156,19 +156,19 @@ class BagFileWriter(ABC):
     @property
     @abstractmethod
     def size(self) -> int:
-        """Size of the file in bytes, which the bag writer compares with the size for splitting."""
+        """Size of the file so far in bytes, by which `BagWriter` decides to split the bag."""
 
     @abstractmethod
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a topic to the file, before the topic's first message. Idempotent."""
+        """Add a topic to the file, before the topic's first message; idempotent."""
 
     @abstractmethod
     def write(self, message: BagMessage) -> None:
-        """Write a message whose topic was added to the file."""
+        """Write or buffer a message of a topic that was added to the file."""
 
     @abstractmethod
     def attach(self, attachment: BagAttachment) -> None:
-        """Add an attachment to the file, if the storage format has attachments."""
+        """Add an attachment to the file; do nothing if the storage format has no attachments."""
 
     @abstractmethod
     def add_record(self, name: str, values: Mapping[str, str]) -> None:
@@ -180,11 +180,11 @@ class BagFileWriter(ABC):
 
     @abstractmethod
     def sync(self) -> None:
-        """Wait until all flushed data is on the disk (fsync); for a thread that does not write."""
+        """Wait until flushed data is on the disk (fsync); not for the thread that writes."""
 
     @abstractmethod
     def close(self) -> None:
-        """Write the end of the file, and close the file."""
+        """Write buffered messages and the end of the file, and close the file."""
 
     @abstractmethod
     def abandon(self) -> None:

@@ -110,17 +110,17 @@ class BagMetadata:
 
     @property
     def start_ns(self) -> int:
-        """Log time of the first message, in nanoseconds since the epoch."""
+        """Log time of the first message, in ns since the epoch; 2^63 - 1 without messages."""
         return min((f.start_ns for f in self.files if f.message_count), default=_NO_START_NS)
 
     @property
     def end_ns(self) -> int:
-        """Log time of the last message, in nanoseconds since the epoch."""
+        """Log time of the last message, in ns since the epoch; 2^63 - 1 without messages."""
         return max((f.end_ns for f in self.files if f.message_count), default=_NO_START_NS)
 
     @property
     def duration_ns(self) -> int:
-        """Time from the first message to the last, in nanoseconds."""
+        """Time from the first message to the last, in nanoseconds; 0 without messages."""
         return self.end_ns - self.start_ns
 
 
@@ -172,7 +172,7 @@ def _format_topic(topic: BagTopic) -> _Yaml:
 
 
 def write_metadata(path: Path, metadata: BagMetadata) -> None:
-    """Write bag metadata to a ``metadata.yaml`` path atomically.
+    """Write bag metadata to a ``metadata.yaml`` path, replacing the file atomically.
 
     Raises:
         SystemFailureError: The file cannot be written.

@@ -31,12 +31,12 @@ class OptionItem(NamedTuple):
 
     @property
     def place(self) -> str:
-        """File and line of the entry, as used in error messages."""
+        """Text ``FILE:LINE`` of the entry, for error messages."""
         return f"{self.path}:{self.line}"
 
 
 def read_option_list(path: Path, root: str, expected: str) -> list[OptionItem]:
-    """Return the list under the only key, `root`, of an option file; raise with a hint if absent.
+    """Return the entries (`OptionItem`) of the list under an option file's only key, ``root``.
 
     Args:
         path: Path of the file.

@@ -60,7 +60,7 @@ def format_offered_profiles(profiles: Sequence[EndpointQos]) -> str:
 
 # Any: YAML values of a bag's metadata.
 def parse_offered_profiles(value: Any) -> tuple[EndpointQos, ...]:
-    """Return the QoS profiles in ``offered_qos_profiles``, a text (version 8) or list (9).
+    """Return the distinct QoS profiles in ``offered_qos_profiles``: a YAML text, or a list (v9).
 
     Missing or unknown policies and durations get the values of the default profile.
 

@@ -66,14 +66,14 @@ def kind_of(topic: str, type_name: str) -> tuple[TopicKind, str]:
 
 
 class ServiceCounts(NamedTuple):
-    """Numbers of recorded requests and responses of a service."""
+    """Numbers of distinct recorded requests and responses of a service."""
 
     requests: int = 0
     responses: int = 0
 
 
 class ServiceCounter:
-    """Counter of service requests and responses in recorded introspection events.
+    """Counter of distinct service requests and responses in recorded introspection events.
 
     Args:
         topics: Names of the topics with introspection events.
@@ -85,7 +85,7 @@ class ServiceCounter:
         self._responses: dict[str, set[tuple[bytes, int]]] = {name: set() for name in names}
 
     def add(self, message: BagMessage) -> None:
-        """Count the request or response in a service event; ignore other messages."""
+        """Count an event's request or response, once for client and server; ignore others."""
         if message.topic not in self._requests:
             return
         data = message.data
@@ -99,5 +99,5 @@ class ServiceCounter:
             self._responses[message.topic].add((client, number))
 
     def counts(self, topic: str) -> ServiceCounts:
-        """Return the request and response counts of the service behind an event topic."""
+        """Return the `ServiceCounts` so far of the service that an event topic belongs to."""
         return ServiceCounts(len(self._requests[topic]), len(self._responses[topic]))

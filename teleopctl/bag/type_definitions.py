@@ -22,7 +22,7 @@ _EVENT = "_Event"
 
 
 def known_definition(type_name: str, required_hash: str = "") -> TypeText | None:
-    """Return a type's definition text from this process's type catalog; None if unknown.
+    """Return a type's definition as this process has it; None if unknown or of another hash.
 
     Args:
         type_name: Name of the type, ``package/msg/Name``.
@@ -37,7 +37,7 @@ def known_definition(type_name: str, required_hash: str = "") -> TypeText | None
 
 
 def register_types(topic: BagTopic) -> None:
-    """Add the types of a topic, as defined in the bag, to this process's type catalog.
+    """Add a bag topic's types to this process's known types; known ones are not replaced.
 
     Nested types are also added, and known types are not replaced. The definition of a service's
     event type defines the service.
@@ -72,7 +72,7 @@ def topic_type_hash(topic: BagTopic) -> str:
 
 # Any: a class made from its definition.
 def topic_message_class(topic: BagTopic) -> type[Any]:
-    """Return a bag topic's message class, from the bag's definition or the known types.
+    """Return a bag topic's message class, from the bag's definition or else this process's types.
 
     If the bag has no definition, the type of that name in this process's type catalog is used.
 

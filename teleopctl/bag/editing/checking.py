@@ -21,7 +21,7 @@ from teleopctl.interfaces import deserialize, hash_of_text
 
 
 def metadata_differences(stated: BagMetadata, found: BagMetadata) -> Iterator[str]:
-    """Yield a sentence for each difference between stated metadata and that found in files.
+    """Yield a sentence for each difference between ``metadata.yaml`` and the metadata of the files.
 
     Args:
         stated: Metadata in ``metadata.yaml``.
@@ -97,7 +97,7 @@ DATABASE_SUFFIX = ".db3"
 
 
 def bag_file_faults(file: Path) -> Iterator[Fault]:
-    """Read a whole MCAP or SQLite file of a bag, and yield each fault that is found."""
+    """Read a whole MCAP or SQLite file of a bag, also compressed; yield each `Fault` found."""
     if file.suffix == SUFFIX:
         with TemporaryFolder(Path(gettempdir())) as folder:
             yield from _faults_inside(file, folder)
@@ -145,7 +145,7 @@ class BagFault(NamedTuple):
 
 
 def check(path: Path, on_progress: ProgressCallback = lambda _done: None) -> Iterator[BagFault]:
-    """Read a whole bag; yield each fault of its files, metadata, types and messages.
+    """Read a whole bag; yield a `BagFault` for each fault of files, metadata, types and messages.
 
     Checked are the ends, checksums and indexes of the files; ``metadata.yaml`` against the files;
     and of the topics the definitions and hashes, messages that cannot be decoded, missing sequence
@@ -240,7 +240,7 @@ class _TopicCheck:
             )
 
     def add(self, message: BagMessage) -> None:
-        """Check a message: note if it cannot be decoded or sequence numbers before are missing."""
+        """Check a message: note if it cannot be decoded or earlier sequence numbers are missing."""
         self._count += 1
         if self._topic.is_counted and self._sequences.add(message.sequence):
             self._first_gap_ns = self._first_gap_ns or message.log_time_ns

@@ -62,7 +62,7 @@ class InputBag:
 
 
 def read_input_options(path: Path) -> tuple[list[InputBag], list[str]]:
-    """Read an ``--input-options`` file of ``bag convert``; return bags to read and remarks.
+    """Return the `InputBag` list of an ``--input-options`` file of ``bag convert``, and remarks.
 
     Returns:
         The inputs, and remarks on keys without effect, each with its file and line.
@@ -178,7 +178,7 @@ _OF_RECORDING = {
 
 
 def read_output_options(path: Path) -> tuple[list[OutputBag], list[str]]:
-    """Read a ``-o`` file of ``bag convert``; return the bags to write and remarks.
+    """Return the `OutputBag` list of an ``-o`` file of ``bag convert``, and remarks.
 
     Returns:
         The outputs, and remarks on keys without effect, each with its file and line.
@@ -209,7 +209,7 @@ class _Entry:
             self._take(key, value)
 
     def output(self) -> OutputBag:
-        """Return the description of the bag to write that the entry contains."""
+        """Return the `OutputBag` that the entry describes; raise if a value is invalid."""
         values = self._values
         if not values.get("uri"):
             raise InvalidFileError(f"{self._path}:{self._line}: an output has no 'uri'")

@@ -65,9 +65,6 @@ def copy_bags(
         on_left_out: Called with a sentence for each broken part of a source, whose messages are
             skipped.
 
-    Returns:
-        For each output, the number of messages by topic.
-
     Raises:
         RefusedError: The path of an output exists, or a topic has several types.
         InvalidFileError: A source is broken, and `on_left_out` is None.

@@ -77,7 +77,7 @@ class Recovery(NamedTuple):
 def recover(
     path: Path, output: Path | None = None, on_progress: ProgressCallback = lambda _done: None
 ) -> Recovery:
-    """Repair a truncated bag in place, or copy what can be read of a damaged bag to a new one.
+    """Repair a truncated bag in place, or copy the readable part of a damaged one to a new bag.
 
     A truncated file is completed in place, where only an unfinished last record is removed. A bag
     with other damage is not changed; its readable messages are copied to a new bag.

@@ -244,7 +244,7 @@ class PictureStatistics:
         self._frames = 0
 
     def add(self, pixels: npt.NDArray[np.uint8]) -> None:
-        """Add the colours of a frame, shape (height, width, 3), to the histograms."""
+        """Add about 100 by 100 pixels of a frame, shape (height, width, 3), to the histograms."""
         rows, columns = (max(side // _SAMPLES, 1) for side in pixels.shape[:2])
         some = pixels[::rows, ::columns]
         for colour in range(3):
@@ -252,7 +252,7 @@ class PictureStatistics:
         self._frames += 1
 
     def result(self) -> Statistics:
-        """Return the statistics by name: shape (3, 1, 1) for red, green, blue; ``count`` (1,)."""
+        """Return statistics by name, from 0 to 1, shape (3, 1, 1) for RGB; ``count`` has (1,)."""
         shades = np.arange(256) / 255.0
         shares = self._counts / self._counts.sum(axis=1, keepdims=True)
         means = shares @ shades

@@ -61,7 +61,7 @@ class PlottedField(NamedTuple):
 
 
 def parse_field(text: str, topics: Sequence[str]) -> PlottedField:
-    """Split a text such as ``/odom/pose/pose/position/x`` into a bag's topic and a field path.
+    """Return the `PlottedField` (topic, field path) in text such as ``/odom/pose/pose/position/x``.
 
     The topic is the longest one that the text begins with; the path may be empty.
 

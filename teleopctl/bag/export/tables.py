@@ -345,7 +345,7 @@ class ExportedTable(NamedTuple):
 
 
 class TableExport:
-    """Export of a bag's topics to CSV or Parquet files, one file for each topic.
+    """Export of a bag's topics to one CSV or Parquet file each, except images and point clouds.
 
     The export holds one chunk of the bag and some rows of each table in memory at a time. For CSV,
     the bag is read twice, since the columns depend on the lengths of sequences.
@@ -383,7 +383,7 @@ class TableExport:
         self._topics = [name for name in self._decoder.topics if name not in self.left_out]
 
     def write(self) -> Iterator[ExportedTable]:
-        """Write the table files; yield the result for each topic when its file is finished.
+        """Write the table files while iterated; yield an `ExportedTable` for each finished file.
 
         Raises:
             RefusedError: The folder is not empty.

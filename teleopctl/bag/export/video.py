@@ -172,7 +172,7 @@ class VideoExport:
                 raise UsageError(f"{name} has no pictures, but {topic.type_name}")
 
     def write(self) -> Iterator[ExportedVideo]:
-        """Write the videos; yield the result for each topic when its file is finished.
+        """Write the videos while iterated; yield an `ExportedVideo` for each finished file.
 
         Topics without usable images are skipped.
 
@@ -233,7 +233,7 @@ class _Pictures:
         return self._reason or self._decoder.reasons.get(self._topic, "")
 
     def frames(self) -> Iterator[tuple[float, PilImage]]:
-        """Yield pairs of time in seconds since the first image, and image."""
+        """Yield (seconds since the first image, image) for each usable image of the topic."""
         scaling = GreyScaling()
         start_ns, size = 0, (0, 0)
         for decoded in self._decoder.messages([self._topic]):

@@ -46,7 +46,7 @@ class RecoveredChunk(NamedTuple):
 
 
 def recover_chunk(stream: BinaryIO, index: ChunkIndex) -> RecoveredChunk:
-    """Return the intact-looking records of an MCAP chunk whose checksum is wrong.
+    """Return the `RecoveredChunk` of a chunk with a wrong checksum: records that fit its indexes.
 
     The message indexes after the chunk give offset, channel and time of each message. A record that
     agrees with them is a message, also after a record with a wrong length.
@@ -128,7 +128,7 @@ class TruncatedChunk(NamedTuple):
 def read_truncated_chunk(
     stream: BinaryIO, offset: int, channels: Collection[int]
 ) -> TruncatedChunk | None:
-    """Return the complete records of a chunk cut off by the file's end; None without messages.
+    """Return the complete records of a chunk cut off by the file's end; None without any message.
 
     Args:
         stream: Open MCAP file; its position changes.
@@ -141,7 +141,7 @@ def read_truncated_chunk(
 
 
 def rebuild_chunk(truncated: TruncatedChunk, offset: int) -> bytes:
-    """Return the bytes of a complete MCAP chunk, made of the records of a truncated chunk.
+    """Return the bytes of a complete MCAP chunk and its message indexes, from a truncated chunk.
 
     Args:
         truncated: Records of the truncated chunk.

@@ -109,7 +109,7 @@ def read_chunk(stream: BinaryIO, index: ChunkIndex) -> list[Schema | Channel | M
 def read_latest(
     stream: BinaryIO, index: ChunkIndex, channels: Iterable[int], end_ns: int, most: int
 ) -> list[Message]:
-    """Return up to `most` last messages of given channels in a chunk before a log time.
+    """Return up to `most` last messages of channels in a chunk before a log time, oldest first.
 
     Args:
         stream: Open MCAP file; its position changes.
@@ -258,7 +258,7 @@ def read_chunk_content(stream: BinaryIO, index: ChunkIndex, *, checked: bool = T
 
 
 def read_compression(stream: BinaryIO, length: int) -> tuple[str, int]:
-    """Read and return the compression name and the compressed size in a chunk's header.
+    """Return compression name and compressed size of a chunk, read at the stream's position.
 
     Raises:
         Exception: An error of `BROKEN`, if the sizes contradict the length of the record.

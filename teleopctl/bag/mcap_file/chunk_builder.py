@@ -123,7 +123,7 @@ class ChunkBuilder:
         self.size += _MESSAGE.size + length
 
     def finish(self, offset: int) -> tuple[list[bytes], ChunkIndex]:
-        """Return the current chunk's bytes and chunk index record, and begin a new chunk.
+        """Return the chunk's bytes with message indexes, and its chunk index; begin a new chunk.
 
         Args:
             offset: Offset in the file at which the chunk will be written.

@@ -150,7 +150,7 @@ class McapFileReader(BagFileReader):
 
     @property
     def description(self) -> BagFile:
-        """Entry that describes the file in ``metadata.yaml``."""
+        """The file's `BagFile` entry for ``metadata.yaml``: name, times and message count."""
         statistics = self._summary.statistics
         if statistics is None or not statistics.message_count:
             return BagFile(self.path.name)
@@ -219,7 +219,7 @@ class McapFileReader(BagFileReader):
         return found
 
     def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the attachments of the file."""
+        """Yield the attachments of the file, except broken ones."""
         for index in self._summary.attachment_indexes:
             data = self._content_at(index.offset, Opcode.ATTACHMENT)
             try:
@@ -229,7 +229,7 @@ class McapFileReader(BagFileReader):
             yield BagAttachment(found.name, found.media_type, found.data, found.log_time)
 
     def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield name and values of each metadata record of the file."""
+        """Yield (name, values by key) of each metadata record of the file, except broken ones."""
         for index in self._summary.metadata_indexes:
             data = self._content_at(index.offset, Opcode.METADATA)
             try:

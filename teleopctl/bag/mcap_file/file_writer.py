@@ -43,7 +43,7 @@ else:
 
 
 def lock_file(stream: io.IOBase) -> bool:
-    """Lock an open file until it is closed; return False if another program holds the lock.
+    """Lock an open file until it is closed; return False only if another program holds the lock.
 
     The operating system releases the lock when the program ends in any way.
     """
@@ -107,7 +107,7 @@ class McapFileWriter(BagFileWriter):
         return self._size
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Add schema and channel of a topic, before the topic's first message. Idempotent."""
+        """Add a topic's schema and channel, before the topic's first message; idempotent."""
         if topic.name in self._channels:
             return
         self.message_counts[topic.name] = 0
@@ -175,7 +175,7 @@ class McapFileWriter(BagFileWriter):
         self._try(self._stream.flush)
 
     def sync(self) -> None:
-        """Wait until the data written so far is on the disk (fsync); for another thread.
+        """Wait until the data written so far is on the disk (fsync); call it from another thread.
 
         To be called from another thread than the one that writes, since fsync may take seconds.
         """

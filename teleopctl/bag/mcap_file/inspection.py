@@ -24,7 +24,7 @@ _JITTER_NS = 10_000_000
 
 
 class Fault(NamedTuple):
-    """Fault of an MCAP or SQLite file: a sentence, and whether messages may be lost by it.
+    """Fault of a bag file: a sentence, whether finishing repairs it, whether messages may be lost.
 
     Attributes:
         what: Description of the fault, in one sentence.
@@ -38,7 +38,7 @@ class Fault(NamedTuple):
 
 
 def mcap_file_faults(path: Path) -> Iterator[Fault]:
-    """Read a whole MCAP file; yield each fault that is found."""
+    """Read a whole MCAP file; yield a `Fault` for each defect that is found."""
     try:
         found = scan(path)
         with path.open("rb") as stream:
@@ -133,7 +133,7 @@ class _TimeOrder:
         self._first_ns = 0
 
     def add(self, index: MessageIndex) -> None:
-        """Count the messages of a chunk's channel whose log times are before earlier ones."""
+        """Count a channel's messages in a chunk with log times over 10 ms before earlier ones."""
         latest = self._latest.get(index.channel_id, 0)
         for time_ns, _ in sorted(index.records, key=lambda record: record[1]):
             if time_ns < latest - _JITTER_NS:

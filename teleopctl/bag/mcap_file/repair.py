@@ -34,7 +34,7 @@ class Repair(NamedTuple):
 
 
 def finish_file(path: Path) -> Repair:
-    """Complete an MCAP file in place with indexes, summary and footer; return what was done.
+    """Complete an unfinished MCAP file in place with indexes, summary, footer; return a `Repair`.
 
     Only data after the last complete record is lost, also within a chunk.
 

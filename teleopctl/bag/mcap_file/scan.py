@@ -119,7 +119,7 @@ class Scan:
 
 
 def scan(path: Path) -> Scan:
-    """Read all record headers of an MCAP file; return a summary and the places of defects.
+    """Read all record headers of an MCAP file; return a `Scan`: summary and places of defects.
 
     Raises:
         InvalidFileError: The file is no MCAP file, or cannot be read.

@@ -51,7 +51,7 @@ class ReadAhead:
         self._thread.start()
 
     def peek(self) -> BagMessage | None:
-        """Return the oldest message without removing it; None if the queue is empty.
+        """Return the oldest queued message, without removing it; None if none is read yet.
 
         Raises:
             TeleopctlError: The bag cannot be read further.
@@ -195,7 +195,7 @@ class MessageCursor:
         self.position_ns = playback_time.now_ns()
 
     def jump_to(self, time_ns: int, read_ahead_s: float = 0.0) -> None:
-        """Set read position and playback time; publish the last messages of latched topics.
+        """Move reading and playback time to a time; publish latched topics' last earlier messages.
 
         Args:
             time_ns: Playback time to jump to, in nanoseconds since the epoch.
@@ -217,7 +217,7 @@ class MessageCursor:
             self._send(message)
 
     def peek(self) -> tuple[BagMessage | None, bool]:
-        """Return the next message (None if not read yet) and whether the end is reached.
+        """Return the next message without removing it, or None, and whether the end is reached.
 
         Raises:
             TeleopctlError: The bag cannot be read further.

@@ -47,7 +47,7 @@ def publisher_qos(topic: BagTopic) -> QoSProfile | None:
 
 
 def default_publisher_qos() -> QoSProfile:
-    """Return the QoS profile for topics whose recorded publishers offered different ones."""
+    """Return the default QoS (depth 10), for topics whose publishers offered different ones."""
     return QoSProfile(depth=_DEPTH)
 
 

@@ -183,9 +183,6 @@ class Playback:
 
         Args:
             most: Largest number of messages; 0 for all remaining ones.
-
-        Returns:
-            The number of published messages.
         """
         if not self.is_paused:
             self._log.warning("Burst can only be used when in the paused state.")
@@ -201,9 +198,6 @@ class Playback:
 
         Args:
             time_ns: Time to jump to, in nanoseconds since the epoch, but not before `start_ns`.
-
-        Returns:
-            False if no playback is running.
         """
         if not self._is_playing:
             self._log.warning("Called seek, but player is not playing.")
@@ -216,13 +210,10 @@ class Playback:
         return self._run_on_thread(jump) == 1
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait for the end of the playback; return False if the timeout is over before.
+        """Wait for the end of the playback, and raise its error; return False after the timeout.
 
         Args:
             timeout_s: Longest wait in seconds of wall time; None for no limit.
-
-        Returns:
-            False after the timeout.
 
         Raises:
             TeleopctlError: The bag could not be read to its end.
@@ -262,7 +253,7 @@ class Playback:
 
     @property
     def position_ns(self) -> int:
-        """Time of the last published message, or of the last jump if that came later."""
+        """Bag time in nanoseconds of the last published message, or of a later jump."""
         return self._cursor.position_ns
 
     def close(self) -> None:

@@ -84,13 +84,13 @@ class PlaybackTime:
             return self._now_ns()
 
     def pause(self) -> None:
-        """Pause the playback time. Idempotent."""
+        """Pause the playback time; idempotent."""
         with self._changed:
             self._set(self._now_ns())
             self._is_paused = True
 
     def resume(self) -> None:
-        """Resume the playback time. Idempotent."""
+        """Resume the playback time; idempotent."""
         with self._changed:
             self._set(self._now_ns())
             self._is_paused = False
@@ -105,7 +105,7 @@ class PlaybackTime:
         return True
 
     def jump(self, time_ns: int) -> None:
-        """Set the playback time, in nanoseconds since the epoch."""
+        """Set the playback time, in nanoseconds since the epoch, and end a running `wait_until`."""
         with self._changed:
             self._set(time_ns)
 
@@ -182,7 +182,7 @@ class PlaybackClock:
             )
 
     def start(self) -> None:
-        """Start the thread that publishes /clock at a rate, if one was requested. Idempotent."""
+        """Start the thread that publishes /clock at a rate, if one was requested; idempotent."""
         if self._thread is not None and self._thread.ident is None:
             self._thread.start()
 

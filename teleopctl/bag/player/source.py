@@ -77,7 +77,7 @@ class PlayedBags:
         return self._merged.messages(topics, start_ns, on_left_out=on_left_out)
 
     def latched_before(self, topics: Collection[str], time_ns: int) -> list[BagMessage]:
-        """Return the last messages of latched topics before a time, oldest first.
+        """Return latched topics' last messages (100 of transforms) before a time, oldest first.
 
         Args:
             topics: Names of the topics to read.
@@ -95,7 +95,7 @@ class PlayedBags:
         return sorted(found, key=lambda message: message.log_time_ns)
 
     def splits_between(self, start_ns: int, end_ns: int) -> list[FileSplit]:
-        """Return the file boundaries between two times, ordered by time."""
+        """Return the file boundaries after one time up to another, ordered by time."""
         first, behind = (
             bisect.bisect_right(self.splits, time_ns, key=lambda split: split.time_ns)
             for time_ns in (start_ns, end_ns)
@@ -114,7 +114,7 @@ class PlayedBags:
 
 
 def latched_depth_of(topic: BagTopic) -> int:
-    """Return how many last messages late subscribers of a topic get; 0 if it is volatile."""
+    """Return how many last messages of a latched topic to replay: 1, of tf 100; 0 if volatile."""
     if not topic.is_latched:
         return 0
     return STATIC_TRANSFORMS_KEPT if topic.type_name == STATIC_TRANSFORMS else 1

@@ -30,7 +30,7 @@ class DefinitionFinder:
         self._found: dict[tuple[str, str], TypeText] = {}
 
     def find_local(self, type_name: str, version: str) -> TypeText | None:
-        """Return a type's definition if this process has that version (type hash), else None."""
+        """Return a type's definition if this process has the type with this hash, else None."""
         key = (type_name, version)
         if key not in self._found:
             found = known_definition(type_name, version)
@@ -40,7 +40,7 @@ class DefinitionFinder:
         return self._found[key]
 
     def request(self, type_name: str, version: str, graph: Graph) -> TypeText:
-        """Request and return a type's definition from nodes that use it; empty without answer.
+        """Return a type's definition, requested from nodes that use it; empty without response.
 
         Blocks until a node responds, at most some seconds.
         """

@@ -57,7 +57,7 @@ class LossCounter:
             return Losses(dict(self._in_recorder), dict(self._in_transport))
 
     def since_last_call(self) -> Losses:
-        """Return the losses since the last call of this method."""
+        """Return the losses since the last call of this method, at first since the start."""
         now, before = self.total(), self._reported
         self._reported = now
         return Losses(
@@ -67,7 +67,7 @@ class LossCounter:
 
 
 def format_counts(counts: Mapping[str, int]) -> str:
-    """Return the largest message counts by topic as one line of text."""
+    """Return the five largest message counts by topic, and how many topics more, as one line."""
     ordered = sorted(counts.items(), key=lambda item: (-item[1], item[0]))
     parts = [f"{topic} {count}" for topic, count in ordered[:_MOST_TOPICS]]
     if len(ordered) > _MOST_TOPICS:

@@ -31,7 +31,7 @@ _REPORT_S = 1.0
 
 
 def default_bag_folder() -> Path:
-    """Return rosbag2's default bag folder name, which does not exist yet: rosbag2_ and local time.
+    """Return an unused folder path with rosbag2's default name: ``rosbag2_`` and local time.
 
     If the folder of this second exists, the name gets a number as suffix.
     """
@@ -134,13 +134,13 @@ class Recorder:
 
     @property
     def message_count(self) -> int:
-        """Number of messages received for the current or last bag."""
+        """Number of received messages that were queued for the current or last bag."""
         session = self._session or self._last_session
         return 0 if session is None else session.message_count
 
     @property
     def skipped_count(self) -> int:
-        """Number of messages received while paused, which are not recorded."""
+        """Number of messages received while paused, since the recorder was created."""
         return self._gate.skipped
 
     @property
@@ -150,7 +150,7 @@ class Recorder:
         return Losses({}, {}) if session is None else session.losses.total()
 
     def record(self, folder: Path | None = None) -> None:
-        """Start recording into a new bag, after `stop`; raise if already recording.
+        """Start recording into a new bag, after `stop`; raise if recording or the folder exists.
 
         Args:
             folder: Folder of the new bag; None for the folder of the last bag.
@@ -180,7 +180,7 @@ class Recorder:
                 logger.info("Recording...")
 
     def stop(self) -> None:
-        """Stop recording, finish the bag, and log lost messages. Idempotent.
+        """Stop recording, finish the bag, and log lost messages; nothing if not recording.
 
         Raises:
             SystemFailureError: Writing failed, now or before.
@@ -251,15 +251,11 @@ class Recorder:
         return None if self._session is None else self._session.split()
 
     def take_snapshot(self) -> Future[bool] | None:
-        """Write the snapshot buffer to the bag; return a future, or None if no bag is open."""
+        """Write the snapshot buffer to the bag; return a bool future, or None if no bag is open."""
         return None if self._session is None else self._session.take_snapshot()
 
     def wait(self, timeout_s: float | None = None) -> bool:
-        """Wait until the recorder is closed or has failed; return False after the timeout.
-
-        Returns:
-            True if the recorder is closed or has failed, False after the timeout.
-        """
+        """Wait until the recorder is closed or has failed; return False after the timeout."""
         self._is_awaited = True
         return self._ended.wait(timeout_s)
 
@@ -271,7 +267,7 @@ class Recorder:
             callback()
 
     def close(self) -> None:
-        """Finish the bag, unsubscribe, and destroy the recorder's node. Idempotent.
+        """Finish the bag, unsubscribe, and destroy the recorder's node; idempotent.
 
         Raises:
             SystemFailureError: Writing failed, now or before; the written messages are readable.

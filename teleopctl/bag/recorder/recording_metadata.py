@@ -56,7 +56,7 @@ _LIBRARIES = ("mujoco", "numpy", "eclipse-zenoh", "rosbags", "mcap")
 
 
 class RecordingMetadata:
-    """Collector of versions, launch file, robot descriptions and parameters for a bag.
+    """Thread that adds versions, launch file, robot descriptions and parameters to a bag.
 
     Existing data is written at once, since a recorder may be killed. Later data, and parameters
     that changed while a node started, are written when they are received, at the latest at the end.

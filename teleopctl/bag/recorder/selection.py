@@ -114,14 +114,14 @@ class Selection:
         ) and type_name not in self.exclude_topic_types
 
     def passes_hidden_rule(self, topic: str, type_name: str) -> bool:
-        """Return whether a topic is not hidden, or hidden topics are included."""
+        """Return whether a topic is not hidden, is of a service or action, or may be hidden."""
         kind, _ = kind_of(topic, type_name)
         return (
             self.include_hidden_topics or kind is not TopicKind.TOPIC or not is_hidden_name(topic)
         )
 
     def is_ready(self, topic: str, graph: Graph) -> bool:
-        """Return whether the graph has the publishers and subscribers that a topic must have."""
+        """Return whether a topic has the publishers and subscribers that the selection requires."""
         needs_publisher = not self.include_unpublished_topics and topic not in self.static_topics
         if needs_publisher and not graph.publishers(topic):
             return False
@@ -148,9 +148,6 @@ _EXPECTED = f"The file is a list of pairs: {_ROOT}: [[/chatter, std_msgs/msg/Str
 
 def read_static_topics(path: Path) -> dict[str, str]:
     """Read a ``--static-topics-path`` file; return the type of each topic by name.
-
-    Returns:
-        The type of each topic.
 
     Raises:
         InvalidFileError: The file cannot be read or has another form; names the line.

@@ -41,16 +41,16 @@ class RecorderControls(Protocol):
         """Whether topics that appear in the graph later are recorded."""
 
     def record(self, folder: Path | None = None) -> None:
-        """Start recording into a new bag."""
+        """Start recording into a new bag in a folder; None for the folder of the last bag."""
 
     def stop(self) -> None:
         """Stop recording and finish the bag."""
 
     def pause(self) -> None:
-        """Pause the recording."""
+        """Pause the recording, so that received messages are skipped."""
 
     def resume(self) -> None:
-        """Resume the recording."""
+        """Resume the recording after `pause`."""
 
     def toggle_paused(self) -> None:
         """Pause the recording, or resume it if it is paused."""
@@ -59,10 +59,10 @@ class RecorderControls(Protocol):
         """Start or stop recording topics that appear in the graph later."""
 
     def split(self) -> Future[tuple[Path, Path]] | None:
-        """Start a new file of the bag; return a future of both paths, or None without bag."""
+        """Start a new file of the bag; return a future of both paths, or None if no bag is open."""
 
     def take_snapshot(self) -> Future[bool] | None:
-        """Write the snapshot buffer to the bag; return a future, or None without bag."""
+        """Write the snapshot buffer to the bag; return a bool future, or None if no bag is open."""
 
 
 class RecorderServices:

@@ -97,7 +97,7 @@ class RecordingSession:
 
     @property
     def message_count(self) -> int:
-        """Number of received messages that the queue accepted."""
+        """Number of received messages that were queued for the bag, without dropped ones."""
         return self._queue.count
 
     def set_discovery(self, *, active: bool) -> None:
@@ -115,11 +115,11 @@ class RecordingSession:
             self.writing.call(lambda writer: writer.flush()).result()
 
     def split(self) -> Future[tuple[Path, Path]]:
-        """Start a new file of the bag; return a future of the closed and the new path."""
+        """Start a new file of the bag; return a future of the closed and the new file's path."""
         return self.writing.split()
 
     def take_snapshot(self) -> Future[bool]:
-        """Write the snapshot buffer to the bag; return a future, False without a buffer."""
+        """Write the snapshot buffer to the bag; return a future of the success."""
         return self.writing.take_snapshot()
 
     def close(self) -> None:

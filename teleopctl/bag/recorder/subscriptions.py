@@ -205,7 +205,7 @@ class RecordedTopics:
         return sorted(self._topics)
 
     def update(self, graph: Graph) -> None:
-        """Subscribe to selected topics that are new in the graph; add known types to the bag."""
+        """Subscribe to selected topics new in the graph; add those with known types to the bag."""
         named = graph.topic_names_and_types(include_hidden=True)
         # /rosout first, so that it has the recorder's log messages about the other topics.
         for name, types in sorted(named, key=lambda topic: topic[0] != _LOG):
@@ -222,7 +222,7 @@ class RecordedTopics:
                 self._describe(topic, graph)
 
     def request_definition(self, graph: Graph) -> bool:
-        """Request one missing type definition from nodes; return False if none is missing."""
+        """Request one missing type definition, add its topic to the bag; False if none is left."""
         topic = next((topic for topic in self._topics.values() if not topic.is_described), None)
         if topic is None:
             return False

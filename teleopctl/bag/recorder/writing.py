@@ -70,11 +70,7 @@ class MessageQueue:
         return True
 
     def call(self, task: Callable[[], object]) -> bool:
-        """Queue a function for the writing thread, after current messages; return False if closed.
-
-        Returns:
-            False if the queue is closed, so that the function will not be called.
-        """
+        """Queue a function for the writing thread, after current messages; False if closed."""
         with self._lock:
             if self._is_closed:
                 return False
@@ -86,7 +82,7 @@ class MessageQueue:
     def take_all(
         self, longest_s: float
     ) -> tuple[list[BagMessage], list[Callable[[], object]], bool]:
-        """Wait for messages or functions; return all of them and whether the queue is closed.
+        """Wait for messages or functions; return (messages, functions, whether it is closed).
 
         Args:
             longest_s: Longest wait in seconds.
@@ -109,7 +105,7 @@ class MessageQueue:
             self._bytes -= size
 
     def close(self) -> None:
-        """Close the queue to new messages; queued ones are still written. Idempotent."""
+        """Close the queue to new messages; queued ones are still written; idempotent."""
         with self._lock:
             self._is_closed = True
         self._hurry.set()
@@ -159,7 +155,7 @@ class SnapshotBuffer:
             self._fallen_out[oldest.topic] += 1
 
     def take(self) -> list[BagMessage]:
-        """Return and remove the buffered messages, those of latched topics first."""
+        """Return and remove the buffered messages, preceded by older ones of latched topics."""
         messages, self._messages, self._bytes = self._messages, deque(), 0
         if not messages:
             return []
@@ -247,7 +243,7 @@ class WritingThread:
         self._queue.call(lambda: self._add_topic(topic))
 
     def call(self, function: Callable[[BagWriter], ResultT]) -> Future[ResultT]:
-        """Call a function with the bag writer on the thread; return a future of the result.
+        """Call a function with the bag writer on the writing thread; return a future of the result.
 
         The future is cancelled if the recording ends before the call.
         """
@@ -266,11 +262,11 @@ class WritingThread:
         return answer
 
     def split(self) -> Future[tuple[Path, Path]]:
-        """Start a new file of the bag; return a future of the closed and the new path."""
+        """Start a new file of the bag; return a future of the closed and the new file's path."""
         return self.call(lambda writer: writer.split())
 
     def take_snapshot(self) -> Future[bool]:
-        """Write the snapshot buffer to a file of its own; return a future of the success."""
+        """Write the snapshot buffer to a file of its own; return a future, False without buffer."""
         return self.call(self._write_snapshot)
 
     def close(self) -> None:

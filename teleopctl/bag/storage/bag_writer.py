@@ -93,7 +93,7 @@ class WriterOptions:
 
     @property
     def chunks(self) -> ChunkSettings:
-        """Settings of MCAP chunks: size, compression and checksums."""
+        """Settings of MCAP chunks (size, compression, checksums) among these options."""
         return ChunkSettings(
             self.compression,
             self.chunk_bytes,
@@ -165,7 +165,7 @@ class BagWriter:
 
     @property
     def file(self) -> BagFileWriter:
-        """Writer of the file that is written at present."""
+        """Writer of the bag's current file."""
         return self._file
 
     @property
@@ -180,7 +180,7 @@ class BagWriter:
         )
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a topic to this and all following files, before its first message. Idempotent."""
+        """Add a topic to this and all following files, before its first message; idempotent."""
         if topic.name not in self._topics:
             self._topics[topic.name] = topic
             self.message_counts[topic.name] = 0
@@ -213,13 +213,10 @@ class BagWriter:
         self._attempt(lambda: self._file.add_record(name, values))
 
     def split(self, time_ns: int | None = None) -> tuple[Path, Path]:
-        """Finish the present file and start a new one; return both paths.
+        """Finish the present file and start a new one; return the paths of both, in this order.
 
         Args:
             time_ns: Log time of the repeated messages; None for that of the last message.
-
-        Returns:
-            The paths of the finished and the new file.
         """
         ended = self._file
         self._attempt(lambda: self._finish(ended))
@@ -238,13 +235,13 @@ class BagWriter:
         return ended.path, self._file.path
 
     def flush(self) -> None:
-        """Write buffered messages to the operating system; update ``metadata.yaml`` if due."""
+        """Write buffered messages to the operating system; rewrite ``metadata.yaml`` every 5 s."""
         self._attempt(self._file.flush)
         if time.monotonic() >= self._metadata_due_s:
             self._write_metadata()
 
     def close(self) -> None:
-        """Finish the present file and ``metadata.yaml``. Idempotent."""
+        """Finish the present file and ``metadata.yaml``; idempotent."""
         if not self._is_closed:
             self._attempt(lambda: self._finish(self._file))
             self._is_closed = True

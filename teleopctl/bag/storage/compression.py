@@ -90,7 +90,7 @@ def unpack_file(path: Path, folder: Path) -> tuple[Path, str]:
 def unpack_messages(
     messages: Iterator[BagMessage], path: Path, on_left_out: Callable[[str], object] | None
 ) -> Iterator[BagMessage]:
-    """Yield a bag's singly compressed messages decompressed; report broken ones, or raise.
+    """Yield messages, each compressed by itself, decompressed; report broken ones, or raise.
 
     Raises:
         InvalidFileError: A message is broken or becomes too large, and `on_left_out` is None; or

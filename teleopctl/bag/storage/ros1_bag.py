@@ -81,7 +81,7 @@ class Ros1Bag(Bag):
         end_ns: int = NO_TIME_NS,
         on_left_out: Callable[[str], object] | None = None,  # noqa: ARG002 (of Bag)
     ) -> Iterator[BagMessage]:
-        """Yield messages, converted to ROS 2, by log time; raise if a part is broken."""
+        """Yield messages, converted to ROS 2, by log time; always raise if a part is broken."""
         from rosbags.highlevel import AnyReaderError
         from rosbags.rosbag1 import ReaderError
 

@@ -100,7 +100,7 @@ class SqliteFileReader(BagFileReader):
 
     @property
     def description(self) -> BagFile:
-        """Entry that describes the file in ``metadata.yaml``."""
+        """The file's `BagFile` entry for ``metadata.yaml``: name, times and message count."""
         parts = self._summary.values()
         count = sum(part[0] for part in parts)
         if not count:
@@ -115,7 +115,7 @@ class SqliteFileReader(BagFileReader):
         end_ns: int = NO_TIME_NS,
         on_left_out: Callable[[str], object] | None = None,
     ) -> Iterator[BagMessage]:
-        """Yield messages by log time; if damaged, those that can be read, or raise.
+        """Yield messages by log time; skip damage found on opening; report or raise later damage.
 
         A database whose damage was found when it was opened is read as far as possible.
 

@@ -147,7 +147,7 @@ class SqliteFileWriter(BagFileWriter):
         return self._pages_bytes + self._row_bytes
 
     def add_topic(self, topic: BagTopic) -> None:
-        """Add a topic to the database, before the topic's first message. Idempotent."""
+        """Add a topic to the database, before the topic's first message; idempotent."""
         if topic.name in self._topic_ids:
             return
         definition = topic.definition
@@ -205,7 +205,7 @@ class SqliteFileWriter(BagFileWriter):
             self._pages_bytes = self._count_pages()
 
     def sync(self) -> None:
-        """Wait until the write-ahead log is on the disk (fsync); for another thread.
+        """Wait until the write-ahead log is on the disk (fsync); not for the thread that writes.
 
         To be called from another thread than the one that writes. SQLite syncs the database itself;
         opening and closing the file in this process would release SQLite's locks.

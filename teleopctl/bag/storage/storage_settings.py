@@ -120,7 +120,7 @@ def _choice(key: str, place: str, value: Any, choices: dict[str, _Choice]) -> _C
 
 
 def read_storage_config(file: Path) -> list[tuple[str, str, Any]]:
-    """Read a storage configuration file; return key, place (file and line) and value of each.
+    """Return (key, ``FILE:LINE``, value) of each setting in a storage configuration file.
 
     Raises:
         InvalidFileError: The file cannot be read, or is no YAML mapping; names the line.

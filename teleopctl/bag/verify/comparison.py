@@ -28,7 +28,7 @@ _LONGEST_END_NS = 1_000_000_000
 
 
 class DifferenceKind(StrEnum):
-    """Kind of a `Difference` between a recording and its replay: value, missing, extra, order."""
+    """Kind of a `Difference`: field value, missing in recording, extra in recording, time order."""
 
     VALUE = "value"
     MISSING = "missing"
@@ -180,14 +180,14 @@ class ComparedStream:
         return recorded
 
     def add_missing(self, time_ns: int) -> None:
-        """Count a replayed message that was not recorded as skipped, or as a difference."""
+        """Count a replayed message that the bag lacks: skipped if plausible, else a difference."""
         if self.may_skip and self._is_whole_around(time_ns):
             self.skipped_ns.append(time_ns)
         else:
             self.add(Difference(self.topic, time_ns, kind=DifferenceKind.MISSING))
 
     def compare(self, time_ns: int, recorded: bytes, replayed: bytes) -> None:
-        """Compare the CDR bytes of two messages, and add a difference for each differing field."""
+        """Compare two messages' CDR bytes; add a difference for each field beyond the tolerance."""
         if recorded == replayed:
             return
         try:
@@ -272,7 +272,7 @@ class ReplayComparison:
 
     @property
     def end_ns(self) -> int:
-        """Simulated time of the last compared message, in nanoseconds."""
+        """Latest recorded simulated time in ns among streams with compared messages; 0 if none."""
         return max((stream.end_ns for stream in self.streams if stream.compared), default=0)
 
     @property

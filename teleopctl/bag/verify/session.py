@@ -96,7 +96,7 @@ class RecordedSession:
 
 
 def read_session(bag: Bag) -> RecordedSession:
-    """Return robot description, topics, parameters and versions of the simulated run in a bag.
+    """Return the `RecordedSession` (robot, topics, parameters, versions) of a bag's simulated run.
 
     Raises:
         InvalidFileError: The bag has no robot description.
@@ -239,7 +239,7 @@ def _refuse_restart(topic: RecordedTopic) -> None:
 
 
 def read_parameters(bag: Bag) -> dict[str, dict[str, object]]:
-    """Return the recorded parameters of nodes, by node name and parameter name.
+    """Return recorded parameter values, by node name and then dotted parameter name.
 
     Nodes publish each parameter on ``/parameter_events`` when they declare it. Parameters declared
     before the recording are in attachments, since the recorder requested them from the nodes.
