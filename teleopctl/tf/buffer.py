@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import logging
+import threading
 import time as wall
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, TypeVar, cast
@@ -45,6 +46,9 @@ class Buffer(BufferCore, BufferInterface):
         BufferCore.__init__(self, cache_time)
         self.node = node
         self._awaited: list[tuple[Callable[[], TransformStamped], Future[TransformStamped]]] = []
+        # One thread at a time: a transform that arrives while another thread looks up must not miss
+        # the futures that this thread puts back.
+        self._completing = threading.Lock()
         self._executor_node: Node | None = None
         self.jump_handle: JumpHandle | None = None
         if node is not None:
@@ -77,7 +81,7 @@ class Buffer(BufferCore, BufferInterface):
 
     def _set(self, message: TransformStamped, authority: str, *, static: bool) -> None:
         super()._set(message, authority, static=static)
-        if self._awaited and self._executor_node is None:
+        if self._executor_node is None and (self._awaited or self._completing.locked()):
             self.complete_futures()
 
     def lookup_transform(
@@ -189,18 +193,20 @@ class Buffer(BufferCore, BufferInterface):
 
     def complete_futures(self) -> None:
         """Complete, in this thread, the pending futures whose lookups now succeed (not in tf2)."""
-        with self._changed:
-            awaited, self._awaited = self._awaited, []
-        for lookup, future in awaited:
-            if future.ended():
-                continue
-            try:
-                found = lookup()
-            except TransformException:
-                with self._changed:
-                    self._awaited.append((lookup, future))
-            else:
-                future.set_result(found)
+        found: list[tuple[Future[TransformStamped], TransformStamped]] = []
+        with self._completing:
+            with self._changed:
+                awaited, self._awaited = self._awaited, []
+            for lookup, future in awaited:
+                if future.ended():
+                    continue
+                try:
+                    found.append((future, lookup()))
+                except TransformException:
+                    with self._changed:
+                        self._awaited.append((lookup, future))
+        for future, transform in found:
+            future.set_result(transform)
 
     def use_executor_of(self, node: Node) -> None:
         """Leave completing futures to a node's executor, and clear when its clock jumps back."""

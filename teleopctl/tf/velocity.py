@@ -3,6 +3,7 @@
 import math
 
 from teleopctl.interfaces import to_seconds
+from teleopctl.tf.errors import InvalidArgumentException
 from teleopctl.tf.transforms import Quaternion, Vector3, conjugate, multiply, rotate
 from teleopctl.tf.tree import FrameTree
 
@@ -42,11 +43,14 @@ def velocity(
 
     Raises:
         TransformException: As `FrameTree.lookup` does.
+        InvalidArgumentException: The interval is empty.
     """
     newest = tree.latest_common_time(observation, tracking)
     end = min(when + interval // 2, newest) if newest else when + interval // 2
     start = max(end - interval, _EARLIEST_NS)
     seconds = to_seconds(end - start)
+    if seconds <= 0.0:
+        raise InvalidArgumentException("the averaging interval must be longer than 0 s")
     before = tree.lookup(observation, tracking, start)[1]
     after = tree.lookup(observation, tracking, end)[1]
     turn = tree.lookup(reference, observation, when)[1].rotation

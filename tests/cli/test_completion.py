@@ -98,6 +98,7 @@ def test_bags_are_completed(monkeypatch, capsys, tmp_path):
     monkeypatch.chdir(tmp_path)
     assert candidates(monkeypatch, capsys, "teleopctl bag info my") == ["my_bag", "my_old.bag"]
     assert candidates(monkeypatch, capsys, "teleopctl bag info my_bag/") == ["my_bag/my_bag_0.mcap"]
+    assert candidates(monkeypatch, capsys, "teleopctl bag info ./my_o") == ["./my_old.bag"]
     assert candidates(monkeypatch, capsys, "teleopctl bag info none/") == []
 
 

@@ -9,7 +9,12 @@ from teleopctl.interfaces.store import get_message
 from teleopctl.node import Duration, Time
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.buffer_core import BufferCore
-from teleopctl.tf.errors import ExtrapolationException, LookupException, TransformException
+from teleopctl.tf.errors import (
+    ExtrapolationException,
+    InvalidArgumentException,
+    LookupException,
+    TransformException,
+)
 from teleopctl.tf.messages import transform_stamped
 from teleopctl.tf.transforms import Transform, quaternion_from_rpy
 
@@ -201,3 +206,5 @@ def test_velocities_are_differences_over_time():
         "hand", "world", "world", point, "world", Time(seconds=2), Duration(seconds=2)
     )
     assert linear == pytest.approx((2.5, 0.0, 0.0))
+    with pytest.raises(InvalidArgumentException, match="longer than 0 s"):
+        core.lookupVelocityCore("hand", "world", Time(seconds=2), Duration())

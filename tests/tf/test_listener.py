@@ -17,7 +17,7 @@ from teleopctl.tf.broadcaster import StaticTransformBroadcaster
 from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.buffer_client import BufferClient
 from teleopctl.tf.conversions import ConvertRegistration, TypeException, convert
-from teleopctl.tf.errors import LookupException, TimeoutException
+from teleopctl.tf.errors import LookupException, TimeoutException, TransformException
 from teleopctl.tf.geometry import do_transform_pose, register, transform_covariance
 from teleopctl.tf.listener import TransformListener
 from teleopctl.tf.messages import transform_stamped
@@ -110,6 +110,31 @@ def test_a_buffer_without_a_listener_answers_what_waits_at_once():
     future = buffer.wait_for_transform_full_async("world", Time(), "base", Time(), "world")
     assert not future.done()
     buffer.set_transform_static(stamped("world", "base", 3.0))
+    found = future.result()
+    assert found is not None
+    assert found.transform.translation.x == 3.0
+
+
+def test_a_transform_that_arrives_while_another_thread_looks_is_not_missed():
+    arrivals: list[threading.Thread] = []
+
+    class Arriving(Buffer):
+        def lookup_transform(self, *arguments):
+            try:
+                return super().lookup_transform(*arguments)
+            except TransformException:
+                if not arrivals:
+                    transform = stamped("world", "base", 3.0)
+                    arrival = threading.Thread(target=self.set_transform_static, args=[transform])
+                    arrivals.append(arrival)
+                    arrival.start()
+                    # Until it has looked for futures in vain, or waits for this thread.
+                    arrival.join(0.2)
+                raise
+
+    buffer = Arriving()
+    future = buffer.wait_for_transform_async("world", "base", Time())
+    arrivals[0].join(10.0)
     found = future.result()
     assert found is not None
     assert found.transform.translation.x == 3.0

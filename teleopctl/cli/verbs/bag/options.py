@@ -173,13 +173,7 @@ _SUFFIXES = (".mcap", ".db3", ".bag", ".zstd")
 
 def complete_bags(incomplete: str) -> list[str]:
     """Return completion candidates: bags and folders whose paths begin with a text."""
-    from pathlib import Path
+    from teleopctl.cli.completion.candidates import files
 
-    typed = Path(incomplete)
-    folder = typed if not incomplete or incomplete.endswith("/") else typed.parent
-    try:
-        entries = sorted(folder.iterdir())
-    except OSError:
-        return []
-    found = [str(entry) for entry in entries if entry.is_dir() or entry.suffix in _SUFFIXES]
-    return [name for name in found if name.startswith(incomplete)]
+    found = files(incomplete)
+    return [name.removesuffix("/") for name in found if name.endswith(("/", *_SUFFIXES))]
