@@ -29,6 +29,9 @@ if TYPE_CHECKING:
 
 # Time limit of the first query of the graph, which takes about a millisecond.
 _FIRST_QUERY_S = 1.0
+# Longest wait for peers that have no tokens yet, in seconds. They take some milliseconds; peers
+# without nodes in this domain reply as fast, if their administration space is on.
+_NEW_PEERS_S = 0.1
 
 # Longest wait for daemon threads at exit. Without a session, publishing raises and spinning ends;
 # a thread that does neither may continue.
@@ -208,10 +211,13 @@ class Context:
 
     def _start_watcher(self) -> GraphWatcher:
         """Return a watcher that has all tokens of the present graph."""
-        from teleopctl.wire import GraphWatcher, query_graph
+        from teleopctl.wire import GraphWatcher, query_graph, wait_for_peer_tokens
 
         # A query beside a watcher may lack tokens; see `query_graph`.
         present = query_graph(self.session, self.domain_id, _FIRST_QUERY_S)
+        known = {node.zid for node in present.nodes}
+        if wait_for_peer_tokens(self.session, _NEW_PEERS_S, except_for=known):
+            present = query_graph(self.session, self.domain_id, _FIRST_QUERY_S)
         watcher = GraphWatcher(self.session, self.domain_id, self._notify_graph_change)
         # Zenoh 1.10 sometimes delivers tokens that the session declared before with a delay.
         for token_key in tuple(self._announced):

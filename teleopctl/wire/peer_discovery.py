@@ -14,6 +14,7 @@ from __future__ import annotations
 
 import os
 import time
+from collections.abc import Collection
 
 import zenoh
 
@@ -167,15 +168,28 @@ def wait_for_peers(
             )
 
 
-def wait_for_peer_tokens(session: zenoh.Session, within_s: float = LONGEST_WAIT_S) -> None:
-    """Wait until the liveliness tokens of all connected peers are received, or `within_s` is over.
+def wait_for_peer_tokens(
+    session: zenoh.Session,
+    within_s: float = LONGEST_WAIT_S,
+    *,
+    except_for: Collection[str] = (),
+) -> bool:
+    """Wait until the liveliness tokens of connected peers are received; return whether any waited.
 
     A peer sends its tokens when a connection opens, so that they have arrived when the peer has
-    replied to a later query.
+    replied to a later query. Zenoh reports a connection shortly before it queries the peer for
+    tokens.
+
+    Args:
+        session: Session in peer mode.
+        within_s: Longest wait for all peers, in seconds.
+        except_for: Zenoh ids of peers whose tokens are known.
     """
     deadline = time.monotonic() + within_s
-    for peer in session.info.peers_zid():
+    peers = [peer for peer in map(str, session.info.peers_zid()) if peer not in except_for]
+    for peer in peers:
         _ask(session, f"@/{peer}/peer", max(0.0, deadline - time.monotonic()))
+    return bool(peers)
 
 
 def _peers_of(session: zenoh.Session, router: str, timeout_s: float) -> set[str]:

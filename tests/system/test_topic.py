@@ -314,8 +314,9 @@ def test_delay_of_stamped_messages(ros):
 
 def test_echo_gets_latched_messages_of_the_past(ros):
     talker(ros, "--qos-durability", "transient_local", "-r", "0.001")
+    eventually(lambda: "/chatter\n" in ros.run("topic list").stdout)
     done = ros.run("topic echo --once /chatter")
-    assert done.stdout == "data: Hello, World\n---\n"
+    assert done.stdout == "data: Hello, World\n---\n", done.stderr
 
 
 def test_pub_times_rate_and_print(ros):
