@@ -51,7 +51,7 @@ def _reference(package: str) -> str:
         for alias in statement.names
         if f"{package}.{alias.name}" in PUBLIC_NAMES
     }
-    text = (ast.get_docstring(door) or "").partition("PYTEST_DONT_REWRITE")[0]
+    text = (ast.get_docstring(door) or "").partition("(For pytest")[0]
     lines = [f"# {package}", "", text, ""]
     for name in sorted(homes, key=str.casefold):
         lines += [f"::: {homes[name]}.{name}", ""]

@@ -48,7 +48,7 @@ Programs may also use the packages of ROS 2 (``rclpy``, ``tf2_ros``, ``std_msgs.
 classes of plug-ins, and ``teleopctl.testing``. All other modules are internal. The names are
 provisional until kinematics is added: a release may change them, as its changelog says.
 
-PYTEST_DONT_REWRITE
+(For pytest, which has no assert to rewrite here: PYTEST_DONT_REWRITE)
 """
 
 # PYTEST_DONT_REWRITE in the docstring: without it, pytest warns that it cannot rewrite the plug-in
