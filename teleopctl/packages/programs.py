@@ -60,9 +60,11 @@ def _executable_of(package: str, name: str) -> PackageProgram:
             "install/setup.bash, so that AMENT_PREFIX_PATH contains it.",
         )
     names = ", ".join(sorted(offered))
+    # A launch file names many: `ros2 run` alone need not repeat the one that was typed.
+    missing = f"Package '{package}' has no executable '{name}'"
     raise NotFoundError(
         "No executable found",
-        hint=did_you_mean(name, offered) or f"{package} has {names or 'no executables'}.",
+        hint=f"{missing}. {did_you_mean(name, offered) or (names and f'It has {names}.')}".rstrip(),
     )
 
 

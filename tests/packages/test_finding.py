@@ -99,6 +99,7 @@ def test_an_unknown_package_is_named_with_close_matches():
 def test_an_unknown_executable_is_named_with_close_matches():
     with pytest.raises(TeleopctlError, match="No executable found") as caught:
         packages.find_executable("teleop_py_pkg", "simple_publishr")
+    assert "no executable 'simple_publishr'. Did you mean" in str(caught.value.hint)
     assert "simple_publisher" in str(caught.value.hint)
 
 
