@@ -1,7 +1,7 @@
 """Bags: recording, playing, reading, editing, comparing and exporting recorded messages.
 
-May import `interfaces`, `node`, `pictures` and `wire`, besides `base`, `errors`, `packages` and
-`plugins`.
+May import `interfaces`, `node`, `pictures` and `wire`, and what every package may: `base`,
+`errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

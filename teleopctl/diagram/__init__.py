@@ -1,6 +1,6 @@
 """Diagrams of boxes and arrows, such as the graph of nodes and topics, as SVG or for Graphviz.
 
-May import `wire`, besides `base`, `errors`, `packages` and `plugins`.
+May import `wire`, and what every package may: `base`, `errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

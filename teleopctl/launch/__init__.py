@@ -7,8 +7,8 @@ teleopctl.launch``, in the background; on each event the evaluation returns the 
 
 A custom action derives from ``Action``, a custom substitution is a ``Substitution``.
 
-May import `interfaces`, `node`, `robot` and `wire`, besides `base`, `errors`, `packages` and
-`plugins`.
+May import `interfaces`, `node`, `robot` and `wire`, and what every package may: `base`, `errors`,
+`packages` and `plugins`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 The model needs no running simulation: cameras, kinematics and the web page use it directly.
 
-May import `robot` and `tf`, besides `base`, `errors`, `packages` and `plugins`.
+May import `robot` and `tf`, and what every package may: `base`, `errors`, `packages` and
+`plugins`.
 """
 
 from __future__ import annotations

@@ -2,7 +2,8 @@
 
 Each name is imported when it is first used, so that importing this package takes no time.
 
-May import `interfaces` and `wire`, besides `base`, `errors`, `packages` and `plugins`.
+May import `interfaces` and `wire`, and what every package may: `base`, `errors`, `packages` and
+`plugins`.
 """
 
 from __future__ import annotations

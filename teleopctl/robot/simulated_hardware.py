@@ -338,5 +338,7 @@ def _add_system(
         return []
     robot.append(system)
     parts = [f"{what} of {', '.join(names)}" for what, names in found.items() if names]
-    told = f"commanded are {' and '.join(parts)}" if parts else "none of its joints is commanded"
-    return [f"No <ros2_control> in the description; {told}"]
+    commands = (
+        f"commanded are {' and '.join(parts)}" if parts else "none of its joints is commanded"
+    )
+    return [f"No <ros2_control> in the description; {commands}"]

@@ -1,7 +1,7 @@
 """Simulation: MuJoCo models built from the robot description, stepped in lockstep.
 
-May import `interfaces`, `mujoco_model`, `node`, `robot`, `tf` and `wire`, besides `base`, `errors`,
-`packages` and `plugins`.
+May import `interfaces`, `mujoco_model`, `node`, `robot`, `tf` and `wire`, and what every package
+may: `base`, `errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

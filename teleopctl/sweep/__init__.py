@@ -1,7 +1,7 @@
 """Sweeps: many runs of a launch file with varied parameters, each recorded to a bag.
 
-May import `bag`, `compat`, `interfaces`, `launch` and `node`, besides `base`, `errors`, `packages`
-and `plugins`.
+May import `bag`, `compat`, `interfaces`, `launch` and `node`, and what every package may: `base`,
+`errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

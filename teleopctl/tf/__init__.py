@@ -1,6 +1,7 @@
 """tf2 in Python: transforms between coordinate frames over time, their buffer and listener.
 
-May import `interfaces` and `node`, besides `base`, `errors`, `packages` and `plugins`.
+May import `interfaces` and `node`, and what every package may: `base`, `errors`, `packages` and
+`plugins`.
 """
 
 from __future__ import annotations

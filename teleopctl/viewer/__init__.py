@@ -1,7 +1,7 @@
 """Web page of the robot: RViz displays, joint sliders and rqt tools in a browser.
 
-May import `diagram`, `interfaces`, `node`, `pictures`, `robot` and `tf`, besides `base`, `errors`,
-`packages` and `plugins`.
+May import `diagram`, `interfaces`, `node`, `pictures`, `robot` and `tf`, and what every package
+may: `base`, `errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Zenoh transport in the wire format of rmw_zenoh: sessions, router, keys, tokens and graph.
 
-May import `interfaces`, besides `base`, `errors`, `packages` and `plugins`.
+May import `interfaces`, and what every package may: `base`, `errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

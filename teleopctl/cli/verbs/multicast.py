@@ -63,14 +63,14 @@ def open_receiver(
     import socket
     import struct
 
-    with _checked(group, port), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as heard:
-        heard.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
+    with _checked(group, port), socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as receiver:
+        receiver.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEADDR, 1)
         with suppress(AttributeError):  # Windows has no such option
-            heard.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
-        heard.bind(("", port))
+            receiver.setsockopt(socket.SOL_SOCKET, socket.SO_REUSEPORT, 1)
+        receiver.bind(("", port))
         membership = struct.pack("=4sL", socket.inet_aton(group), socket.INADDR_ANY)
-        heard.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
-        yield heard
+        receiver.setsockopt(socket.IPPROTO_IP, socket.IP_ADD_MEMBERSHIP, membership)
+        yield receiver
 
 
 def receive_datagram(receiver: "socket.socket") -> tuple[str, str, int]:
@@ -109,11 +109,11 @@ def receive(
     group: _Group = MULTICAST_GROUP, port: _Port = MULTICAST_PORT, as_json: AsJson = False
 ) -> None:
     """Receive a single UDP multicast datagram."""
-    with open_receiver(group, port) as heard:
+    with open_receiver(group, port) as receiver:
         if not as_json:
             console.out("Waiting for UDP multicast datagram...")
             console.flush()
-        text, host, sender_port = receive_datagram(heard)
+        text, host, sender_port = receive_datagram(receiver)
     said = f"Received from {host}:{sender_port}: '{text}'"
     console.out_done(said, as_json=as_json, host=host, port=sender_port, text=text)
 

@@ -216,9 +216,9 @@ def _outcome(report: "RobotReport") -> "Iterator[str]":
     trial = report.trial
     assert trial is not None
     yield f"In simulation it {trial.verdict}" + (f": {trial.fault}" if trial.fault else "")
-    told = len(trial.moved) + len(trial.unmoved)
-    if told:
-        yield f"{len(trial.moved)} of {told} joints follow a command"
+    count = len(trial.moved) + len(trial.unmoved)
+    if count:
+        yield f"{len(trial.moved)} of {count} joints follow a command"
     if trial.unmoved:
         yield f"  not: {', '.join(trial.unmoved)}"
     if trial.blocked:
@@ -242,7 +242,7 @@ def _motions(report: "RobotReport") -> "Iterator[str]":
     whose = "its own controllers" if driven.own else "controllers that any robot gets"
     yield f"By {whose}:" + (f" {driven.fault}" if driven.fault else "")
     for motion in driven.motions:
-        yield f"  {motion.controller} ({motion.type}): {motion.told}"
+        yield f"  {motion.controller} ({motion.type}): {motion.result}"
     for name, why in driven.inactive.items():
         yield f"  {name} stays inactive: {why}"
 

@@ -59,13 +59,13 @@ class MotionResult(NamedTuple):
         controller: Name of the controller.
         type: Type of the controller: the name of its plug-in.
         moved: Whether joints or base moved as commanded.
-        told: Measured motion, or the reason why nothing moved, as text.
+        result: Measured motion, or the reason why nothing moved, as text.
     """
 
     controller: str
     type: str
     moved: bool
-    told: str
+    result: str
 
 
 class ControllerTester:

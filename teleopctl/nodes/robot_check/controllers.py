@@ -77,7 +77,7 @@ class ControllerReport:
             return self.fault
         still = [motion for motion in self.motions if not motion.moved]
         if still:
-            return f"controller '{still[0].controller}': {still[0].told}"
+            return f"controller '{still[0].controller}': {still[0].result}"
         if not self.motions and self.own and self.inactive:
             (name, why), *others = self.inactive.items()
             more = f" and {len(others)} more" if others else ""

@@ -239,10 +239,10 @@ class _Sensors:
             if self._kind(number) not in _UNMEASURED:
                 self._add_by_itself(number)
         if self._left:
-            told = ", ".join(
+            listed = ", ".join(
                 f"'{m.sensor(n).name}' ({sensor_type(self._kind(n))})" for n in self._left
             )
-            self.remarks.append(f"Sensors of the file without a topic: {told}")
+            self.remarks.append(f"Sensors of the file without a topic: {listed}")
         self._weak += [
             f"noise of '{m.sensor(n).name}'" for n in self._in_joint_states if self._noise(n)
         ]
@@ -387,11 +387,11 @@ class _Sensors:
         if self._noise(number) and path is not None:
             for axis in "xyz":
                 _add_noise(_descend(tag, f"{path}/{axis}"), self._noise(number))
-        told = _message(self._kind(number), int(m.sensor_dim[number]))
+        message = _message(self._kind(number), int(m.sensor_dim[number]))
         if (
             self._noise(number)
             and path is None
-            and not (of_file and not _is_exact(self._kind(number), told))
+            and not (of_file and not _is_exact(self._kind(number), message))
         ):
             self._weak.append(f"noise of '{name}'")
         if m.sensor_cutoff[number] > 0.0 and not of_file:

@@ -181,7 +181,7 @@ _PLACE = ("at", "rpy")
 _LOOK = ("color", "friction", "bounce", "mass")
 _POSE = (*_PLACE, "description", "tags", "size")
 _LIGHT = (*_PLACE, "kind", "direction", "color", "angle", "shadows")
-# Keys of each shape besides those of pose, look and mass; the first one is required.
+# Keys of each shape in addition to those of pose, look and mass; the first is required.
 _OF_SHAPE = {
     "box": ("size",),
     "sphere": ("radius",),

@@ -142,10 +142,10 @@ class Remarks:
 
     def sentences(self) -> tuple[str, ...]:
         """Return the warnings: for each file, one per reason and one on Gazebo-only elements."""
-        told = [
+        texts = [
             f"{path}:{lines_text(lines)}: {words}" for (path, words), lines in self.lines.items()
         ]
-        return *told, *(f"{path}: {gazebo_only_text(tags)}" for path, tags in self.own.items())
+        return *texts, *(f"{path}: {gazebo_only_text(tags)}" for path, tags in self.own.items())
 
 
 def _is_a_value(found: TagFinding) -> bool:

@@ -13,7 +13,7 @@ from teleopctl.robot.elements import parse
 from teleopctl.robot.repair import REMARK
 from teleopctl.robot.tags.table import Table, TagFinding
 
-_TOLD_LINES = 3
+_LISTED_LINES = 3
 _JOINTS = "commands and states are those of joints, not of actuators"
 _DRIVEN = "joints are driven as <ros2_control> says"
 
@@ -99,6 +99,6 @@ def _sentence(found: TagFinding) -> str:
 
 def _lines(numbers: list[int]) -> str:
     different = list(dict.fromkeys(numbers))
-    told = ", ".join(map(str, different[:_TOLD_LINES]))
-    more = len(different) - _TOLD_LINES
-    return f"line {told}" + (f" and {more} more" if more > 0 else "")
+    listed = ", ".join(map(str, different[:_LISTED_LINES]))
+    more = len(different) - _LISTED_LINES
+    return f"line {listed}" + (f" and {more} more" if more > 0 else "")

@@ -35,8 +35,8 @@ def with_source_places(sentence: str, places: Places) -> str:
         numbers = [int(number) for number in match[1].split(", ")]
         if not all(number in places for number in numbers):
             return match[0]
-        told = (f"{_shown(places[number][0])}:{places[number][1]}" for number in numbers)
-        return ", ".join(dict.fromkeys(told))
+        lines = (f"{_shown(places[number][0])}:{places[number][1]}" for number in numbers)
+        return ", ".join(dict.fromkeys(lines))
 
     return _LINES.sub(written, sentence) if places else sentence
 

@@ -213,7 +213,7 @@ def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
     assert main.run(["robot", "check", str(glides), "-s", "--json"]) == 0
     (motion,) = json.loads(capsys.readouterr().out)["driven"]["motions"]
     assert (motion["controller"], motion["moved"]) == ("/cmd_vel", True)
-    assert motion["told"].startswith("ahead 0.60")
+    assert motion["result"].startswith("ahead 0.60")
 
     floats = (link("world", ""), link("base", STANDS), joint("f", "world", "base", kind="floating"))
     assert main.run(["robot", "check", str(write(tmp_path / "floats.urdf", *floats)), "-s"]) == 0
@@ -223,7 +223,7 @@ def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
     report = json.loads(capsys.readouterr().out)
     driven = report["driven"]
     assert (driven["own"], driven["verdict"], driven["fault"]) == (True, "yes", None)
-    told = {motion["controller"]: motion["told"] for motion in driven["motions"]}
+    told = {motion["controller"]: motion["result"] for motion in driven["motions"]}
     assert list(told) == ["base_controller", "arm_controller", "lift_controller", "hand_controller"]
     assert told["base_controller"].startswith("ahead 0.5")
     assert "(type 'vendor/Controller') not found." in driven["inactive"]["vendors_controller"]
@@ -270,7 +270,7 @@ def test_a_base_drives_through_the_controllers_of_its_wheels(
     assert main.run(["robot", "check", str(rolls), given, "-s", "--json"]) == 0
     driven = json.loads(capsys.readouterr().out)["driven"]
     assert (driven["verdict"], driven["inactive"]) == ("yes", {})
-    told = {motion["controller"]: motion["told"] for motion in driven["motions"]}
+    told = {motion["controller"]: motion["result"] for motion in driven["motions"]}
     # Those of the wheels are moved by the base's, the other one by its own references.
     assert sorted(told) == ["base", "lift"]
     assert told["base"].startswith("ahead 0.5")

@@ -210,8 +210,8 @@ def check_bag(bag_path: BagPath, as_json: AsJson = False) -> int:
     """
     from teleopctl.bag import check
 
-    with _show_percent() as told:
-        findings = list(check(Path(bag_path), told))
+    with _show_percent() as on_progress:
+        findings = list(check(Path(bag_path), on_progress))
     if as_json:
         console.out_json([finding._asdict() for finding in findings])
     elif findings:
@@ -241,8 +241,8 @@ def recover_bag(
     """
     from teleopctl.bag import recover
 
-    with _show_percent() as told:
-        recovery = recover(Path(bag_path), Path(output) if output else None, told)
+    with _show_percent() as on_progress:
+        recovery = recover(Path(bag_path), Path(output) if output else None, on_progress)
     if as_json:
         console.out_json(
             {
@@ -328,8 +328,8 @@ def _write_bags(bags: "Sequence[Bag]", outputs: "Sequence[OutputBag]", *, as_jso
         files = {attachment.name for bag in bags for attachment in bag.attachments()}
         if files:
             console.warn(f"SQLite bags cannot store {', '.join(sorted(files))}: left out")
-    with _show_percent() as told:
-        counts = copy_bags(bags, outputs, told)
+    with _show_percent() as on_progress:
+        counts = copy_bags(bags, outputs, on_progress)
     written = [
         (output.folder, sum(count.values())) for output, count in zip(outputs, counts, strict=True)
     ]

@@ -87,8 +87,8 @@ def _lines(found: "Verification") -> Iterator[str]:
     how = "the same bits" if not verdict.tolerance else f"within {verdict.tolerance:g}"
     topics = len({stream.topic for stream in verdict.streams})
     counted = f"{verdict.messages} messages on {topics} topics compared"
-    told = f"{counted}, up to {to_seconds(verdict.end_ns):.3f} s"
-    yield f"{told}: {how}." if verdict.is_same else f"{told}: not {how}."
+    compared = f"{counted}, up to {to_seconds(verdict.end_ns):.3f} s"
+    yield f"{compared}: {how}." if verdict.is_same else f"{compared}: not {how}."
     if not verdict.is_same:
         yield "First differences:"
         yield from (f"  {difference}" for difference in verdict.first_differences)

@@ -287,8 +287,8 @@ def _offset_ns(session: zenoh.Session, server: EndpointToken) -> tuple[int, int]
         answered_ns = time.time_ns()
         if reply.ok is None or reply.ok.attachment is None:
             continue
-        told = decode_attachment(reply.ok.attachment.to_bytes())
-        if told is not None:
+        attachment = decode_attachment(reply.ok.attachment.to_bytes())
+        if attachment is not None:
             middle_ns = (asked_ns + answered_ns) // 2
-            return told.time_ns - middle_ns, (answered_ns - asked_ns) // 2
+            return attachment.time_ns - middle_ns, (answered_ns - asked_ns) // 2
     return None

@@ -121,8 +121,8 @@ class _Summary:
         return {
             "topic": topic,
             "sent": self.sent,
-            "heard_by_topic": dict(self.by_topic),
-            "heard_by_multicast": dict(self.by_multicast),
+            "received_by_topic": dict(self.by_topic),
+            "received_by_multicast": dict(self.by_multicast),
         }
 
     def table(self, topic: str, period_s: float) -> Iterator[str]:

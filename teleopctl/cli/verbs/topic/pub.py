@@ -235,8 +235,8 @@ def _wait_for_subscribers(
         graph = node.graph()
         if came := len(graph.subscriptions(topic, type_name)):
             return f"'{topic}' has {came} of {count} subscribers yet."
-        heard = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
-        hint = existing_names_hint("topics with subscriptions", [topic], heard)
+        topics = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
+        hint = existing_names_hint("topics with subscriptions", [topic], topics)
         return f"No subscription to '{topic}' yet. {hint}"
 
     if not wait_with_notice(
