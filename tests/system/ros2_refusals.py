@@ -235,7 +235,8 @@ PACKAGES = [
     Refusal(
         "run teleop_py_pkg nope",
         "No executable found",
-        "\n  teleop_py_pkg has simple_parameter, simple_publisher, simple_subscriber.",
+        "\n  Package 'teleop_py_pkg' has no executable 'nope'. It has simple_parameter, "
+        "simple_publisher, simple_subscriber.",
     ),
     Refusal("launch nope_pkg x.launch.py", "Package 'nope_pkg' not found", _PLACES),
     Refusal(
