@@ -26,6 +26,7 @@ from teleopctl.launch.execution.running import running
 from teleopctl.sim.gl_backend import choose_backend
 from teleopctl.testing import RosGraph, free_port, pytest_plugin
 from tests.reaper import watch_over
+from tests.samples import is_nightly
 
 _BENCHMARKS = Path(__file__).with_name("benchmarks")
 _FOLDER = pytest.StashKey[Path]()
@@ -38,6 +39,9 @@ _SETTINGS = settings(deadline=None, suppress_health_check=[HealthCheck.too_slow]
 settings.register_profile("teleopctl", _SETTINGS, max_examples=12, derandomize=True)
 settings.register_profile("nightly", _SETTINGS, max_examples=400)
 settings.load_profile("teleopctl")
+
+# Tests multiply small matrices only, and a thousand processes would start threads for large ones.
+os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 # Tests in this process render with a backend that is chosen before mujoco is imported; processes
 # that a test starts choose a backend themselves, as a user's processes do.
@@ -82,7 +86,14 @@ def pytest_collection() -> Generator[None, object, object]:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Sort tests with a longer timeout first, so that no worker runs one alone at the end."""
+    """Leave out nightly tests unless they are named; sort tests with a longer timeout first.
+
+    Otherwise a worker would run a long test alone at the end.
+    """
+    if not is_nightly() and not any("::" in argument for argument in config.args):
+        nightly = [item for item in items if item.get_closest_marker("nightly")]
+        config.hook.pytest_deselected(items=nightly)
+        items[:] = [item for item in items if item not in nightly]
     if hasattr(config, "workerinput"):
         items.sort(key=lambda item: item.get_closest_marker("timeout") is None)
 

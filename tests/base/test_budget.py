@@ -149,6 +149,7 @@ def test_a_thousand_chunks_that_are_within_bounds_one_by_one_are_not_unpacked(tm
     assert "more than 1,073,741,824 bytes that its 4,131,080 are unpacked to" in said
 
 
+@pytest.mark.nightly
 def test_chunks_that_overlap_are_not_held_without_end(tmp_path):
     """A chunk holds 120 MB of messages, all of the same time; a file of 50 kB has eight of them."""
     schema = struct.pack("<H", 1) + text("std_msgs/msg/String") + text("ros2msg") + text("")
@@ -231,7 +232,7 @@ def test_messages_that_are_within_bounds_one_by_one_are_not_unpacked_without_end
     assert "more than 1,073,741,824 bytes" in said
 
 
-@pytest.mark.parametrize("form", ["bz2", "lz4"])
+@pytest.mark.parametrize("form", [pytest.param("bz2", marks=pytest.mark.nightly), "lz4"])
 def test_a_chunk_of_ros_1_is_not_unpacked_without_end(tmp_path, form):
     data = bytes(2**20)
     packer: Any = bz2.BZ2Compressor() if form == "bz2" else lz4.frame.LZ4FrameCompressor()

@@ -457,6 +457,7 @@ def test_what_mujoco_refuses_is_one_error() -> None:
         model(link("base", ""), '<mujoco><option cone="none"/></mujoco>')
 
 
+@pytest.mark.nightly
 def test_a_robot_of_800_links_that_overlap_is_built_in_one_go() -> None:
     # Its contacts before the overlaps are known would need 88 MB of forces.
     shape = INERTIAL + box("collision", "0.05 0.05 0.05")

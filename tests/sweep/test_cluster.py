@@ -62,6 +62,7 @@ def server(tmp_path: Path) -> Iterator[subprocess.Popen[str]]:
     process.communicate()
 
 
+@pytest.mark.nightly
 def test_the_run_of_a_lost_worker_is_done_again_by_another(
     ros_without_router: RosGraph, tmp_path: Path, server: subprocess.Popen[str]
 ) -> None:

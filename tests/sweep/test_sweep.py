@@ -8,6 +8,7 @@ import sys
 from pathlib import Path
 
 import psutil
+import pytest
 
 from teleopctl.bag import open_bag
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph, eventually
@@ -153,6 +154,7 @@ launch:
 """
 
 
+@pytest.mark.nightly
 def test_the_time_of_a_run_counts_from_its_start_and_the_time_without_progress_is_given(
     ros_without_router: RosGraph, tmp_path: Path
 ) -> None:

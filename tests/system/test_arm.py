@@ -212,6 +212,7 @@ def record_a_run(ros, watcher, count):
     return recorded[:count]
 
 
+@pytest.mark.nightly
 def test_two_runs_with_the_same_commands_are_byte_identical(ros, watcher):
     first, second = (record_a_run(ros, watcher, 40) for _ in range(2))
     assert first == second

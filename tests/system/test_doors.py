@@ -316,6 +316,7 @@ def foreign_page() -> Iterator[tuple[str, Callable[[str], None]]]:
             thread.join()
 
 
+@pytest.mark.nightly
 @pytest.mark.timeout(300)  # a browser and six programs
 def test_a_foreign_page_in_a_browser_neither_reads_nor_moves(ros):
     commands: list[str] = []

@@ -3,6 +3,8 @@
 import json
 import re
 
+import pytest
+
 from teleopctl.testing import eventually, serial_robot
 
 CONTROL = """
@@ -97,6 +99,7 @@ def entities(ros):
     return set(re.findall(r"'(\w+)'", answer.partition("entities=")[2]))
 
 
+@pytest.mark.nightly
 def test_a_launch_file_for_gazebo_comes_up_and_ends(ros):
     controllers = ros.folder / "controllers.yaml"
     controllers.write_text(CONTROLLERS, encoding="utf-8")

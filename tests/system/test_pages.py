@@ -5,7 +5,6 @@ import sys
 import pytest
 
 from tests import ROOT
-from tests.samples import is_nightly
 from tests.test_docs import TYPED, command_lines, text_of
 
 if sys.platform == "win32":
@@ -35,9 +34,10 @@ NOT_TYPED = {
     "simulation": ["teleopctl logs camera-4", "teleopctl topic hz /image_raw"],
 }
 
-# Typed nightly alone. Each starts robots by the dozen, and what its commands do has tests of its
+# Typed in each run. The others start robots by the dozen; what their commands do has tests of its
 # own.
-LONG = ("bag", "cheat_sheet", "simulation")
+SHORT = ("README", "from_ros2", "json", "launch_files", "ros2")
+PAGES = [pytest.param(name, marks=() if name in SHORT else pytest.mark.nightly) for name in TYPED]
 
 # What its reader has already.
 OWN_FILES = {
@@ -77,7 +77,7 @@ def reader(ros_without_router):
 
 
 @pytest.mark.timeout(600)
-@pytest.mark.parametrize("name", [name for name in TYPED if is_nightly() or name not in LONG])
+@pytest.mark.parametrize("name", PAGES)
 def test_the_commands_of_a_page_work_in_their_order(reader, name):
     if name == "page":
         reader.ros.env["TELEOPCTL_VIEWER"] = "true"

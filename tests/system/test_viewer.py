@@ -162,6 +162,7 @@ def test_a_slider_that_is_dragged_moves_the_robot(ros, chromium):
     ros.wait_for_message(TFMessage, "/tf", matching=is_where_it_should_be)
 
 
+@pytest.mark.nightly
 def test_in_simulation_sliders_and_buttons_drive_the_controllers(ros, chromium):
     page = opened(chromium, launched(ros, "sim.yaml", "camera:=false"))
     moved_by_dragging(ros, page, slider_of(page, "joint_1"), "joint_1")
@@ -176,6 +177,7 @@ def test_in_simulation_sliders_and_buttons_drive_the_controllers(ros, chromium):
     eventually(lambda: "inactive" not in states())
 
 
+@pytest.mark.nightly
 def test_nothing_is_listened_to_while_nobody_looks(ros, tmp_path):
     address = launched(ros, "display.yaml")
 
@@ -239,6 +241,7 @@ def newest_transform_s(ros: RosGraph, frame: str) -> float:
     return float(found[1]) if found else -1.0
 
 
+@pytest.mark.nightly
 def test_a_display_beside_a_simulation_leaves_no_false_picture(ros, chromium):
     opened(chromium, launched(ros, "sim.yaml", "camera:=false"))
     eventually(lambda: newest_transform_s(ros, "base_plate") > 0.0, 30)
@@ -258,6 +261,7 @@ def test_a_display_beside_a_simulation_leaves_no_false_picture(ros, chromium):
     assert "TF_OLD_DATA" not in said
 
 
+@pytest.mark.nightly
 def test_the_page_is_reset_as_rviz_is(ros, chromium):
     page = opened(chromium, launched(ros, "display.yaml"))
     eventually(lambda: newest_transform_s(ros, "base_plate") > 0.0, 30)
