@@ -27,6 +27,8 @@ _MOST_GONE = 256
 class GraphWatcher:
     """Live view of the ROS graph of a domain; thread-safe.
 
+    Tokens that the session itself has declared before are unknown until `add_own_token`.
+
     Args:
         session: Session of the liveliness subscriptions; it stays open when the watcher closes.
         domain: ROS domain, by default that of ``ROS_DOMAIN_ID``.
@@ -55,11 +57,11 @@ class GraphWatcher:
         self._own_zid = str(session.zid())
         self._own_gone: deque[str] = deque(maxlen=_MOST_GONE)
         self._subscribers = (
-            # The session's own tokens are delivered before their declaration returns.
+            # Tokens that the session declares from now on are delivered before their declaration
+            # returns. Without history, since Zenoh would deliver that on the thread on which no
+            # Python may run; see `ListeningThread`.
             session.liveliness().declare_subscriber(
-                liveliness_key(domain, self._own_zid),
-                direct_callback(self._receive_own),
-                history=True,
+                liveliness_key(domain, self._own_zid), direct_callback(self._receive_own)
             ),
             ListeningThread(session, liveliness_key(domain), self._receive),
         )
