@@ -63,6 +63,7 @@ def use(ros: RosGraph):
     return use
 
 
+@pytest.mark.nightly
 def test_the_package_of_the_page_is_whole_when_pip_has_built_and_installed_it(tmp_path):
     pytest.importorskip("pip")
     project, site = tmp_path / "project", tmp_path / "site"

@@ -40,7 +40,7 @@ def browser() -> Iterator[Browser]:
 # the tests.
 _LITTLE_TO_DRAW = """
 const draw = window.requestAnimationFrame.bind(window);
-window.requestAnimationFrame = (callback) => setTimeout(() => draw(callback), 200);
+window.requestAnimationFrame = (callback) => setTimeout(() => draw(callback), 400);
 window.cancelAnimationFrame = clearTimeout;
 const decode = window.createImageBitmap.bind(window);
 const small = {resizeWidth: 16, resizeHeight: 8};
@@ -50,7 +50,7 @@ window.createImageBitmap = (image, ...options) =>
 
 
 def open_page(browser: Browser, address: str) -> Page:
-    """Open a page of the viewer that renders at most five pictures per second."""
+    """Open a page of the viewer that renders a few pictures per second."""
     page = browser.new_page(viewport={"width": 900, "height": 640})
     page.add_init_script(_LITTLE_TO_DRAW)
     page.goto(address)

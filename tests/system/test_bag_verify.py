@@ -153,6 +153,7 @@ def test_a_bag_without_the_states_that_controllers_answer_is_compared_by_the_oth
     assert (difference.topic, difference.field) == ("/joint_states", "position[joint_1]")
 
 
+@pytest.mark.nightly
 @pytest.mark.timeout(120)
 def test_sensors_and_what_moves_freely_are_compared(ros, tmp_path):
     (tmp_path / "arm.urdf").write_text(TOUCHING_ARM)

@@ -372,6 +372,7 @@ def test_a_foreign_page_in_a_browser_neither_reads_nor_moves(ros):
         assert attack(own, page_port, PAGE)[0] == "connected"
 
 
+@pytest.mark.nightly
 def test_a_page_beyond_loopback_opens_in_a_browser_with_any_token(ros):
     token = ros.folder / "token"
     token.touch(0o600)

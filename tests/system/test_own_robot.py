@@ -58,6 +58,7 @@ def test_controllers_below_a_namespace_with_variables_and_all_in_the_managers_se
     assert "Controllers run in /left, as " in log
 
 
+@pytest.mark.nightly
 def test_the_commands_of_the_page_work_in_their_order(ros):
     moved = False
     for language, text in BLOCK.findall(text_of(PAGE)):
