@@ -40,7 +40,7 @@ def browser() -> Iterator[Browser]:
 # the tests.
 _LITTLE_TO_DRAW = """
 const draw = window.requestAnimationFrame.bind(window);
-window.requestAnimationFrame = (callback) => setTimeout(() => draw(callback), 400);
+window.requestAnimationFrame = (callback) => setTimeout(() => draw(callback), 200);
 window.cancelAnimationFrame = clearTimeout;
 const decode = window.createImageBitmap.bind(window);
 const small = {resizeWidth: 16, resizeHeight: 8};
