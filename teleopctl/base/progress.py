@@ -34,9 +34,15 @@ FAILED = "failed"
 ENDED = "ended"
 """The process has ended; the detail is the exit status, and the reason if it failed."""
 
+CONTROL = "control"
+"""Part of a process: its controller manager, if it hosts one beside its own node."""
+
+# The state of a process with several parts is the first of these that one of its parts has.
+_ORDER = (ENDED, FAILED, STARTING, WAITING, READY, STARTED)
+
 _file: str | None = None
 _failure = ""
-_state = ""
+_parts: dict[str, tuple[str, str]] = {}
 
 
 class Progress(NamedTuple):
@@ -69,10 +75,20 @@ class Progress(NamedTuple):
         return reason if reason and self.state in (ENDED, FAILED) else None
 
 
-def report(state: str, detail: str = "") -> None:
-    """Write this process's state to its progress file, if the starting process requested one."""
-    global _file, _failure, _state
-    _state = state
+def report(state: str, detail: str = "", *, part: str = "") -> None:
+    """Write this process's state to its progress file, if the starting process requested one.
+
+    Args:
+        state: One of the states above.
+        detail: Detail of the state.
+        part: Part of the process that reports, if it has several: the process is ready when all
+            are. A state that is started or ended is that of the process.
+    """
+    global _file, _failure
+    if state in (STARTED, ENDED):
+        _parts.clear()
+    _parts[part] = state, detail
+    state, detail = min(_parts.values(), key=lambda said: _ORDER.index(said[0]))
     if state == ENDED:
         detail = f"{detail} {_failure}"
     else:
@@ -87,14 +103,14 @@ def report(state: str, detail: str = "") -> None:
         return  # a full disk is no reason to end
 
 
-def doing(text: str) -> None:
+def doing(text: str, *, part: str = "") -> None:
     """Report the present step of this process while its state is `STARTING`, else do nothing.
 
     A command that waits for the process shows the text and continues to wait. Does nothing unless
     the last reported state is `STARTING`.
     """
-    if _state == STARTING:
-        report(STARTING, text)
+    if _parts.get(part, ("",))[0] == STARTING:
+        report(STARTING, text, part=part)
 
 
 def report_ready_at(address: Address) -> None:

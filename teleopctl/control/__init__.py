@@ -54,6 +54,11 @@ if TYPE_CHECKING:
         HardwareComponentInterface as HardwareComponentInterface,
         HardwareComponentParams as HardwareComponentParams,
     )
+    from teleopctl.control.hardware.joint_state_exchange import (
+        JOINT_STATE_FIELDS as JOINT_STATE_FIELDS,
+        ReceivedJointStates as ReceivedJointStates,
+        replace_topics as replace_topics,
+    )
     from teleopctl.control.hardware_component import HardwareComponent as HardwareComponent
     from teleopctl.control.in_memory import (
         ControlStack as ControlStack,

@@ -82,7 +82,7 @@ class ControllerManagerNode:
             qos_profile_latched,
         )
         self._reminder = node.create_timer(1.0, self._remind, clock=Clock())
-        progress.report(progress.WAITING, self._subscription.topic_name)
+        progress.report(progress.WAITING, self._subscription.topic_name, part=progress.CONTROL)
 
     def _remind(self) -> None:
         self._logger.warning(
@@ -187,11 +187,11 @@ class ControllerManagerNode:
             )
             return
         self._logger.info(DESCRIPTION_RECEIVED)
-        progress.report(progress.STARTING)
+        progress.report(progress.STARTING, part=progress.CONTROL)
         self._reminder.cancel()
         try:
             description = RobotDescription.from_urdf(message.data)
-            progress.doing("initializing the hardware")
+            progress.doing("initializing the hardware", part=progress.CONTROL)
             self._resource_manager.load_and_initialize_components(description)
         except TeleopctlError as error:
             self._logger.error(
@@ -199,12 +199,16 @@ class ControllerManagerNode:
                 + (f" ({error.hint})" if error.hint else "")
             )
             self._logger.info(f"Another description on {self._subscription.topic_name} is taken")
-            progress.report(progress.FAILED, f"the robot description is refused: {error.message}")
+            progress.report(
+                progress.FAILED,
+                f"the robot description is refused: {error.message}",
+                part=progress.CONTROL,
+            )
             return
         self._description = description
         self._node.destroy_timer(self._reminder)
         self._find_lockstep_hardware()
-        progress.doing("activating the hardware")
+        progress.doing("activating the hardware", part=progress.CONTROL)
         self._start_hardware()
         self._logger.info(
             "Resource Manager has been successfully initialized. Starting Controller Manager "
@@ -213,7 +217,7 @@ class ControllerManagerNode:
         self._services = ControllerManagerServices(self._node, self.manager)
         self._start_cycling()
         self.publish_activity()
-        progress.report(progress.READY)
+        progress.report(progress.READY, part=progress.CONTROL)
         StatisticsPublisher(self._node, self.manager, self._cycle)
         DiagnosticsPublisher(self._node, self.manager, self._cycle, self.parameter)
 

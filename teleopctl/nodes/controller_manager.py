@@ -4,6 +4,8 @@ from __future__ import annotations
 
 import contextlib
 import sys
+from collections.abc import Callable, Iterator, Sequence
+from typing import TYPE_CHECKING
 
 from teleopctl.base import progress
 from teleopctl.node import (
@@ -14,6 +16,9 @@ from teleopctl.node import (
     try_shutdown,
 )
 from teleopctl.nodes.single_instance import require_single_instance
+
+if TYPE_CHECKING:
+    from teleopctl.node import Executor
 
 # Seconds for which a busy service thread may keep the control loop from running.
 _SWITCH_INTERVAL = 0.001
@@ -29,31 +34,54 @@ def main(args: list[str] | None = None) -> int:
         TeleopctlError: A controller manager of the same name runs already.
     """
     arguments = sys.argv if args is None else args
-    sys.setswitchinterval(_SWITCH_INTERVAL)
     init(args=arguments, publishes_after_signal=True)
     try:
-        _run(arguments)
+        with (
+            controller_manager(arguments) as executor,
+            contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        ):
+            executor.spin()
     finally:
         try_shutdown()
     return 0
 
 
-def _run(arguments: list[str]) -> None:
+@contextlib.contextmanager
+def controller_manager(
+    arguments: Sequence[str],
+    *,
+    is_process: bool = True,
+    prepare: Callable[[Node], object] = lambda _: None,
+) -> Iterator[Executor]:
+    """Context manager that makes a controller manager and its executor, and ends the manager.
+
+    Args:
+        arguments: Command line with the manager's ROS arguments.
+        is_process: Whether they are those of the whole process.
+        prepare: Called with the manager's node before the robot description is received.
+
+    Raises:
+        TeleopctlError: A controller manager of the same name runs already, or a parameter is
+            invalid.
+    """
     from teleopctl.control import ControllerManagerNode
 
-    progress.report(progress.STARTING)
+    progress.report(progress.STARTING, part=progress.CONTROL)
+    sys.setswitchinterval(_SWITCH_INTERVAL)
     executor = SingleThreadedExecutor()
     node = Node(
         "controller_manager",
+        cli_args=None if is_process else list(arguments),
+        use_global_arguments=is_process,
         allow_undeclared_parameters=True,
         automatically_declare_parameters_from_overrides=True,
     )
     try:
         require_single_instance(node)
+        prepare(node)
         executor.add_node(node)
         manager_node = ControllerManagerNode(node, executor, arguments)
-        with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException):
-            executor.spin()
+        yield executor
         node.get_logger().info("Shutting down the controller manager")
         manager_node.close()
     finally:

@@ -15,14 +15,20 @@ file, else 1 ms), ``real_time_factor`` (0: as fast as possible; settable at runt
 for viewers), ``end_time`` (simulated time in s at which the node exits; 0: never), ``mass_scale``
 and ``friction_scale`` (factors on the described values), ``joint_states_topic``,
 ``joint_commands_topic``.
+
+``--controller-manager 'ARGUMENTS'`` hosts a controller manager in this process, with these ROS
+arguments; see `teleopctl.nodes.hosted_control`.
 """
 
 from __future__ import annotations
 
 import contextlib
 import os
+import shlex
+import sys
 
-from teleopctl.node import ExternalShutdownException, init, spin
+from teleopctl.errors import UsageError
+from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
 from teleopctl.nodes.single_instance import require_single_instance
 
 
@@ -37,11 +43,40 @@ def main(args: list[str] | None = None) -> int:
     os.environ["MUJOCO_GL"] = "disable"
     from teleopctl.sim import MujocoSim
 
-    with (
-        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
-        init(args=args, publishes_after_signal=True),
-        MujocoSim() as node,
-    ):
-        require_single_instance(node)
+    arguments = sys.argv if args is None else args
+    hosted = _manager_arguments(list(parse_ros_arguments(arguments).program[1:]))
+    with contextlib.ExitStack() as stack:
+        stack.enter_context(contextlib.suppress(KeyboardInterrupt, ExternalShutdownException))
+        stack.enter_context(init(args=arguments, publishes_after_signal=True))
+        if hosted is None:
+            node = stack.enter_context(MujocoSim())
+            require_single_instance(node)
+        else:
+            from teleopctl.nodes.hosted_control import MemoryChannel, hosted_control
+
+            channel = MemoryChannel()
+            node = stack.enter_context(MujocoSim(channel))
+            channel.set_simulator(node)
+            require_single_instance(node)
+            stack.enter_context(hosted_control(node, channel, hosted))
         spin(node)
     return 0
+
+
+def _manager_arguments(words: list[str]) -> list[str] | None:
+    """Return the command line of the controller manager to host; None for none.
+
+    Raises:
+        UsageError: There are other arguments.
+    """
+    if not words:
+        return None
+    option, *rest = words
+    option, separator, attached = option.partition("=")
+    texts = [attached, *rest] if separator else rest
+    if option != "--controller-manager" or len(texts) != 1:
+        raise UsageError(
+            f"mujoco_sim does not know the arguments: {shlex.join(words)}",
+            hint="It takes ROS arguments, and --controller-manager 'ARGUMENTS'.",
+        )
+    return ["controller_manager", *shlex.split(texts[0])]

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.sim.node import MujocoSim as MujocoSim
     from teleopctl.sim.pacing import PeriodicSchedule as PeriodicSchedule
+    from teleopctl.sim.ports import JointStateView as JointStateView
     from teleopctl.sim.replay import (
         SimulationReplay as SimulationReplay,
         run_in_lockstep as run_in_lockstep,

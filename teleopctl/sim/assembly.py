@@ -13,7 +13,7 @@ from teleopctl.node import Node, Parameter
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 from teleopctl.sim.building import SimulatedRobot, simulate
 from teleopctl.sim.lockstep import LockstepLoop, Ports
-from teleopctl.sim.ports import TopicPorts
+from teleopctl.sim.ports import HostedController, TopicPorts
 from teleopctl.sim.sensors.contact import SceneContacts
 from teleopctl.sim.sensors.publishing import SensorPublisher
 from teleopctl.sim.sensors.settings import (
@@ -153,19 +153,22 @@ def build_robot(node: Node, urdf: str) -> SimulatedRobot:
     )
 
 
-def assemble(node: Node, robot: SimulatedRobot) -> Assembly:
+def assemble(
+    node: Node, robot: SimulatedRobot, controller: HostedController | None = None
+) -> Assembly:
     """Create a simulation's publishers on a node and return them; declare and apply ``gravity``.
 
     Args:
         node: Node of the publishers, with the simulator's parameters.
         robot: Robot as `build_robot` returns it.
+        controller: Controller in this process; None for controllers elsewhere.
 
     Raises:
         InvalidParameterError: A parameter is invalid.
     """
     simulation = robot.simulation
     states_topic = str(node.get_parameter("joint_states_topic").value)
-    ports = TopicPorts(node, simulation, states_topic, robot.interfaces)
+    ports = TopicPorts(node, simulation, states_topic, robot.interfaces, controller)
     ports.show_base(bool(node.get_parameter("publish_base_tf").value))
     contacts = SceneContacts(number_of(node, "state_rate"))
     sensors = SensorPublisher(node, simulation, [*robot.sensors, contacts])

@@ -29,6 +29,7 @@ from teleopctl.sim.entities.running_simulation import RunningSimulation
 from teleopctl.sim.entities.standard_services import offer_standard_services
 from teleopctl.sim.gazebo_services import GazeboServices
 from teleopctl.sim.lockstep import Command, LockstepLoop
+from teleopctl.sim.ports import HostedController
 from teleopctl.sim.reporting import PerformancePublisher, report_robot
 from teleopctl.sim.sensors.settings import checked_numbers
 from teleopctl.sim.state.services import MujocoServices
@@ -50,11 +51,17 @@ _TIMEOUT_S = 10.0
 
 
 class MujocoSim(Node):
-    """Simulator node ``mujoco_sim``; physics has its own thread, services run on the executor's."""
+    """Simulator node ``mujoco_sim``; physics has its own thread, services run on the executor's.
 
-    def __init__(self) -> None:
+    Args:
+        controller: Controller in this process, which the physics thread calls at each control tick;
+            None for controllers elsewhere.
+    """
+
+    def __init__(self, controller: HostedController | None = None) -> None:
         progress.report(progress.STARTING)
         super().__init__("mujoco_sim")
+        self._controller = controller
         self._loop: LockstepLoop | None = None
         self._thread: threading.Thread | None = None
         self._urdf = ""
@@ -150,7 +157,7 @@ class MujocoSim(Node):
                 f"Desired controller update period ({period_s:g} s) is slower than the simulation "
                 f"period ({step_s:g} s)."
             )
-        made = assemble(self, robot)
+        made = assemble(self, robot, self._controller)
         ports, self._sensors = made.ports, made.sensors
         self._loop = made.loop(self)
         self._simulation = simulation
@@ -199,8 +206,12 @@ class MujocoSim(Node):
         assert self._loop is not None
         before, self._commanders = self._commanders, self._commands.get_publisher_count()
         has_controller, commanded = self._ports.has_controller(), self._commanders > 0
-        self._loop.set_controller_present(has_controller and commanded)
-        self._loop.set_subscribed(clock=self._ports.has_clock(), ticks=has_controller or commanded)
+        is_hosted = self._controller is not None and self._controller.is_connected
+        self._ports.publishes_states = self._controller is None or has_controller
+        self._loop.set_controller_present(is_hosted or (has_controller and commanded))
+        self._loop.set_subscribed(
+            clock=self._ports.has_clock(), ticks=is_hosted or has_controller or commanded
+        )
         self._loop.set_viewed(self._ports.is_viewed())
         self._sensors.on_graph_change()
         before_now, self._subscriptions = (
@@ -225,8 +236,35 @@ class MujocoSim(Node):
 
     def _on_command(self, message: Any) -> None:
         """Pass a command to the loop; called on the transport's thread."""
+        stamp_ns = to_nanoseconds(message.header.stamp)
+        if self._controller is not None and self._controller.published_ns == stamp_ns:
+            return  # the hosted controller's own, published for others
+        values = (message.position, message.velocity, message.effort)
+        self.receive_command(stamp_ns, message.name, *values)
+
+    def controller_changed(self) -> None:
+        """Note that the hosted controller was connected or disconnected; any thread may call."""
+        if self._running is not None:
+            self._on_graph()
+
+    def receive_command(
+        self,
+        stamp_ns: int,
+        names: list[str],
+        position: list[float],
+        velocity: list[float],
+        effort: list[float],
+    ) -> None:
+        """Pass a command to the loop, if it is valid; any thread may call.
+
+        Args:
+            stamp_ns: Time of the state that the command answers, in nanoseconds.
+            names: Joint names.
+            position: Positions (rad or m), one per name, or empty.
+            velocity: Velocities (rad/s or m/s), one per name, or empty.
+            effort: Efforts (N m or N), one per name, or empty.
+        """
         assert self._loop is not None
-        names = message.name
         if names != self._last_names:
             self._last_names = names
             unknown = [name for name in names if not self._simulation.commandable(name)]
@@ -234,14 +272,14 @@ class MujocoSim(Node):
                 self.get_logger().warning(
                     f"Commands for joints that cannot be commanded: {', '.join(unknown)}"
                 )
-        values = (message.position, message.velocity, message.effort)
+        values = (position, velocity, effort)
         if any(len(value) not in (0, len(names)) for value in values):
             self.get_logger().error(
                 "A command has not as many values as joint names, it is ignored",
                 throttle_duration_sec=10.0,
             )
             return
-        self._loop.receive_command(Command(to_nanoseconds(message.header.stamp), names, *values))
+        self._loop.receive_command(Command(stamp_ns, names, *values))
 
     def _on_change(self) -> None:
         """Publish changed objects; called on the loop's thread."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from array import array
 from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -51,6 +51,43 @@ def reported_joints(model: RobotModel) -> npt.NDArray[np.intp]:
     return np.array(reported, dtype=np.intp)
 
 
+class JointStateView(NamedTuple):
+    """Joint states of a control tick, in memory that is written again at the next tick.
+
+    Attributes:
+        name: Names of the joints, then of the sensors' state interfaces.
+        position: Positions (rad or m), then the sensors' values.
+        velocity: Velocities (rad/s or m/s), then NaN.
+        effort: Efforts (N m or N), then NaN.
+    """
+
+    name: list[str]
+    position: memoryview[float]
+    velocity: memoryview[float]
+    effort: memoryview[float]
+
+
+class HostedController(Protocol):
+    """Controller in the simulator's process, which computes its commands when it is called."""
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether the controller reads states and answers them with commands."""
+
+    @property
+    def published_ns(self) -> int:
+        """Time of the state whose commands were published on the topic last; -1 for none."""
+
+    def update(self, states: JointStateView, time_ns: int, reset: bool) -> None:
+        """Compute the commands for the states of a control tick, on the simulation's thread.
+
+        Args:
+            states: Joint states.
+            time_ns: Simulated time, in nanoseconds.
+            reset: Whether the simulation was reset since the last call.
+        """
+
+
 class TopicPorts:
     """Outputs of the lockstep loop: topics for clock, joint states and free bodies, and log lines.
 
@@ -62,6 +99,11 @@ class TopicPorts:
         states_topic: Topic of the joint states for the controller.
         interfaces: State interfaces of sensors. Their values are published as positions under the
             full names of the interfaces, after those of the joints.
+        controller: Controller in this process; None for controllers elsewhere.
+
+    Attributes:
+        publishes_states: Whether states are published on their topic: always without a hosted
+            controller, else if the topic has subscribers.
     """
 
     def __init__(
@@ -70,7 +112,10 @@ class TopicPorts:
         simulation: Simulation,
         states_topic: str,
         interfaces: SensorInterfaces | None = None,
+        controller: HostedController | None = None,
     ) -> None:
+        self._controller = controller
+        self.publishes_states = controller is None
         self._simulation = simulation
         self._interfaces = interfaces if interfaces is not None and interfaces.names else None
         self._logger = node.get_logger()
@@ -138,7 +183,11 @@ class TopicPorts:
         self._resets = simulation.resets
         if self._interfaces is not None:
             message.measured = self._interfaces.read(*simulation.observe())
-        self._state_publisher.publish(message.at(time_ns))
+        data = message.at(time_ns)
+        if self._controller is not None:
+            self._controller.update(message.view, time_ns, reset)
+        if self.publishes_states:
+            self._state_publisher.publish(data)
 
     def publish_view(self, time_ns: int) -> None:
         """Publish joint states and free bodies' poses for viewers and cameras."""
@@ -201,6 +250,7 @@ class _JointStates:
 
     Attributes:
         measured: Values of the sensors' state interfaces.
+        view: Names and numbers of the message, which `at` writes.
     """
 
     def __init__(
@@ -219,6 +269,7 @@ class _JointStates:
         message.header.frame_id = frame
         self._message = PreparedMessage(message, ("position", "velocity", "effort"))
         position, velocity, effort = self._message.numbers.values()
+        self.view = JointStateView(names, position, velocity, effort)
         self._measured = position[count:]
         sources = (simulation.positions, simulation.velocities, simulation.efforts)
         in_order = np.array_equal(joints, np.arange(len(simulation.joint_names)))

@@ -1,12 +1,14 @@
-"""Exchange of joint states and commands over two topics, shared by hardware components.
+"""Exchange of joint states and commands with a robot, shared by hardware components.
 
-All components of a robot share the topics: each state is read by all components, and answered by
+All components of a robot share the exchange: each state is read by all components, and answered by
 one message with the commands of all, since a simulator in lockstep continues after the first one.
+States arrive, and commands leave, by a channel: two topics, or memory if the simulator is in the
+same process.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any, Protocol
 from weakref import WeakKeyDictionary
 
@@ -14,7 +16,7 @@ from teleopctl.interfaces import get_message, set_stamp, to_nanoseconds
 from teleopctl.node import Node
 from teleopctl.robot import RESET_FRAME
 
-FIELDS = ("position", "velocity", "effort")
+JOINT_STATE_FIELDS = ("position", "velocity", "effort")
 
 # Any: message classes are generated at run time from definitions.
 
@@ -26,8 +28,119 @@ class ExchangeMember(Protocol):
         """Return joint names, and commands of these joints by JointState field; empty if none."""
 
 
+class ReceivedJointStates(Protocol):
+    """Joint states as in ``sensor_msgs/msg/JointState``, valid until the next ones arrive."""
+
+    @property
+    def name(self) -> Sequence[str]:
+        """Names of the joints."""
+
+    @property
+    def position(self) -> Sequence[float]:
+        """Positions (rad or m), one per name, or empty."""
+
+    @property
+    def velocity(self) -> Sequence[float]:
+        """Velocities (rad/s or m/s), one per name, or empty."""
+
+    @property
+    def effort(self) -> Sequence[float]:
+        """Efforts (N m or N), one per name, or empty."""
+
+
+class JointStateChannel(Protocol):
+    """Way by which joint states arrive from a robot, and commands leave to it."""
+
+    def open(self, on_state: Callable[[ReceivedJointStates, int, bool], None]) -> None:
+        """Start to receive states.
+
+        Args:
+            on_state: Called with each state, its time in nanoseconds, and whether the robot was
+                moved other than by commands since the last one (a reset).
+        """
+
+    def close(self) -> None:
+        """Stop receiving states."""
+
+    def start_sending(self) -> None:
+        """Announce that commands will be sent."""
+
+    def stop_sending(self) -> None:
+        """Announce that no more commands will be sent."""
+
+    def send(self, time_ns: int, names: list[str], columns: Mapping[str, list[float]]) -> None:
+        """Send the commands for the state of a time.
+
+        Args:
+            time_ns: Time of the state, nanoseconds.
+            names: Names of the commanded joints.
+            columns: Commands by JointState field, one per name.
+        """
+
+
+class TopicChannel:
+    """Channel over two topics of ``sensor_msgs/msg/JointState``; implements JointStateChannel.
+
+    Args:
+        node: Node of the subscription and the publisher.
+        states_topic: Topic of the joint states.
+        commands_topic: Topic of the joint commands.
+    """
+
+    def __init__(self, node: Node, states_topic: str, commands_topic: str) -> None:
+        self._node = node
+        self._states_topic = states_topic
+        self._commands_topic = commands_topic
+        self._subscription: Any = None
+        self._publisher: Any = None
+        self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
+        # The message is reused: creating one takes longer than the rest of a cycle.
+        self._command: Any = self._joint_state()
+
+    def open(self, on_state: Callable[[ReceivedJointStates, int, bool], None]) -> None:
+        """Subscribe to the joint states."""
+
+        def receive(message: Any) -> None:
+            header = message.header
+            on_state(message, to_nanoseconds(header.stamp), header.frame_id == RESET_FRAME)
+
+        # Called in the transport's thread: in lockstep the simulator waits for the answer.
+        self._subscription = self._node.create_subscription(
+            self._joint_state, self._states_topic, receive, 10, immediate=True
+        )
+
+    def close(self) -> None:
+        """Unsubscribe from the joint states."""
+        subscription, self._subscription = self._subscription, None
+        self._node.destroy_subscription(subscription)
+
+    def start_sending(self) -> None:
+        """Create the publisher of the commands."""
+        self._publisher = self._node.create_publisher(self._joint_state, self._commands_topic, 10)
+
+    def stop_sending(self) -> None:
+        """Destroy the publisher of the commands."""
+        publisher, self._publisher = self._publisher, None
+        self._node.destroy_publisher(publisher)
+
+    def send(self, time_ns: int, names: list[str], columns: Mapping[str, list[float]]) -> None:
+        """Publish the commands, stamped with the time of the state."""
+        publisher = self._publisher
+        if publisher is None:
+            return
+        message = self._command
+        set_stamp(message.header.stamp, time_ns)
+        message.name = names
+        for field in JOINT_STATE_FIELDS:
+            setattr(message, field, columns.get(field, []))
+        publisher.publish(message)
+
+
 class JointStateExchange:
-    """Joint state subscription and joint command publisher that hardware components share.
+    """Joint states received and joint commands sent, which hardware components share.
+
+    Args:
+        channel: Way by which states arrive and commands leave.
 
     Attributes:
         message: Last received state, or None.
@@ -35,70 +148,55 @@ class JointStateExchange:
         cycle: Function that runs a control cycle for each state, in lockstep; else None.
     """
 
-    def __init__(self, node: Node, states_topic: str, commands_topic: str) -> None:
-        self.message: Any = None
+    def __init__(self, channel: JointStateChannel) -> None:
+        self.message: ReceivedJointStates | None = None
         self.resets = 0
         self.cycle: Callable[[int], None] | None = None
-        self._node = node
-        self._states_topic = states_topic
-        self._commands_topic = commands_topic
+        self._channel = channel
         self._readers: list[ExchangeMember] = []
         self._writers: list[ExchangeMember] = []
         self._written: list[ExchangeMember] = []
-        self._subscription: Any = None
-        self._publisher: Any = None
         self._answered_ns = -1
-        self._joint_state: Any = get_message("sensor_msgs/msg/JointState")
-        # The message is reused: creating one takes longer than the rest of a cycle.
-        self._command: Any = self._joint_state()
 
     def open(self, member: ExchangeMember) -> None:
-        """Add a hardware component as reader; the first one subscribes to the joint states."""
+        """Add a hardware component as reader; with the first one, states are received."""
         self._readers.append(member)
-        if self._subscription is None:
+        if len(self._readers) == 1:
             self.message = None
-            # Called in the transport's thread: in lockstep the simulator waits for the answer.
-            self._subscription = self._node.create_subscription(
-                self._joint_state, self._states_topic, self._received, 10, immediate=True
-            )
+            self._channel.open(self._received)
 
     def close(self, member: ExchangeMember) -> None:
-        """Remove a component as reader; unsubscribe after the last reader."""
+        """Remove a component as reader; after the last one, no states are received."""
         self._readers.remove(member)
         if not self._readers:
-            subscription, self._subscription = self._subscription, None
-            self._node.destroy_subscription(subscription)
+            self._channel.close()
 
     def activate(self, member: ExchangeMember) -> None:
-        """Add a component as writer; create the command publisher for the first writer."""
+        """Add a component as writer; from the first one on, commands are sent."""
         self._writers.append(member)
-        if self._publisher is None:
-            self._publisher = self._node.create_publisher(
-                self._joint_state, self._commands_topic, 10
-            )
+        if len(self._writers) == 1:
+            self._channel.start_sending()
 
     def deactivate(self, member: ExchangeMember) -> None:
-        """Remove a component as writer; destroy the command publisher after the last writer."""
+        """Remove a component as writer; after the last one, no commands are sent."""
         if member not in self._writers:
             return
         self._writers.remove(member)
         if not self._writers:
-            publisher, self._publisher = self._publisher, None
-            self._node.destroy_publisher(publisher)
+            self._channel.stop_sending()
 
     def write(self, member: ExchangeMember, time_ns: int) -> None:
-        """Record that a component has written; publish all commands once all writers have."""
+        """Record that a component has written; send all commands once all writers have."""
         self._written.append(member)
         if all(writer in self._written for writer in self._writers):
             self._answer(time_ns)
 
-    def _received(self, message: Any) -> None:
+    def _received(self, message: ReceivedJointStates, time_ns: int, reset: bool) -> None:
         self.message = message
-        if message.header.frame_id == RESET_FRAME:
+        if reset:
             self.resets += 1
         if self.cycle is None:
             return
-        time_ns = to_nanoseconds(message.header.stamp)
         try:
             self.cycle(time_ns)
         finally:
@@ -106,14 +204,11 @@ class JointStateExchange:
                 self._answer(time_ns)
 
     def _answer(self, time_ns: int) -> None:
-        """Publish the commands of all writers; without written commands, a message of no joints."""
+        """Send the commands of all writers; without written commands, a message of no joints."""
         writers = self._writers if self._written else []
         self._written = []
-        publisher = self._publisher
-        if publisher is None:
+        if not self._writers:
             return
-        message = self._command
-        set_stamp(message.header.stamp, time_ns)
         names: list[str] = []
         columns: dict[str, list[float]] = {}
         for member in writers:
@@ -124,11 +219,8 @@ class JointStateExchange:
                 column += [float("nan")] * (len(names) - len(column))
                 column += values.get(field) or [float("nan")] * len(joints)
             names += joints
-        message.name = names
-        for field in FIELDS:
-            setattr(message, field, columns.get(field, []))
         self._answered_ns = time_ns
-        publisher.publish(message)
+        self._channel.send(time_ns, names, columns)
 
 
 _exchanges: WeakKeyDictionary[Node, dict[tuple[str, str], JointStateExchange]] = WeakKeyDictionary()
@@ -139,5 +231,16 @@ def exchange_of(node: Node, states_topic: str, commands_topic: str) -> JointStat
     of_node = _exchanges.setdefault(node, {})
     topics = (states_topic, commands_topic)
     if topics not in of_node:
-        of_node[topics] = JointStateExchange(node, *topics)
+        of_node[topics] = JointStateExchange(TopicChannel(node, *topics))
     return of_node[topics]
+
+
+def replace_topics(
+    node: Node, states_topic: str, commands_topic: str, channel: JointStateChannel
+) -> None:
+    """Make a node's hardware components use a channel instead of two topics.
+
+    Call it before the components are initialized.
+    """
+    exchange = JointStateExchange(channel)
+    _exchanges.setdefault(node, {})[states_topic, commands_topic] = exchange

@@ -12,7 +12,7 @@ from collections.abc import Callable, Sequence
 
 from teleopctl.control.handles import POSITION, CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface
-from teleopctl.control.hardware.joint_state_exchange import FIELDS, exchange_of
+from teleopctl.control.hardware.joint_state_exchange import JOINT_STATE_FIELDS, exchange_of
 from teleopctl.control.lifecycle import ReturnType
 from teleopctl.errors import HardwareError
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
@@ -47,7 +47,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
         self._names = list(dict.fromkeys(command.prefix_name for command in commands))
         self._columns: list[tuple[str, list[CommandInterface | None]]] = [
             (field, [self.command_interfaces.get(f"{name}/{field}") for name in self._names])
-            for field in FIELDS
+            for field in JOINT_STATE_FIELDS
             if any(command.interface_name == field for command in commands)
         ]
 
@@ -101,7 +101,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
                 if (
                     other.prefix_name != wanted.prefix_name
                     or other.name == name
-                    or not {wanted.interface_name, other.interface_name} <= set(FIELDS)
+                    or not {wanted.interface_name, other.interface_name} <= set(JOINT_STATE_FIELDS)
                 ):
                     continue
                 stays = None if other.name in stop_interfaces else other.owner
@@ -133,7 +133,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
             self.state_jumped = True
         if self._layout != message.name:
             self._lay_out(list(message.name))
-        fields = {field: getattr(message, field) for field in FIELDS}
+        fields = {field: getattr(message, field) for field in JOINT_STATE_FIELDS}
         for state, field, index in self._readers:
             values = fields[field]
             if index < len(values):
@@ -146,7 +146,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
         index = {name: position for position, name in enumerate(names)}
         self._readers, missing = [], set()
         for state in self.state_interfaces.values():
-            if state.interface_name in FIELDS and state.prefix_name in index:
+            if state.interface_name in JOINT_STATE_FIELDS and state.prefix_name in index:
                 reader = (state, state.interface_name, index[state.prefix_name])
                 self._readers.append(reader)
             elif state.name in index:

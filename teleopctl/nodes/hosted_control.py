@@ -1,0 +1,160 @@
+"""Controller manager in the simulator's process: joint states and commands pass in memory.
+
+The physics thread calls the control cycle at each control tick, in the order read, update, write,
+step; services of the two nodes run on threads of their own. The result is that of two processes,
+bit for bit, without the messages between them.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import threading
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.control import JOINT_STATE_FIELDS, ReceivedJointStates, replace_topics
+from teleopctl.interfaces import get_message, set_stamp
+from teleopctl.node import ExternalShutdownException
+from teleopctl.nodes.controller_manager import controller_manager
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.sim import JointStateView, MujocoSim
+
+_LONGEST_END_S = 5.0
+
+
+class MemoryChannel:
+    """Channel between simulator and controller manager: calls instead of messages.
+
+    For the manager it is a JointStateChannel, for the simulator a HostedController.
+    """
+
+    def __init__(self) -> None:
+        self._simulator: MujocoSim | None = None
+        self._manager: Node | None = None
+        self._commands_topic = ""
+        self._on_state: Callable[[ReceivedJointStates, int, bool], None] | None = None
+        self._publisher: Any = None
+        self._has_subscribers = False
+        self.published_ns = -1
+        self._command: Any = get_message("sensor_msgs/msg/JointState")()
+
+    def set_simulator(self, simulator: MujocoSim) -> None:
+        """Set the simulator that receives the commands."""
+        self._simulator = simulator
+
+    def set_manager(self, node: Node) -> None:
+        """Set the manager's node; its hardware on the simulator's topics uses this channel."""
+        assert self._simulator is not None
+        states, self._commands_topic = (
+            str(self._simulator.get_parameter(name).value)
+            for name in ("joint_states_topic", "joint_commands_topic")
+        )
+        self._manager = node
+        node.add_graph_callback(self._on_graph)
+        replace_topics(node, states, self._commands_topic, self)
+
+    # --- for the simulator ------------------------------------------------------------------
+
+    @property
+    def is_connected(self) -> bool:
+        """Whether hardware reads the states and is active."""
+        return self._on_state is not None and self._publisher is not None
+
+    def update(self, states: JointStateView, time_ns: int, reset: bool) -> None:
+        """Run the control cycle for the states of a control tick."""
+        if self._on_state is not None:
+            self._on_state(states, time_ns, reset)
+
+    # --- for the manager --------------------------------------------------------------------
+
+    def open(self, on_state: Callable[[ReceivedJointStates, int, bool], None]) -> None:
+        """Start to receive states."""
+        self._on_state = on_state
+        self._changed()
+
+    def close(self) -> None:
+        """Stop receiving states."""
+        self._on_state = None
+        self._changed()
+
+    def start_sending(self) -> None:
+        """Create the publisher of the commands, for subscribers other than the simulator."""
+        assert self._manager is not None
+        self._publisher = self._manager.create_publisher(
+            type(self._command), self._commands_topic, 10
+        )
+        self._changed()
+
+    def stop_sending(self) -> None:
+        """Destroy the publisher of the commands."""
+        publisher, self._publisher = self._publisher, None
+        assert self._manager is not None
+        self._manager.destroy_publisher(publisher)
+        self._changed()
+
+    def send(self, time_ns: int, names: list[str], columns: Mapping[str, list[float]]) -> None:
+        """Pass the commands to the simulator; publish them if their topic has subscribers."""
+        assert self._simulator is not None
+        values = [columns.get(field, []) for field in JOINT_STATE_FIELDS]
+        self._simulator.receive_command(time_ns, names, *values)
+        publisher = self._publisher
+        if not self._has_subscribers or publisher is None:
+            return
+        message = self._command
+        set_stamp(message.header.stamp, time_ns)
+        message.name = names
+        for field, column in zip(JOINT_STATE_FIELDS, values, strict=True):
+            setattr(message, field, column)
+        self.published_ns = time_ns
+        publisher.publish(message)
+
+    def _on_graph(self) -> None:
+        publisher = self._publisher
+        # The simulator subscribes as well, for commands of other programs.
+        self._has_subscribers = publisher is not None and publisher.get_subscription_count() > 1
+
+    def _changed(self) -> None:
+        assert self._simulator is not None
+        self._on_graph()
+        self._simulator.controller_changed()
+
+
+@contextlib.contextmanager
+def hosted_control(
+    simulator: MujocoSim, channel: MemoryChannel, arguments: Sequence[str]
+) -> Iterator[None]:
+    """Context manager that runs a controller manager beside a simulator, on a thread of its own.
+
+    Args:
+        simulator: The simulator's node; an exception in the manager is raised where it spins.
+        channel: Channel between the two.
+        arguments: Command line with the manager's ROS arguments.
+    """
+    ended = threading.Event()
+    stop: list[Callable[[], object]] = []
+
+    def run() -> None:
+        try:
+            with (
+                controller_manager(
+                    arguments, is_process=False, prepare=channel.set_manager
+                ) as executor,
+                contextlib.suppress(ExternalShutdownException),
+            ):
+                stop.append(executor.shutdown)
+                if not ended.is_set():
+                    executor.spin()
+        except Exception as error:  # noqa: BLE001 - raised where the simulator spins
+            simulator.fail(error)
+
+    thread = threading.Thread(target=run, name="controller_manager", daemon=True)
+    thread.start()
+    try:
+        yield
+    finally:
+        ended.set()
+        for end in stop:
+            end()
+        thread.join(_LONGEST_END_S)
