@@ -69,6 +69,7 @@ def _manager_arguments(words: list[str]) -> list[str] | None:
     Raises:
         UsageError: There are other arguments.
     """
+    words = [word for word in words if word]  # a launch file's expression may be empty
     if not words:
         return None
     option, *rest = words

@@ -145,7 +145,7 @@ class LockstepLoop:
         self._steps: deque[StepRequest] = deque()
         self._requests: deque[Callable[[], None]] = deque()
         self._partner = False
-        self._viewed = False
+        self._viewed = self._was_viewed = False
         self._clocked = True
         self._attended = True
         self._lost = False
@@ -504,7 +504,11 @@ class LockstepLoop:
         """Publish clock, view and sensors that are due at a time, at a control tick or not."""
         if not self._simulation.at_tick and (self._clock_due(now) or force):
             self._ports.publish_clock(now)
-        if self._viewed and (self._view_schedule.poll(now) or force):
+        viewed, was_viewed, self._was_viewed = self._viewed, self._was_viewed, self._viewed
+        if viewed and not was_viewed:
+            # The times at which a viewer gets states must not depend on its start.
+            self._view_schedule.skip_to(now)
+        if viewed and (self._view_schedule.poll(now) or force):
             self._simulation.read()
             self._ports.publish_view(now)
         if self._sampler is not None:

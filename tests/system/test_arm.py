@@ -146,7 +146,7 @@ def test_the_claw_goes_where_forward_kinematics_puts_it(arm, watcher, tmp_path):
 
 def test_a_command_beyond_a_limit_is_clamped_and_reported_once(arm, watcher):
     def reports():
-        lines = arm.run("logs ros2_control_node-2").stdout.splitlines()
+        lines = arm.run("logs mujoco_sim-1").stdout.splitlines()
         return sum("[WARN]" in x and "joint_4" in x and "limit" in x.lower() for x in lines)
 
     before = reports()

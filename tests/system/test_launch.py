@@ -367,11 +367,11 @@ def test_a_description_that_is_refused_ends_the_wait_with_the_reason(ros):
     assert result.returncode == 1
     # On a slow machine lines before it say what is still starting.
     assert result.stderr.endswith(
-        "teleopctl: ros2_control_node-2: the robot description is refused: "
+        "teleopctl: mujoco_sim-1: the robot description is refused: "
         "no 'ros2_control' tag found in the URDF\n"
         "  The rest of the launch continues; `teleopctl stop sim` ends it.\n"
     )
-    assert "ros2_control_node-2 is up" not in result.stdout
+    assert "mujoco_sim-1 is up" not in result.stdout
     log = ros.run("logs sim").stdout
     assert "Waiting for data on 'robot_description'" not in log.partition("Received robot")[2]
     refused = ros.run("control list_controllers")
@@ -383,9 +383,9 @@ def test_in_the_foreground_the_spawner_ends_with_the_reason_of_a_refusal(ros):
     (ros.folder / "plain.urdf").write_text(PLAIN_ARM)
     launch = ros.spawn("launch sim.yaml camera:=false hardware:=as_described model:=plain.urdf")
     launch.wait_for_line(
-        r"\[spawner-4\].* has not accepted the robot description: no 'ros2_control'"
+        r"\[spawner-3\].* has not accepted the robot description: no 'ros2_control'"
     )
-    launch.wait_for_line(r"\[spawner-4\]: process has died .*exit code 1")
+    launch.wait_for_line(r"\[spawner-3\]: process has died .*exit code 1")
     launch.interrupt()
     launch.wait()
 
@@ -395,7 +395,7 @@ def test_a_controller_that_cannot_be_loaded_fails_the_launch_with_the_managers_r
     assert launch.returncode == 1
     # On a slow machine lines before it say what is still starting.
     assert (
-        "teleopctl: spawner-4: Failed loading controller nope: "
+        "teleopctl: spawner-3: Failed loading controller nope: "
         "The 'type' param was not defined for 'nope'."
     ) in launch.stderr.splitlines()
 

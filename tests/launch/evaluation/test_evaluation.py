@@ -177,9 +177,8 @@ def test_a_built_in_file_is_included_by_its_name_or_its_path(plan, file):
     text = f"launch:\n- include: {{file: {file}, arg: [{{name: camera, value: 'false'}}]}}"
     assert [process.name for process in plan(text).processes] == [
         "mujoco_sim-1",
-        "ros2_control_node-2",
-        "robot_state_publisher-3",
-        "spawner-4",
+        "robot_state_publisher-2",
+        "spawner-3",
     ]
 
 

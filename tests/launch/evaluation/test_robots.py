@@ -281,13 +281,25 @@ def test_in_simulation_the_nodes_of_a_robot_get_them(tmp_path):
     (tmp_path / "head.xacro").write_text(XACRO.replace("{more}", RENAMED))
     file = builtin_file("sim.yaml")
     assert file is not None
-    arguments = {"model": str(tmp_path / "head.xacro"), "camera": "false", "viewer": "true"}
+    arguments = {
+        "model": str(tmp_path / "head.xacro"),
+        "camera": "false",
+        "viewer": "true",
+        "control": "topic",
+    }
     plan, _ = evaluate(parse_file(file), arguments, tmp_path / "log", LaunchRequest(file=str(file)))
     rules = {
         process.name.rpartition("-")[0]: [word for word in process.command if ":=" in word]
         for process in plan.start.processes
     }
     assert "~/odom:=odom" in rules["ros2_control_node"]
+    # In the simulator's process, the manager alone has these rules.
+    arguments["control"] = "process"
+    plan, _ = evaluate(parse_file(file), arguments, tmp_path / "log", LaunchRequest(file=str(file)))
+    command = plan.start.processes[0].command
+    (hosted,) = [word for word in command if word.startswith("--controller-manager=")]
+    assert "~/odom:=odom" in hosted
+    assert "~/odom:=odom" not in command
     assert "/joint_states:=/platform/joint_states" in rules["robot_state_publisher"]
     assert rules["rviz2"].index("/joint_states:=/platform/joint_states") < rules["rviz2"].index(
         "/joint_states:=/joint_states"
