@@ -26,6 +26,36 @@ def test_the_last_words_count_on_one_line(tmp_path):
     assert told(log_file, progress.FAILED, "two\n lines")[:2] == ("failed", "two lines")
 
 
+@pytest.mark.parametrize(
+    ("reports", "state", "detail"),
+    [
+        ("WAITING:/a:control STARTING::", "starting", ""),
+        ("STARTING::control WAITING:/a:", "starting", ""),
+        ("READY::control WAITING:/a:", "waiting", "/a"),
+        ("READY::control READY:localhost:", "ready", ""),
+        ("FAILED:refused:control READY::", "failed", "refused"),
+        ("FAILED:refused:control READY:: STARTING::control", "starting", ""),
+        ("FAILED:refused:control ENDED:0:", "ended", "0 refused"),
+    ],
+)
+def test_a_process_of_two_parts_is_ready_when_both_are(tmp_path, reports, state, detail):
+    log_file = tmp_path / "a.log"
+    program = (
+        "import sys; from teleopctl.base import progress\n"
+        "for word in sys.argv[1:]:\n"
+        "    state, detail, part = word.split(':')\n"
+        "    progress.report(getattr(progress, state), detail, part=part)\n"
+    )
+    subprocess.run(
+        [sys.executable, "-c", program, *reports.split()],
+        env={progress.VARIABLE: str(progress.progress_file(log_file))},
+        check=True,
+    )
+    said = progress.read(log_file)
+    assert said is not None
+    assert (said.state, said.detail) == (state, detail)
+
+
 def test_what_a_process_does_is_reported_while_it_starts_and_not_later(tmp_path):
     log_file = tmp_path / "a.log"
     program = (

@@ -262,6 +262,19 @@ def test_the_pose_is_shown_at_its_rate_and_only_to_viewers(make) -> None:
     ]
 
 
+def test_a_viewer_gets_states_at_the_same_times_whenever_it_comes(make) -> None:
+    bench = make(paused=True, view_rate_hz=50.0)
+    bench.start()
+    bench.step(1007)
+    bench.loop.set_viewed(True)
+    bench.step(1000)
+    # And once where the requested steps end.
+    assert bench.ports.times("view") == [
+        *(1_000_000_000 + k * 20_000_000 for k in range(1, 51)),
+        2_007_000_000,
+    ]
+
+
 def test_requests_run_between_steps(make) -> None:
     bench = make()
     bench.start()

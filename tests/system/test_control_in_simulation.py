@@ -8,7 +8,7 @@ from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Context, Node, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.robot.xacro.expansion import expand_xacro
-from teleopctl.testing import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"
@@ -34,7 +34,7 @@ def start_manager(ros):
 class Operator(Node):
     """Describes the robot, commands it and writes down every joint state."""
 
-    def __init__(self, ros, urdf, *, sim_rate=10):
+    def __init__(self, ros, urdf, *, sim_rate=10, hosted=False):
         self._own = Context()
         self._own.init([])
         super().__init__("operator", context=self._own, start_parameter_services=False)
@@ -45,12 +45,15 @@ class Operator(Node):
         )
         self.sim = ros.spawn_module(
             "teleopctl.nodes",
-            "mujoco_sim mujoco_sim --ros-args -p paused:=true -p real_time_factor:=0 "
-            f"-p update_rate:={sim_rate}",
+            ["mujoco_sim", "mujoco_sim"]
+            + [f"--controller-manager=--ros-args --params-file {CONTROLLERS}"] * hosted
+            + ["--ros-args", "-p", "paused:=true", "-p", "real_time_factor:=0"]
+            + ["-p", f"update_rate:={sim_rate}"],
         )
-        self.manager = start_manager(ros)
-        self.sim.wait_for_line("Simulation is paused")
-        self.manager.wait_for_line("Starting Controller Manager services")
+        self.manager = self.sim if hosted else start_manager(ros)
+        # In one process either may come first.
+        eventually(lambda: "Simulation is paused" in self.sim.stderr)
+        eventually(lambda: "Starting Controller Manager services" in self.manager.stderr)
         self.create_subscription(JointState, "/joint_states", self._heard, 10, immediate=True)
 
     def _heard(self, message):
@@ -106,7 +109,7 @@ class Operator(Node):
         assert client.call(kind.Request(), LONGEST_WAIT_S) is not None
 
     def close(self):
-        for process in (self.sim, self.manager):
+        for process in dict.fromkeys((self.sim, self.manager)):
             process.interrupt()
             assert process.wait() == 0
         self._own.try_shutdown()
@@ -117,9 +120,9 @@ def urdf():
     return expand_xacro(MODEL, {"hardware": "sim"})
 
 
-def run(ros, urdf, count):
+def run(ros, urdf, count, *, hosted=False):
     """Joint states of the first cycles after both commands were given."""
-    operator = Operator(ros, urdf)
+    operator = Operator(ros, urdf, hosted=hosted)
     spawned = ros.run_module("teleopctl.nodes", f"controller_manager spawner {ALL}")
     assert spawned.returncode == 0, spawned.stderr
     operator.command_both()

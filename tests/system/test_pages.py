@@ -31,7 +31,7 @@ NOT_TYPED = {
         "teleopctl topic echo --once /chatter",
         'export ZENOH_CONFIG_OVERRIDE=\'mode="client";connect/endpoints=["tcp/192.0.2.2:7447"]\'',
     ],
-    "simulation": ["teleopctl logs camera-4", "teleopctl topic hz /image_raw"],
+    "simulation": ["teleopctl logs camera-3", "teleopctl topic hz /image_raw"],
 }
 
 # Typed in each run. The others start robots by the dozen; what their commands do has tests of its

@@ -1,0 +1,72 @@
+"""The controller manager in the simulator's process: the same robot as in two processes."""
+
+import re
+
+import pytest
+
+from teleopctl.robot import expand_xacro
+from tests.system.test_control_in_simulation import MODEL, run
+
+PROCESSES = ("process", "topic")
+
+
+def test_the_bits_of_a_run_are_those_of_two_processes(ros):
+    urdf = expand_xacro(MODEL, {"hardware": "sim"})
+    hosted, apart = (run(ros, urdf, 40, hosted=hosted)[0] for hosted in (True, False))
+
+    def raw(states):
+        return [(s.header.stamp, list(s.name), s.position.tobytes()) for s in states]
+
+    assert raw(hosted) == raw(apart)
+    assert hosted[-1].position[0] == pytest.approx(0.5, abs=2e-3)
+
+
+@pytest.fixture(scope="module", params=PROCESSES)
+def graph(request, shared_ros):
+    """Place of the manager, and what commands print while ``sim.yaml`` runs, by command."""
+    arm = shared_ros.launch("sim.yaml", "camera:=false", f"control:={request.param}")
+    commands = ("node list", "service list -t", "topic list -t", "action list -t")
+    printed = {command: shared_ros.run(command).stdout for command in commands}
+    printed["/robot_joint_commands"] = shared_ros.run(
+        "topic echo --once /robot_joint_commands"
+    ).stdout
+    printed["/robot_joint_states"] = shared_ros.run("topic echo --once /robot_joint_states").stdout
+    printed["ps"] = shared_ros.run("ps").stdout
+    arm.stop()
+    return request.param, printed
+
+
+_seen: dict[str, dict[str, str]] = {}
+
+
+def test_nodes_services_topics_and_actions_are_the_same(graph):
+    where, printed = graph
+    _seen[where] = {command: text for command, text in printed.items() if " list" in command}
+    assert "/controller_manager\n" in printed["node list"]
+    assert ("ros2_control_node" in printed["ps"]) == (where == "topic")
+    if len(_seen) == len(PROCESSES):
+        assert _seen["process"] == _seen["topic"]
+
+
+def test_states_and_commands_are_published_for_who_subscribes(graph):
+    _, printed = graph
+    for topic in ("/robot_joint_commands", "/robot_joint_states"):
+        names = re.findall(r"^- (joint_\d)$", printed[topic], re.MULTILINE)
+        assert {"joint_1", "joint_2", "joint_3", "joint_4"} <= set(names), printed[topic]
+
+
+@pytest.mark.parametrize("words", ["--controler-manager=", "--controller-manager a b", "x"])
+def test_other_arguments_are_refused(ros, words):
+    done = ros.run_module("teleopctl.nodes", f"mujoco_sim mujoco_sim {words}")
+    assert done.returncode == 2
+    assert f"mujoco_sim does not know the arguments: {words}" in done.stderr
+    assert "--controller-manager 'ARGUMENTS'" in done.stderr
+
+
+def test_what_is_wrong_with_the_manager_ends_the_process_with_the_reason(ros):
+    process = ros.spawn_module(
+        "teleopctl.nodes",
+        ["mujoco_sim", "mujoco_sim", "--controller-manager=--ros-args -p update_rate:=-5"],
+    )
+    assert process.wait() == 1
+    assert "Parameter 'update_rate' must be an integer above 0, got -5" in process.stderr
