@@ -9,6 +9,7 @@ from __future__ import annotations
 
 import os
 import sys
+from _thread import RLock  # short commands do not import threading
 from pathlib import Path
 from typing import TYPE_CHECKING, NamedTuple
 
@@ -43,6 +44,8 @@ _ORDER = (ENDED, FAILED, STARTING, WAITING, READY, STARTED)
 _file: str | None = None
 _failure = ""
 _parts: dict[str, tuple[str, str]] = {}
+# Reentrant: Ctrl-C may end a report whose process then reports its end.
+_lock = RLock()
 
 
 class Progress(NamedTuple):
@@ -84,11 +87,16 @@ def report(state: str, detail: str = "", *, part: str = "") -> None:
         part: Part of the process that reports, if it has several: the process is ready when all
             are. A state that is started or ended is that of the process.
     """
+    # Parts report on threads of their own: the file has to have what the last one made of it.
+    with _lock:
+        if state in (STARTED, ENDED):
+            _parts.clear()
+        _parts[part] = state, detail
+        _write(*min(_parts.values(), key=lambda said: _ORDER.index(said[0])))
+
+
+def _write(state: str, detail: str) -> None:
     global _file, _failure
-    if state in (STARTED, ENDED):
-        _parts.clear()
-    _parts[part] = state, detail
-    state, detail = min(_parts.values(), key=lambda said: _ORDER.index(said[0]))
     if state == ENDED:
         detail = f"{detail} {_failure}"
     else:

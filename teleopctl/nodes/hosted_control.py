@@ -37,6 +37,7 @@ class MemoryChannel:
         self._on_state: Callable[[ReceivedJointStates, int, bool], None] | None = None
         self._publisher: Any = None
         self._has_subscribers = False
+        self._graph_lock = threading.RLock()
         self.published_ns = -1
         self._command: Any = get_message("sensor_msgs/msg/JointState")()
 
@@ -111,9 +112,11 @@ class MemoryChannel:
         publisher.publish(message)
 
     def _on_graph(self) -> None:
-        publisher = self._publisher
-        # The simulator subscribes as well, for commands of other programs.
-        self._has_subscribers = publisher is not None and publisher.get_subscription_count() > 1
+        with self._graph_lock:
+            publisher = self._publisher
+            # The simulator subscribes as well, for commands of other programs.
+            others = publisher is not None and publisher.get_subscription_count() > 1
+            self._has_subscribers = others
 
     def _changed(self) -> None:
         assert self._simulator is not None

@@ -27,6 +27,7 @@ import os
 import shlex
 import sys
 
+from teleopctl.base import progress
 from teleopctl.errors import UsageError
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
 from teleopctl.nodes.single_instance import require_single_instance
@@ -54,6 +55,7 @@ def main(args: list[str] | None = None) -> int:
         else:
             from teleopctl.nodes.hosted_control import MemoryChannel, hosted_control
 
+            progress.report(progress.STARTING, part=progress.CONTROL)
             channel = MemoryChannel()
             node = stack.enter_context(MujocoSim(channel))
             channel.set_simulator(node)

@@ -68,6 +68,9 @@ class MujocoSim(Node):
         self._last_names: list[str] = []
         self._commanders = 0
         self._subscriptions: dict[str, int] = {}
+        # What an earlier graph means must not be set after a later one. Reentrant, since a new
+        # endpoint of this node changes the graph as well.
+        self._graph_lock = threading.RLock()
         declare_parameters(self)
         self.add_on_set_parameters_callback(self._check_parameters)
         self.add_post_set_parameters_callback(self._follow_parameters)
@@ -202,7 +205,11 @@ class MujocoSim(Node):
     # --- the controller -------------------------------------------------------------------
 
     def _on_graph(self) -> None:
-        """Count publishers and subscribers; called on another thread after each graph change."""
+        """Count publishers and subscribers; called on other threads after each graph change."""
+        with self._graph_lock:
+            self._count_endpoints()
+
+    def _count_endpoints(self) -> None:
         assert self._loop is not None
         before, self._commanders = self._commanders, self._commands.get_publisher_count()
         has_controller, commanded = self._ports.has_controller(), self._commanders > 0
