@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 from teleopctl.base import progress
@@ -11,6 +11,7 @@ from teleopctl.control.controller_files import MANAGER_PARAMETERS
 from teleopctl.control.controller_manager import ControllerManager, string_list_parameter
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
+from teleopctl.control.cycle_watchdog import DEFAULT_LIMIT_S, CycleWatchdog
 from teleopctl.control.lifecycle import State
 from teleopctl.control.limits import limits_enforced_by_default
 from teleopctl.control.manager_log import DESCRIPTION_RECEIVED, DESCRIPTION_REFUSED
@@ -35,9 +36,18 @@ class ControllerManagerNode:
         node: Node of the manager.
         executor: Executor that the nodes of controllers are added to.
         ros_arguments: ROS arguments of the process; they apply to controllers' nodes, too.
+        on_cycle_timeout: Called with the error if a control cycle does not end within the parameter
+            ``cycle_timeout``, 10 s by default; None for a manager whose process goes on.
     """
 
-    def __init__(self, node: Node, executor: Executor, ros_arguments: Sequence[str]) -> None:
+    def __init__(
+        self,
+        node: Node,
+        executor: Executor,
+        ros_arguments: Sequence[str],
+        *,
+        on_cycle_timeout: Callable[[TeleopctlError], object] | None = None,
+    ) -> None:
         self._node = node
         self._executor = executor
         self._ros_arguments = without_node_name(ros_arguments)
@@ -63,6 +73,12 @@ class ControllerManagerNode:
         self._publish_queue = PublishQueue(lambda sentence: self._cycle.report(sentence))
         self.manager = ControllerManager(self._resource_manager, self, self._logger, rate)
         self._cycle = Cycle(self.manager, self._publish_queue)
+        self._watchdog = CycleWatchdog(
+            self._cycle,
+            self._logger,
+            limit_s=0.0 if on_cycle_timeout is None else self._cycle_timeout_s(),
+            on_limit=on_cycle_timeout or node.fail,
+        )
         self._loop: WallClockLoop | None = None
         self._lockstep = False
         self._last_state_ns: int | None = None
@@ -83,6 +99,17 @@ class ControllerManagerNode:
         )
         self._reminder = node.create_timer(1.0, self._remind, clock=Clock())
         progress.report(progress.WAITING, self._subscription.topic_name, part=progress.CONTROL)
+
+    def _cycle_timeout_s(self) -> float:
+        limit_s = self.parameter("cycle_timeout")
+        if limit_s is None:
+            return DEFAULT_LIMIT_S
+        if isinstance(limit_s, bool) or not isinstance(limit_s, int | float) or limit_s < 0:
+            raise InvalidParameterError(
+                f"Parameter 'cycle_timeout' must be a number of seconds, 0 for no limit, "
+                f"got {limit_s}"
+            )
+        return float(limit_s)
 
     def _remind(self) -> None:
         self._logger.warning(
@@ -261,6 +288,7 @@ class ControllerManagerNode:
 
     def _start_cycling(self) -> None:
         """Start the control loop on the wall clock, unless hardware triggers the cycles."""
+        self._watchdog.start()
         if self._lockstep:
             return
         self._publish_queue.start_thread()
@@ -275,6 +303,7 @@ class ControllerManagerNode:
 
     def close(self) -> None:
         """Stop the control loop, unload the controllers, and finalize the hardware."""
+        self._watchdog.stop()
         if self._loop is not None:
             self._loop.stop()
         for component in self._resource_manager.components.values():

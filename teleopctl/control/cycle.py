@@ -44,6 +44,8 @@ class Cycle:
 
     Attributes:
         time_ns: Time of the last cycle in nanoseconds; 0 before the first cycle.
+        began_s: Begin of the running cycle, on the monotonic clock in seconds; 0 between cycles.
+        running: Controller or hardware whose method runs in the cycle, and the method's name.
         times: Durations of the parts of the last cycle.
     """
 
@@ -55,6 +57,8 @@ class Cycle:
         self._changed = False
         self._trigger_ns: int | None = None
         self.time_ns = 0
+        self.began_s = 0.0
+        self.running = ("Hardware", "read")
         self.times = CycleTimes()
 
     def report(self, sentence: str) -> None:
@@ -81,6 +85,8 @@ class Cycle:
             self.time_ns = time_ns
             period = period_ns / NANOSECONDS_PER_SECOND
             began_ns = time.perf_counter_ns()
+            self.running = ("Hardware", "read")
+            self.began_s = time.monotonic()
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
             if resources.take_state_jumped() or begun_again:
@@ -89,9 +95,11 @@ class Cycle:
             self._update(time_ns, trigger_ns, period_ns)
             resources.enforce_command_limits(period)
             updated_ns = time.perf_counter_ns()
+            self.running = ("Hardware", "write")
             for component in resources.write(time_ns, period):
                 self._component_failed(component, "write")
             self.times.record(began_ns, read_ns, updated_ns, None if last_ns is None else period)
+            self.began_s = 0.0
         self._publish_queue.flush()
         while self._reports:
             manager.logger.warning(self._reports.popleft())
@@ -126,6 +134,7 @@ class Cycle:
             ):
                 continue
             spec.last_update_cycle_time_ns = trigger_ns
+            self.running = (f"Controller '{spec.name}'", "update")
             since = since_ns / NANOSECONDS_PER_SECOND
             began_ns = time.perf_counter_ns()
             try:

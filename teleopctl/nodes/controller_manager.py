@@ -8,6 +8,7 @@ from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
 from teleopctl.base import progress
+from teleopctl.errors import TeleopctlError
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
@@ -52,6 +53,7 @@ def controller_manager(
     *,
     is_process: bool = True,
     prepare: Callable[[Node], object] = lambda _: None,
+    on_cycle_timeout: Callable[[TeleopctlError], object] | None = None,
 ) -> Iterator[Executor]:
     """Context manager that makes a controller manager and its executor, and ends the manager.
 
@@ -59,6 +61,7 @@ def controller_manager(
         arguments: Command line with the manager's ROS arguments.
         is_process: Whether they are those of the whole process.
         prepare: Called with the manager's node before the robot description is received.
+        on_cycle_timeout: See `ControllerManagerNode`.
 
     Raises:
         TeleopctlError: A controller manager of the same name runs already, or a parameter is
@@ -80,7 +83,9 @@ def controller_manager(
         require_single_instance(node)
         prepare(node)
         executor.add_node(node)
-        manager_node = ControllerManagerNode(node, executor, arguments)
+        manager_node = ControllerManagerNode(
+            node, executor, arguments, on_cycle_timeout=on_cycle_timeout
+        )
         yield executor
         node.get_logger().info("Shutting down the controller manager")
         manager_node.close()

@@ -13,6 +13,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.control import JOINT_STATE_FIELDS, ReceivedJointStates, replace_topics
+from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, set_stamp
 from teleopctl.node import ExternalShutdownException
 from teleopctl.nodes.controller_manager import controller_manager
@@ -21,7 +22,9 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
     from teleopctl.sim import JointStateView, MujocoSim
 
+# Longest wait for the end of the manager, in seconds of wall time.
 _LONGEST_END_S = 5.0
+_LONGEST_END_AFTER_ERROR_S = 1.0
 
 
 class MemoryChannel:
@@ -142,7 +145,10 @@ def hosted_control(
         try:
             with (
                 controller_manager(
-                    arguments, is_process=False, prepare=channel.set_manager
+                    arguments,
+                    is_process=False,
+                    prepare=channel.set_manager,
+                    on_cycle_timeout=simulator.fail,
                 ) as executor,
                 contextlib.suppress(ExternalShutdownException),
             ):
@@ -154,10 +160,15 @@ def hosted_control(
 
     thread = threading.Thread(target=run, name="controller_manager", daemon=True)
     thread.start()
+    longest_end_s = _LONGEST_END_S
     try:
         yield
+    except TeleopctlError:
+        # A controller that does not return keeps the manager from ending.
+        longest_end_s = _LONGEST_END_AFTER_ERROR_S
+        raise
     finally:
         ended.set()
         for end in stop:
             end()
-        thread.join(_LONGEST_END_S)
+        thread.join(longest_end_s)

@@ -48,6 +48,8 @@ _READ_AT_START = {
 }
 # Time that a service waits for the loop, in seconds of wall time, on top of a lockstep timeout.
 _TIMEOUT_S = 10.0
+# Longest wait for the physics thread at the end, in seconds of wall time.
+_LONGEST_END_S = 3.0
 
 
 class MujocoSim(Node):
@@ -310,5 +312,6 @@ class MujocoSim(Node):
             self._loop.stop()
         # Ctrl-C may have arrived while the thread was being started.
         if self._thread is not None and self._thread.is_alive():
-            self._thread.join()
+            # A hosted controller that never returns must not keep the process.
+            self._thread.join(_LONGEST_END_S if self.failure is None else 1.0)
         super().destroy_node()

@@ -5,9 +5,26 @@ import re
 import pytest
 
 from teleopctl.robot import expand_xacro
-from tests.system.test_control_in_simulation import MODEL, run
+from tests.system.test_control_in_simulation import CONTROLLERS, MODEL, run
 
 PROCESSES = ("process", "topic")
+
+SLEEPER = """
+import time
+from teleopctl.control import (
+    ControllerInterface, InterfaceConfiguration, InterfaceConfigurationType)
+
+NOTHING = InterfaceConfiguration(InterfaceConfigurationType.NONE)
+
+class Sleeper(ControllerInterface):
+    def state_interface_configuration(self):
+        return NOTHING
+
+    command_interface_configuration = state_interface_configuration
+
+    def update(self, time_ns, period):
+        time.sleep(1000)
+"""
 
 
 def test_the_bits_of_a_run_are_those_of_two_processes(ros):
@@ -70,3 +87,16 @@ def test_what_is_wrong_with_the_manager_ends_the_process_with_the_reason(ros):
     )
     assert process.wait() == 1
     assert "Parameter 'update_rate' must be an integer above 0, got -5" in process.stderr
+
+
+def test_a_controller_that_never_returns_is_named_and_ends_the_process(ros):
+    (ros.folder / "sleepers.py").write_text(SLEEPER)
+    ros.env["PYTHONPATH"] = str(ros.folder)
+    controllers = ros.folder / "controllers.yaml"
+    more = 'sleeper: {type: "sleepers:Sleeper"}\n    cycle_timeout: 1.5\n    arm_controller:'
+    controllers.write_text(CONTROLLERS.read_text().replace("arm_controller:", more, 1))
+    launch = ros.spawn(f"launch sim.yaml camera:=false controllers_file:={controllers}")
+    stands_still = r"Controller 'sleeper' has not returned from update\(\) for 1\.\d s"
+    launch.wait_for_line(f"ERROR.*{stands_still}: the control cycle stands still")
+    launch.wait_for_line(rf"\[mujoco_sim-1\] {stands_still}$")
+    launch.wait_for_line(r"\[mujoco_sim-1\]: process has died .*exit code 1")
