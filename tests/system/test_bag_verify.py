@@ -232,8 +232,16 @@ def middle(messages, topic):
         # The frames of the joints, not of the cube.
         places = [index for index in places if b"gripper_left" in messages[index].data]
     if topic == COMMANDS:
-        # While nothing moves: what lacks a command in a motion goes on otherwise, and rightly so.
-        return places[2], places[1]
+        # While controllers hold the robot still: what lacks a command in a motion, or the first one
+        # of a controller, goes on otherwise, and rightly so.
+        sent = [deserialize(messages[place].data, JointState) for place in places]
+        held = [(list(each.name), list(each.position)) for each in sent]
+        at = next(
+            k
+            for k in range(1, len(held) - 1)
+            if held[k][0] and held[k - 1] == held[k] == held[k + 1]
+        )
+        return places[at], places[at - 1]
     return places[len(places) // 2], places[len(places) // 2 - 1]
 
 
