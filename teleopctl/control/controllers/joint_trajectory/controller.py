@@ -250,7 +250,7 @@ class JointTrajectoryController(ControllerInterface):
         command = trajectory.sample(ahead, method, advance=False)
         if desired is None or command is None:
             return None
-        reference = replace(desired.state, time_ns=now - trajectory.start_ns)
+        reference = desired.state.at(now - trajectory.start_ns)
         feedback = TrajectoryPoint(
             positions,
             velocities,

@@ -46,6 +46,12 @@ class TrajectoryPoint:
     effort: list[float] = field(default_factory=list)
     time_ns: int = 0
 
+    def at(self, time_ns: int) -> TrajectoryPoint:
+        """Return the point with another time; the lists are shared."""
+        return TrajectoryPoint(
+            self.positions, self.velocities, self.accelerations, self.effort, time_ns
+        )
+
     @classmethod
     def from_message(cls, point: PointLike, order: Iterable[int] | None = None) -> TrajectoryPoint:
         """Return the point of a message; its joints reordered by indices if given."""
@@ -271,6 +277,10 @@ class Trajectory:
         self._segments = [None] * len(self._points)
         self.start_ns = start_ns
         self._completed = 0
+        # The sample after the last point, the same in each cycle until the next trajectory, and
+        # whether it was made for splines.
+        self._last_sample: TrajectorySample | None = None
+        self._last_sample_splines = False
         self.last_index = 0
         self.sampled_already = False
 
@@ -295,7 +305,7 @@ class Trajectory:
             wraparound: Whether each joint is continuous. The position of a continuous joint is
                 shifted by whole turns, so that the joint takes the shortest way.
         """
-        before = replace(point, time_ns=time_ns)
+        before = point.at(time_ns)
         if any(wraparound) and self._points and self._points[0].positions:
             before.positions = shift_to_nearest_turn(
                 before.positions, self._points[0].positions, wraparound
@@ -342,9 +352,12 @@ class Trajectory:
                 return self._interpolate(index + 1, time_ns, index, index + 1)
         if advance:
             self.last_index = last
-        if splines:
-            self._complete(last)
-        return TrajectorySample(_with_zeros(points[last]), last, last + 1)
+        if self._last_sample is None or self._last_sample_splines is not splines:
+            if splines:
+                self._complete(last)
+            self._last_sample = TrajectorySample(_with_zeros(points[last]), last, last + 1)
+            self._last_sample_splines = splines
+        return self._last_sample
 
     def _interpolate(self, segment: int, time_ns: int, start: int, end: int) -> TrajectorySample:
         path = self._segments[segment]
