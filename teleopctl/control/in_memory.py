@@ -15,7 +15,7 @@ from teleopctl.control.limits import limits_enforced_by_default
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.switching import SwitchRequest, switch_controller
-from teleopctl.interfaces import ActionType, get_message
+from teleopctl.interfaces import ActionType, Message, deserialize, get_message
 from teleopctl.node import (
     ActionServer,
     AllowableParameterValue,
@@ -81,6 +81,7 @@ class RecordedEndpoint:
         name: Name as passed by the controller.
         callback: Callback of a subscription or service; None for a publisher.
         last_only: Whether only the last message is stored, without a copy.
+        msg_type: Message type of a publisher, for messages that are published serialized.
 
     Attributes:
         name: Name as passed by the controller, for example ``~/commands``.
@@ -89,15 +90,23 @@ class RecordedEndpoint:
     """
 
     def __init__(
-        self, name: str, callback: Callable[..., Any] | None = None, *, last_only: bool = False
+        self,
+        name: str,
+        callback: Callable[..., Any] | None = None,
+        *,
+        last_only: bool = False,
+        msg_type: type[Message] | None = None,
     ) -> None:
         self.name = name
         self.callback = callback
         self.messages: list[Any] = []
         self._last_only = last_only
+        self._msg_type = msg_type
 
     def publish(self, msg: object) -> None:
         """Store a copy of a message in `messages`; with ``last_only``, the message itself alone."""
+        if isinstance(msg, bytearray) and self._msg_type is not None:
+            msg = deserialize(msg, self._msg_type)
         if self._last_only:
             self.messages = [msg]
         else:
@@ -201,8 +210,8 @@ class RecordedNode:
     def create_publisher(  # noqa: D102
         self, msg_type: type[object], topic: str, qos_profile: object
     ) -> RecordedEndpoint:
-        del msg_type, qos_profile
-        return self._endpoint(topic)
+        del qos_profile
+        return self._endpoint(topic, msg_type=cast("type[Message]", msg_type))
 
     def create_subscription(  # noqa: D102
         self,
@@ -232,9 +241,13 @@ class RecordedNode:
         return self.endpoints.pop(service.name, None) is not None
 
     def _endpoint(
-        self, name: str, callback: Callable[..., object] | None = None
+        self,
+        name: str,
+        callback: Callable[..., object] | None = None,
+        *,
+        msg_type: type[Message] | None = None,
     ) -> RecordedEndpoint:
-        endpoint = RecordedEndpoint(name, callback, last_only=self._last_only)
+        endpoint = RecordedEndpoint(name, callback, last_only=self._last_only, msg_type=msg_type)
         return self.endpoints.setdefault(name, endpoint)
 
 

@@ -12,7 +12,7 @@ import pytest
 
 from teleopctl.cli import main
 from teleopctl.cli.completion import completing
-from teleopctl.interfaces import get_service
+from teleopctl.interfaces import get_message, get_service
 from teleopctl.testing import eventually
 
 PROGRAM = Path(__file__).parents[1] / "compat/programs/lifecycle.py"
@@ -123,23 +123,31 @@ def test_a_node_that_does_not_answer_is_named_and_costs_no_more_than_it_may(life
 
 
 def test_services_that_appear_shortly_after_their_node_are_waited_for(ros):
-    """On a busy machine a command may see a node before its services."""
-    get_state = get_service("lifecycle_msgs/srv/GetState")
+    """On a busy machine a command may see a node before its services, which appear one by one."""
 
     def answer(_request, response):
-        response.current_state.id, response.current_state.label = 3, "active"
+        transition = get_message("lifecycle_msgs/msg/TransitionDescription")()
+        transition.transition.id, transition.transition.label = 1, "configure"
+        response.available_transitions = [transition]
         return response
 
     def offer_when_asked():
         # The command's own node is in the graph when it looks for the services, which come late.
         eventually(lambda: any("_ros2cli" in each for each in ros.node.graph().node_names(True)))
-        time.sleep(0.1)
-        ros.node.create_service(get_state, "~/get_state", answer)
+        for type_, name in (
+            ("ChangeState", "change_state"),
+            ("GetState", "get_state"),
+            ("GetAvailableStates", "get_available_states"),
+            ("GetAvailableTransitions", "get_available_transitions"),
+            ("GetAvailableTransitions", "get_transition_graph"),
+        ):
+            time.sleep(0.15)
+            ros.node.create_service(get_service(f"lifecycle_msgs/srv/{type_}"), f"~/{name}", answer)
 
     name = ros.node.get_fully_qualified_name()
     ros.wait_for_nodes(name)
     offering = threading.Thread(target=offer_when_asked)
     offering.start()
-    done = ros.run(f"lifecycle get {name} --include-hidden-nodes")
+    done = ros.run(f"lifecycle list {name} --include-hidden-nodes")
     offering.join()
-    assert (done.stdout, done.stderr) == ("active [3]\n", "")
+    assert (done.stdout.splitlines()[:1], done.stderr) == (["- configure [1]"], "")

@@ -47,8 +47,14 @@ Timeout = Annotated[
 ]
 # Longest wait for responses to queries, in seconds, which nodes send at once.
 _LONGEST_WAIT_S = 5.0
-# A node appears in the graph before its services; on a busy machine, a command may see it between.
-_SERVICES_WITHIN_S = 0.5
+# A node appears in the graph before its services, one by one; on a busy machine, a command may see
+# it between. Longest wait for the first of them, and for the rest, in seconds.
+_FIRST_SERVICE_WITHIN_S = 0.5
+_SERVICES_WITHIN_S = 2.0
+_SERVICES = (
+    *("change_state", "get_state", "get_available_states"),
+    *("get_available_transitions", "get_transition_graph"),
+)
 
 
 class LifecycleClient:
@@ -76,7 +82,7 @@ class LifecycleClient:
         """
         name = absolute_name(node_name)
         exists = name in self._graph.node_names(include_hidden)
-        if exists and name not in managed_nodes(self._graph, include_hidden=True):
+        if exists and not _has_all_services(self._graph, name):
             self._graph = self._graph_with_services(name)
         managed = self.node_names(include_hidden=include_hidden)
         if name not in managed:
@@ -88,9 +94,9 @@ class LifecycleClient:
 
     def _graph_with_services(self, name: str) -> "Graph":
         """Return the graph when a node has lifecycle services, or after the time they may take."""
-        self._node.context.wait_for_graph(
-            lambda graph: name in managed_nodes(graph, include_hidden=True), _SERVICES_WITHIN_S
-        )
+        wait = self._node.context.wait_for_graph
+        if wait(lambda graph: graph.servers(f"{name}/{_SERVICES[0]}"), _FIRST_SERVICE_WITHIN_S):
+            wait(lambda graph: _has_all_services(graph, name), _SERVICES_WITHIN_S)
         return self._node.graph()
 
     # Any, here and below: requests and responses of lifecycle_msgs, whose classes are created at
@@ -180,6 +186,10 @@ def list_nodes(
         console.out(str(len(names)))
     else:
         console.out_lines(names)
+
+
+def _has_all_services(graph: "Graph", node_name: str) -> bool:
+    return all(graph.servers(f"{node_name}/{service}") for service in _SERVICES)
 
 
 def managed_nodes(graph: "Graph", *, include_hidden: bool = False) -> list[str]:

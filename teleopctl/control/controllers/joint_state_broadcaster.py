@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+from array import array
 from typing import Any
 
 from teleopctl.control.controllers.base import (
@@ -12,7 +14,7 @@ from teleopctl.control.controllers.base import (
 from teleopctl.control.handles import EFFORT, POSITION, VELOCITY, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import RealtimePublisher
-from teleopctl.interfaces import set_stamp
+from teleopctl.interfaces import PreparedMessage, set_stamp
 
 _FIELDS = (POSITION, VELOCITY, EFFORT)
 
@@ -52,6 +54,7 @@ class JointStateBroadcaster(ControllerInterface):
         # Messages are created once and reused.
         self._message: Any = joint_state()
         self._message.header.frame_id = self._frame_id
+        self._prepared: PreparedMessage | None = None
         prefix = "~/" if self.auto_declare("use_local_topics", False) else ""
         self._publisher = self.get_node().create_publisher(joint_state, f"{prefix}joint_states", 10)
         self._realtime_publisher = RealtimePublisher(self.params.publish_queue, self._publish)
@@ -112,6 +115,10 @@ class JointStateBroadcaster(ControllerInterface):
             [by_prefix[joint].get(name, unknown) for joint in joints] + [zero] * len(extra)
             for name in mapping
         ]
+        unmeasured = [math.nan] * len(self._message.name)
+        for field in _FIELDS:
+            setattr(self._message, field, unmeasured)
+        self._prepared = PreparedMessage(self._message, _FIELDS)
         if self._dynamic is not None:
             self._lay_out_dynamic(
                 by_prefix | {joint: {POSITION: zero} for joint in extra if joint not in by_prefix}
@@ -139,13 +146,13 @@ class JointStateBroadcaster(ControllerInterface):
         return None
 
     def _publish(self, value: tuple[int, list[list[float]]]) -> None:
-        time_ns, (position, velocity, effort) = value
-        message = self._message
-        set_stamp(message.header.stamp, time_ns)
-        message.position = position
-        message.velocity = velocity
-        message.effort = effort
-        self._publisher.publish(message)
+        time_ns, columns = value
+        prepared = self._prepared
+        assert prepared is not None
+        prepared.set_stamp(time_ns)
+        for numbers, column in zip(prepared.numbers.values(), columns, strict=True):
+            numbers[:] = memoryview(array("d", column))
+        self._publisher.publish(prepared.data)
 
     def _publish_dynamic(self, value: tuple[int, list[list[float]]]) -> None:
         if not self._dynamic.get_subscription_count():
