@@ -95,7 +95,8 @@ class LifecycleClient:
     def _graph_with_services(self, name: str) -> "Graph":
         """Return the graph when a node has lifecycle services, or after the time they may take."""
         wait = self._node.context.wait_for_graph
-        if wait(lambda graph: graph.servers(f"{name}/{_SERVICES[0]}"), _FIRST_SERVICE_WITHIN_S):
+        first = f"{name}/{_SERVICES[0]}"
+        if wait(lambda graph: bool(graph.servers(first)), _FIRST_SERVICE_WITHIN_S):
             wait(lambda graph: _has_all_services(graph, name), _SERVICES_WITHIN_S)
         return self._node.graph()
 
