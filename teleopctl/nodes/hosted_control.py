@@ -168,6 +168,8 @@ def hosted_control(
         longest_end_s = _LONGEST_END_AFTER_ERROR_S
         raise
     finally:
+        # First, so that physics does not go on without its controllers.
+        simulator.stop()
         ended.set()
         for end in stop:
             end()

@@ -306,12 +306,16 @@ class MujocoSim(Node):
     def _timeout_s(self) -> float:
         return _TIMEOUT_S + number_of(self, "lockstep_timeout")
 
-    def destroy_node(self) -> None:
-        """Stop the simulation's thread, and destroy the node."""
+    def stop(self) -> None:
+        """Stop the simulation, and wait up to 3 s for the end of its thread."""
         if self._loop is not None:
             self._loop.stop()
         # Ctrl-C may have arrived while the thread was being started.
         if self._thread is not None and self._thread.is_alive():
             # A hosted controller that never returns must not keep the process.
             self._thread.join(_LONGEST_END_S if self.failure is None else 1.0)
+
+    def destroy_node(self) -> None:
+        """Stop the simulation's thread, and destroy the node."""
+        self.stop()
         super().destroy_node()
