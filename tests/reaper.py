@@ -15,6 +15,8 @@ from pathlib import Path
 
 # Number of searches: a killed process may have started another process just before.
 _LOOKS = 5
+# Environment variables without which Python does not start on Windows.
+_NEEDED = ("PATH", "SYSTEMROOT")
 
 
 def watch_over(folder: Path) -> subprocess.Popen[bytes]:
@@ -23,6 +25,8 @@ def watch_over(folder: Path) -> subprocess.Popen[bytes]:
         [sys.executable, "-I", __file__, str(folder)],
         stdin=subprocess.PIPE,
         stdout=subprocess.DEVNULL,
+        # Without the folder of the main process, whose reaper would end the reapers of its workers.
+        env={name: os.environ[name] for name in _NEEDED if name in os.environ},
         # Ctrl-C and the end of the terminal must not end the reaper.
         start_new_session=True,
     )

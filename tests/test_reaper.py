@@ -11,6 +11,7 @@ import pytest
 
 from teleopctl.testing import eventually
 from tests import ROOT
+from tests.reaper import watch_over
 
 TESTER = """
 import subprocess, sys
@@ -47,6 +48,26 @@ def test_a_process_that_tests_leave_ends_with_them_and_their_folder_goes(tmp_pat
         tester.stdin.close()
         eventually(lambda: not _runs(sleeper), what="the end of what was left")
         eventually(lambda: not folder.exists(), what="the end of the folder")
+
+
+def test_the_processes_of_a_worker_end_when_the_main_process_is_killed(tmp_path):
+    """A worker has a folder of its own; that of the main process is in its environment."""
+    main, worker = tmp_path / "main", tmp_path / "worker"
+    for folder in (main, worker):
+        folder.mkdir()
+    with subprocess.Popen(
+        [sys.executable, "-c", TESTER, str(worker)],
+        env=os.environ | {"PYTHONPATH": str(ROOT), "HOME": str(main)},
+        stdin=subprocess.PIPE,
+        stdout=subprocess.PIPE,
+    ) as tester:
+        assert tester.stdin is not None
+        assert tester.stdout is not None
+        sleeper = psutil.Process(int(tester.stdout.readline()))
+        watch_over(main).communicate()
+        eventually(lambda: not _runs(sleeper), what="the end of what was left")
+        eventually(lambda: not worker.exists(), what="the end of the worker's folder")
+        assert tester.wait() != 0
 
 
 def _runs(process: psutil.Process) -> bool:

@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     from teleopctl.control.hardware.joint_state_exchange import (
         JOINT_STATE_FIELDS as JOINT_STATE_FIELDS,
         ReceivedJointStates as ReceivedJointStates,
+        TopicChannel as TopicChannel,
         replace_topics as replace_topics,
     )
     from teleopctl.control.hardware_component import HardwareComponent as HardwareComponent

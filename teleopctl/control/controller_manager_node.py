@@ -52,8 +52,10 @@ class ControllerManagerNode:
         self._executor = executor
         self._ros_arguments = without_node_name(ros_arguments)
         self._logger = node.get_logger()
-        rate = self.parameter("update_rate") or DEFAULT_UPDATE_RATE
-        if not isinstance(rate, int) or rate <= 0:
+        rate = self.parameter("update_rate")
+        if rate is None:
+            rate = DEFAULT_UPDATE_RATE
+        if isinstance(rate, bool) or not isinstance(rate, int) or rate <= 0:
             raise InvalidParameterError(
                 f"Parameter 'update_rate' must be an integer above 0, got {rate}"
             )

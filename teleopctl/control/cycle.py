@@ -45,7 +45,8 @@ class Cycle:
     Attributes:
         time_ns: Time of the last cycle in nanoseconds; 0 before the first cycle.
         began_s: Begin of the running cycle, on the monotonic clock in seconds; 0 between cycles.
-        running: Controller or hardware whose method runs in the cycle, and the method's name.
+        running: Name of the controller whose method runs in the cycle, empty for that of hardware,
+            and the method's name.
         times: Durations of the parts of the last cycle.
     """
 
@@ -58,8 +59,15 @@ class Cycle:
         self._trigger_ns: int | None = None
         self.time_ns = 0
         self.began_s = 0.0
-        self.running = ("Hardware", "read")
+        self.running = ("", "read")
         self.times = CycleTimes()
+
+    def what_runs(self) -> tuple[str, str]:
+        """Return the controller or hardware whose method runs, in words, and the method's name."""
+        controller, function = self.running
+        if controller:
+            return f"Controller '{controller}'", function
+        return f"Hardware '{self._manager.resource_manager.in_use}'", function
 
     def report(self, sentence: str) -> None:
         """Store a warning that is logged after the present cycle."""
@@ -85,7 +93,7 @@ class Cycle:
             self.time_ns = time_ns
             period = period_ns / NANOSECONDS_PER_SECOND
             began_ns = time.perf_counter_ns()
-            self.running = ("Hardware", "read")
+            self.running = ("", "read")
             self.began_s = time.monotonic()
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
@@ -95,7 +103,7 @@ class Cycle:
             self._update(time_ns, trigger_ns, period_ns)
             resources.enforce_command_limits(period)
             updated_ns = time.perf_counter_ns()
-            self.running = ("Hardware", "write")
+            self.running = ("", "write")
             for component in resources.write(time_ns, period):
                 self._component_failed(component, "write")
             self.times.record(began_ns, read_ns, updated_ns, None if last_ns is None else period)
@@ -111,6 +119,7 @@ class Cycle:
         """Restart limiters and active controllers, after the joints have jumped."""
         self._manager.resource_manager.restart()
         for spec in self._manager.active_controllers:
+            self.running = (spec.name, "on_restart")
             try:
                 spec.controller.on_restart()
             except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not stop the others
@@ -134,7 +143,7 @@ class Cycle:
             ):
                 continue
             spec.last_update_cycle_time_ns = trigger_ns
-            self.running = (f"Controller '{spec.name}'", "update")
+            self.running = (spec.name, "update")
             since = since_ns / NANOSECONDS_PER_SECOND
             began_ns = time.perf_counter_ns()
             try:
@@ -151,6 +160,7 @@ class Cycle:
             self._manager.logger.error(
                 f"Deactivating controllers : [ {names} ] as their update resulted in an error!"
             )
+            self.running = (names, "on_deactivate")
             self._manager.stop_controllers(failed)
             start_fallbacks(self._manager, failed)
             self._changed = True
@@ -166,6 +176,7 @@ class Cycle:
             f"resulted in an error: [ {names} ] ('{component.name}' is now "
             f"{component.lifecycle_state.label})"
         )
+        self.running = (names, "on_deactivate")
         self._manager.stop_controllers(users)
         self._changed = True
 

@@ -59,7 +59,7 @@ class CycleWatchdog:
 
     def _run(self) -> None:
         while not self._stop.wait(_LOOK_EVERY_S):
-            began_s, (name, function) = self._cycle.began_s, self._cycle.running
+            began_s, (name, function) = self._cycle.began_s, self._cycle.what_runs()
             took_s = time.monotonic() - began_s
             if began_s == 0.0 or took_s < _PATIENCE_S:
                 continue

@@ -48,6 +48,7 @@ class ResourceManager:
         state_interfaces: State interfaces by full name, in the order of the description.
         command_interfaces: Command interfaces by full name, in the order of the description.
         components_initialized: Whether the hardware of a robot description has been loaded.
+        in_use: Name of the component whose `read` or `write` was called last in a cycle.
     """
 
     def __init__(
@@ -69,6 +70,7 @@ class ResourceManager:
         self.state_interfaces: dict[str, StateInterface] = {}
         self.command_interfaces: dict[str, CommandInterface] = {}
         self.components_initialized = False
+        self.in_use = ""
 
     def load_and_initialize_components(self, description: RobotDescription) -> None:
         """Load and initialize all hardware components of a robot description; raise if one fails.
@@ -279,19 +281,21 @@ class ResourceManager:
 
     def read(self, time_ns: int, period: float) -> list[HardwareComponent]:
         """Read inactive and active hardware; return components that failed or were deactivated."""
-        return [
-            component
-            for component in self.components.values()
-            if component.read(time_ns, period) is not ReturnType.OK
-        ]
+        failed = []
+        for name, component in self.components.items():
+            self.in_use = name
+            if component.read(time_ns, period) is not ReturnType.OK:
+                failed.append(component)
+        return failed
 
     def write(self, time_ns: int, period: float) -> list[HardwareComponent]:
         """Write to active hardware; return the components that failed or were deactivated."""
-        return [
-            component
-            for component in self.components.values()
-            if component.write(time_ns, period) is not ReturnType.OK
-        ]
+        failed = []
+        for name, component in self.components.items():
+            self.in_use = name
+            if component.write(time_ns, period) is not ReturnType.OK:
+                failed.append(component)
+        return failed
 
     def enforce_command_limits(self, period: float) -> None:
         """Clamp the claimed commands to the joints' limits, if limits are enforced."""

@@ -10,11 +10,15 @@ from __future__ import annotations
 import contextlib
 import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
-from teleopctl.control import JOINT_STATE_FIELDS, ReceivedJointStates, replace_topics
+from teleopctl.control import (
+    JOINT_STATE_FIELDS,
+    ReceivedJointStates,
+    TopicChannel,
+    replace_topics,
+)
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import get_message, set_stamp
 from teleopctl.node import ExternalShutdownException
 from teleopctl.nodes.controller_manager import controller_manager
 
@@ -35,14 +39,11 @@ class MemoryChannel:
 
     def __init__(self) -> None:
         self._simulator: MujocoSim | None = None
-        self._manager: Node | None = None
-        self._commands_topic = ""
+        self._topics: TopicChannel | None = None
         self._on_state: Callable[[ReceivedJointStates, int, bool], None] | None = None
-        self._publisher: Any = None
         self._has_subscribers = False
         self._graph_lock = threading.RLock()
         self.published_ns = -1
-        self._command: Any = get_message("sensor_msgs/msg/JointState")()
 
     def set_simulator(self, simulator: MujocoSim) -> None:
         """Set the simulator that receives the commands."""
@@ -51,20 +52,20 @@ class MemoryChannel:
     def set_manager(self, node: Node) -> None:
         """Set the manager's node; its hardware on the simulator's topics uses this channel."""
         assert self._simulator is not None
-        states, self._commands_topic = (
+        states, commands = (
             str(self._simulator.get_parameter(name).value)
             for name in ("joint_states_topic", "joint_commands_topic")
         )
-        self._manager = node
+        self._topics = TopicChannel(node, states, commands)
         node.add_graph_callback(self._on_graph)
-        replace_topics(node, states, self._commands_topic, self)
+        replace_topics(node, states, commands, self)
 
     # --- for the simulator ------------------------------------------------------------------
 
     @property
     def is_connected(self) -> bool:
         """Whether hardware reads the states and is active."""
-        return self._on_state is not None and self._publisher is not None
+        return self._on_state is not None and self._topics is not None and self._topics.is_sending
 
     def update(self, states: JointStateView, time_ns: int, reset: bool) -> None:
         """Run the control cycle for the states of a control tick."""
@@ -85,40 +86,30 @@ class MemoryChannel:
 
     def start_sending(self) -> None:
         """Create the publisher of the commands, for subscribers other than the simulator."""
-        assert self._manager is not None
-        self._publisher = self._manager.create_publisher(
-            type(self._command), self._commands_topic, 10
-        )
+        assert self._topics is not None
+        self._topics.start_sending()
         self._changed()
 
     def stop_sending(self) -> None:
         """Destroy the publisher of the commands."""
-        publisher, self._publisher = self._publisher, None
-        assert self._manager is not None
-        self._manager.destroy_publisher(publisher)
+        assert self._topics is not None
+        self._topics.stop_sending()
         self._changed()
 
     def send(self, time_ns: int, names: list[str], columns: Mapping[str, list[float]]) -> None:
         """Pass the commands to the simulator; publish them if their topic has subscribers."""
         assert self._simulator is not None
-        values = [columns.get(field, []) for field in JOINT_STATE_FIELDS]
-        self._simulator.receive_command(time_ns, names, *values)
-        publisher = self._publisher
-        if not self._has_subscribers or publisher is None:
-            return
-        message = self._command
-        set_stamp(message.header.stamp, time_ns)
-        message.name = names
-        for field, column in zip(JOINT_STATE_FIELDS, values, strict=True):
-            setattr(message, field, column)
-        self.published_ns = time_ns
-        publisher.publish(message)
+        assert self._topics is not None
+        position, velocity, effort = (columns.get(field, []) for field in JOINT_STATE_FIELDS)
+        self._simulator.receive_command(time_ns, names, position, velocity, effort)
+        if self._has_subscribers:
+            self.published_ns = time_ns
+            self._topics.send(time_ns, names, columns)
 
     def _on_graph(self) -> None:
         with self._graph_lock:
-            publisher = self._publisher
             # The simulator subscribes as well, for commands of other programs.
-            others = publisher is not None and publisher.get_subscription_count() > 1
+            others = self._topics is not None and self._topics.get_subscription_count() > 1
             self._has_subscribers = others
 
     def _changed(self) -> None:

@@ -30,6 +30,7 @@ import sys
 from teleopctl.base import progress
 from teleopctl.errors import UsageError
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
+from teleopctl.nodes.argument_parser import ArgumentParser
 from teleopctl.nodes.single_instance import require_single_instance
 
 
@@ -69,17 +70,18 @@ def _manager_arguments(words: list[str]) -> list[str] | None:
     """Return the command line of the controller manager to host; None for none.
 
     Raises:
-        UsageError: There are other arguments.
+        UsageError: There are other arguments, or the command line has an open quotation mark.
     """
-    words = [word for word in words if word]  # a launch file's expression may be empty
-    if not words:
-        return None
-    option, *rest = words
-    option, separator, attached = option.partition("=")
-    texts = [attached, *rest] if separator else rest
-    if option != "--controller-manager" or len(texts) != 1:
-        raise UsageError(
-            f"mujoco_sim does not know the arguments: {shlex.join(words)}",
-            hint="It takes ROS arguments, and --controller-manager 'ARGUMENTS'.",
-        )
-    return ["controller_manager", *shlex.split(texts[0])]
+    parser = ArgumentParser(prog="mujoco_sim", allow_abbrev=False)
+    parser.add_argument(
+        "--controller-manager",
+        metavar="ARGUMENTS",
+        default="",
+        help="host a controller manager in this process, with these ROS arguments; empty for none",
+    )
+    given = parser.parse_args(words).controller_manager
+    try:
+        hosted = shlex.split(given)
+    except ValueError as error:
+        raise UsageError(f"Cannot split --controller-manager={given!r}: {error}") from error
+    return ["controller_manager", *hosted] if hosted else None

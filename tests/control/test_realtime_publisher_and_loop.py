@@ -3,8 +3,13 @@
 import threading
 from typing import Any, cast
 
+import pytest
+
+from teleopctl.control import cycle_watchdog
 from teleopctl.control.cycle import Cycle, WallClockLoop
+from teleopctl.control.cycle_watchdog import CycleWatchdog
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
+from teleopctl.errors import TeleopctlError
 from teleopctl.node.values.logging import RcutilsLogger
 from teleopctl.testing import ControlStack, RecordedLog, serial_robot
 
@@ -129,3 +134,32 @@ def test_a_cycle_that_fails_is_reported_and_the_next_one_runs():
     loop.stop()
     (report,) = log.texts("error")
     assert report.startswith("The control cycle failed: ValueError: no such joint (")
+
+
+@pytest.mark.parametrize("function", ["read", "write"])
+def test_hardware_that_does_not_return_is_named_and_reported_once(monkeypatch, function):
+    monkeypatch.setattr(cycle_watchdog, "_PATIENCE_S", 0.05)
+    monkeypatch.setattr(cycle_watchdog, "_LOOK_EVERY_S", 0.02)
+    stack, log = ControlStack(serial_robot()), RecordedLog("test")
+    (component,) = stack.resources.components.values()
+    goes_on, ended = threading.Event(), threading.Event()
+    errors: list[TeleopctlError] = []
+
+    def on_limit(error):
+        errors.append(error)
+        ended.set()
+
+    monkeypatch.setattr(component.hardware, function, lambda *_: goes_on.wait(LONGEST_WAIT_S))
+    watchdog = CycleWatchdog(stack.cycle, cast(RcutilsLogger, log), limit_s=0.3, on_limit=on_limit)
+    watchdog.start()
+    cycle = threading.Thread(target=stack.step)
+    cycle.start()
+    assert ended.wait(LONGEST_WAIT_S)
+    goes_on.set()
+    cycle.join()
+    watchdog.stop()
+    (report,) = log.texts("error")
+    assert report.startswith(f"Hardware '{component.name}' has not returned from {function}() for")
+    (error,) = errors
+    assert error.message.startswith(f"Hardware '{component.name}' has not returned from")
+    assert stack.cycle.began_s == 0.0

@@ -97,6 +97,16 @@ class TopicChannel:
         # The message is reused: creating one takes longer than the rest of a cycle.
         self._command: Any = self._joint_state()
 
+    @property
+    def is_sending(self) -> bool:
+        """Whether the commands have a publisher."""
+        return self._publisher is not None
+
+    def get_subscription_count(self) -> int:
+        """Return the number of subscriptions to the commands; 0 without a publisher."""
+        publisher = self._publisher
+        return 0 if publisher is None else int(publisher.get_subscription_count())
+
     def open(self, on_state: Callable[[ReceivedJointStates, int, bool], None]) -> None:
         """Subscribe to the joint states."""
 
