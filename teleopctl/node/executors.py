@@ -555,12 +555,16 @@ class MultiThreadedExecutor(Executor):
 
 
 def _start_workers(pool: ThreadPoolExecutor, size: int, workers: list[threading.Thread]) -> None:
-    """Start all threads of a pool and collect them in a list."""
+    """Start all threads of a pool and collect them in a list, unless the program is ending."""
     together = threading.Barrier(size)
 
     def note() -> None:
         workers.append(threading.current_thread())
-        together.wait()
+        with contextlib.suppress(threading.BrokenBarrierError):
+            together.wait()
 
-    for _ in range(size):
-        pool.submit(note)
+    try:
+        for _ in range(size):
+            pool.submit(note)
+    except RuntimeError:  # a program that ends takes no work; it waits for the threads it has
+        together.abort()

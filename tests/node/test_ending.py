@@ -39,3 +39,36 @@ def test_daemon_threads_that_use_a_node_do_not_abort_a_program_that_ends(ros, tm
     programs = [ros.spawn_command(command) for _ in range(2)]
     for program in programs:
         assert program.wait() == 0, program.report()
+
+
+INTERRUPTED = """
+import concurrent.futures, signal, threading, time
+import rclpy
+from rclpy.executors import MultiThreadedExecutor
+
+submit = concurrent.futures.ThreadPoolExecutor.submit
+submitted = []
+
+def interrupted(pool, work):
+    if submitted:
+        signal.pthread_kill(threading.main_thread().ident, signal.SIGINT)
+        # Once Python has begun to end, a pool refuses work.
+        while True:
+            submit(pool, int)
+            time.sleep(0.01)
+    submitted.append(submit(pool, work))
+
+concurrent.futures.ThreadPoolExecutor.submit = interrupted
+rclpy.init()
+MultiThreadedExecutor(3)
+"""
+
+
+def test_ctrl_c_while_a_multi_threaded_executor_starts_its_threads_ends_the_program(ros, tmp_path):
+    """The first thread waits for the others, which are never started; Python waits for the first."""
+    (tmp_path / "interrupted.py").write_text(INTERRUPTED)
+    program = ros.spawn_command(
+        [sys.executable, "-m", "teleopctl.nodes", str(tmp_path / "interrupted.py")]
+    )
+    program.wait()
+    assert "RuntimeError" not in program.stderr, program.report()
