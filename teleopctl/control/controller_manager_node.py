@@ -70,6 +70,7 @@ class ControllerManagerNode:
             node,
             node.get_logger().get_child("resource_manager"),
             lambda sentence: self._cycle.report(sentence),
+            update_rate=rate,
             enforce_limits=enforce,
         )
         self._publish_queue = PublishQueue(lambda sentence: self._cycle.report(sentence))
@@ -256,8 +257,7 @@ class ControllerManagerNode:
             for state, key in ((State.UNCONFIGURED, "unconfigured"), (State.INACTIVE, "inactive"))
             for name in string_list_parameter(self, f"hardware_components_initial_state.{key}")
         }
-        for component in self._resource_manager.components.values():
-            component.change_state(initial.get(component.name, State.ACTIVE))
+        self._resource_manager.start_components(initial)
 
     def _find_lockstep_hardware(self) -> None:
         """Set the cycle function of hardware in lockstep, before it is started."""

@@ -31,16 +31,23 @@ class HardwareComponent:
     Args:
         hardware: Instance of the plug-in.
         logger: Logger for lifecycle transitions and errors.
+        update_rate: Update rate of the controller manager in Hz.
 
     Attributes:
         lifecycle_state: Lifecycle state of the component.
+        group: Name of the group of components that fail together; empty for none.
+        rw_rate: Rate of reads and writes in Hz.
         reads: Statistics of the duration and rate of reads.
         writes: Statistics of the duration and rate of writes.
     """
 
-    def __init__(self, hardware: HardwareComponentInterface, logger: RcutilsLogger) -> None:
+    def __init__(
+        self, hardware: HardwareComponentInterface, logger: RcutilsLogger, update_rate: int
+    ) -> None:
         self.hardware = hardware
         self.name: str = hardware.info.name
+        self.group: str = hardware.info.group
+        self.rw_rate = update_rate
         self.state_interfaces: list[StateInterface] = list(hardware.state_interfaces.values())
         self.command_interfaces: list[CommandInterface] = list(hardware.command_interfaces.values())
         self.lifecycle_state = State.UNCONFIGURED
@@ -80,7 +87,7 @@ class HardwareComponent:
             return True
         self._logger.error(f"Failed to '{step}' hardware '{self.name}'")
         if outcome is CallbackReturn.ERROR:
-            self._recover()
+            self.recover()
         return False
 
     def _finalize(self) -> bool:
@@ -88,7 +95,8 @@ class HardwareComponent:
         self._enter(State.FINALIZED)
         return True
 
-    def _recover(self) -> None:
+    def recover(self) -> None:
+        """Call ``on_error``: the component is unconfigured after SUCCESS, else finalized."""
         recovered = self._call(self.hardware.on_error) is CallbackReturn.SUCCESS
         self._enter(State.UNCONFIGURED if recovered else State.FINALIZED)
 
@@ -103,8 +111,16 @@ class HardwareComponent:
         if self.lifecycle_state not in (State.INACTIVE, State.ACTIVE):
             return ReturnType.OK
         began_ns = time.perf_counter_ns()
-        outcome = self._exchange(self.hardware.read, time_ns, period)
+        outcome = self._call_in_cycle(self.hardware.read, time_ns, period)
         self.reads.add(began_ns, period)
+        if outcome is not ReturnType.OK:
+            if outcome is ReturnType.DEACTIVATE:
+                self._logger.warning(
+                    f"Hardware '{self.name}': DEACTIVATE returned from read cycle is treated the "
+                    "same as ERROR."
+                )
+            self.recover()
+            return ReturnType.ERROR
         return outcome
 
     def write(self, time_ns: int, period: float) -> ReturnType:
@@ -112,11 +128,20 @@ class HardwareComponent:
         if self.lifecycle_state is not State.ACTIVE:
             return ReturnType.OK
         began_ns = time.perf_counter_ns()
-        outcome = self._exchange(self.hardware.write, time_ns, period)
+        outcome = self._call_in_cycle(self.hardware.write, time_ns, period)
         self.writes.add(began_ns, period)
+        if outcome is not ReturnType.OK:
+            self.leave(outcome)
         return outcome
 
-    def _exchange(
+    def leave(self, outcome: ReturnType) -> None:
+        """Change to the state after ERROR (by ``on_error``) or DEACTIVATE (inactive)."""
+        if outcome is ReturnType.ERROR:
+            self.recover()
+        elif self.lifecycle_state is State.ACTIVE:
+            self._take(State.INACTIVE)
+
+    def _call_in_cycle(
         self, function: Callable[[int, float], ReturnType | None], time_ns: int, period: float
     ) -> ReturnType:
         try:
@@ -128,10 +153,6 @@ class HardwareComponent:
                 f"Hardware '{self.name}' raised in {function.__name__}: {with_origin(error)}"
             )
             outcome = ReturnType.ERROR
-        if outcome is ReturnType.ERROR:
-            self._recover()
-        elif outcome is ReturnType.DEACTIVATE:
-            self._take(State.INACTIVE)
         return outcome
 
     def _call(self, function: Callable[[], CallbackReturn | None]) -> CallbackReturn:
@@ -142,3 +163,74 @@ class HardwareComponent:
                 f"Hardware '{self.name}' raised in {function.__name__}: {with_origin(error)}"
             )
             return CallbackReturn.ERROR
+
+
+class _Pace:
+    """Selection of the cycles in which a component with a rate of its own takes part.
+
+    Args:
+        rate: Rate of the component in Hz.
+        update_rate: Rate of the cycles in Hz.
+    """
+
+    def __init__(self, rate: int, update_rate: int) -> None:
+        self._rate = float(rate)
+        self._cycle_s = 1.0 / update_rate
+        self._since_s: float | None = None
+
+    def restart(self) -> None:
+        """Make the component take part in the next cycle, with the period of its rate."""
+        self._since_s = None
+
+    def elapsed(self, period: float) -> float:
+        """Return the seconds since the last cycle with the component; 0 if not in this cycle.
+
+        A component takes part in the cycle that is nearest to the time at which it is due.
+
+        Args:
+            period: Seconds since the last cycle.
+        """
+        since = 1.0 / self._rate if self._since_s is None else self._since_s + period
+        self._since_s = since
+        if abs(since * self._rate - 1.0) > abs((since + self._cycle_s) * self._rate - 1.0):
+            return 0.0
+        self._since_s = 0.0
+        return since
+
+
+class RatedHardwareComponent(HardwareComponent):
+    """Hardware component that is read and written at a lower rate than the controllers' updates.
+
+    Args:
+        hardware: Instance of the plug-in.
+        logger: Logger for lifecycle transitions and errors.
+        update_rate: Update rate of the controller manager in Hz.
+        rw_rate: Rate of reads and writes in Hz, below ``update_rate``.
+    """
+
+    def __init__(
+        self,
+        hardware: HardwareComponentInterface,
+        logger: RcutilsLogger,
+        update_rate: int,
+        rw_rate: int,
+    ) -> None:
+        super().__init__(hardware, logger, update_rate)
+        self.rw_rate = rw_rate
+        self._reading, self._writing = _Pace(rw_rate, update_rate), _Pace(rw_rate, update_rate)
+
+    def _enter(self, state: State) -> None:
+        super()._enter(state)
+        self._writing.restart()
+        if state not in (State.INACTIVE, State.ACTIVE):
+            self._reading.restart()
+
+    def read(self, time_ns: int, period: float) -> ReturnType:
+        """Read as `HardwareComponent.read`, in the cycles of the component's rate."""
+        elapsed = self._reading.elapsed(period)
+        return super().read(time_ns, elapsed) if elapsed else ReturnType.OK
+
+    def write(self, time_ns: int, period: float) -> ReturnType:
+        """Write as `HardwareComponent.write`, in the cycles of the component's rate."""
+        elapsed = self._writing.elapsed(period)
+        return super().write(time_ns, elapsed) if elapsed else ReturnType.OK

@@ -395,6 +395,7 @@ class ControlStack:
             cast(Node, self.node),
             logger,
             lambda text: self.cycle.report(text),
+            update_rate=update_rate,
             enforce_limits=limits_enforced_by_default()
             if enforce_limits is None
             else enforce_limits,
@@ -413,8 +414,7 @@ class ControlStack:
         """
         self.description = RobotDescription.from_urdf(urdf)
         self.resources.load_and_initialize_components(self.description)
-        for component in self.resources.components.values():
-            component.change_state(State.ACTIVE)
+        self.resources.start_components({})
 
     def set_controller_parameters(
         self, name: str, parameters: Mapping[str, AllowableParameterValue]

@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from teleopctl import plugins
 from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
-from teleopctl.control.hardware_component import HardwareComponent
+from teleopctl.control.hardware_component import HardwareComponent, RatedHardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.limits import JointLimiter, limits_text
 from teleopctl.errors import BrokenPluginError, HardwareError, UnknownPluginError
@@ -40,6 +40,7 @@ class ResourceManager:
         node: Node of the controller manager, for hardware that uses topics.
         logger: Logger for messages about hardware.
         report: Function called with a sentence when a command is first clamped.
+        update_rate: Update rate of the controller manager in Hz.
         enforce_limits: Whether commands are clamped to the limits of their joints.
 
     Attributes:
@@ -57,11 +58,13 @@ class ResourceManager:
         logger: RcutilsLogger,
         report: Callable[[str], None],
         *,
+        update_rate: int,
         enforce_limits: bool,
     ) -> None:
         self._node = node
         self._logger = logger
         self._report = report
+        self._update_rate = update_rate
         self._enforce = enforce_limits
         self._limiters: list[JointLimiter] = []
         self._limiter_of: dict[str, JointLimiter] = {}
@@ -102,10 +105,10 @@ class ResourceManager:
         plugin = info.hardware_plugin_name
         for warning in info.warnings:
             self._logger.warning(warning)
-        if info.is_async or info.rw_rate:
+        if info.is_async:
             self._logger.warning(
-                f"Hardware '{info.name}': 'rw_rate' and 'is_async' have no effect, it is read and "
-                "written in every cycle"
+                f"Hardware '{info.name}': 'is_async' has no effect, it is read and written in the "
+                "control loop"
             )
         self._logger.info(f"Loading hardware '{info.name}' ")
         try:
@@ -129,10 +132,28 @@ class ResourceManager:
                 f"{with_origin(error)}"
             ) from error
         self._logger.info(f"Loaded hardware '{info.name}' from plugin '{plugin}'")
-        component = HardwareComponent(hardware, self._logger)
+        component = self._component(hardware)
         if not component.initialize():
             raise HardwareError(f"Hardware component '{info.name}' failed to initialize")
         return component
+
+    def _component(self, hardware: HardwareComponentInterface) -> HardwareComponent:
+        """Return the component of a plug-in, read and written at the rate of its tag."""
+        info, update_rate = hardware.info, self._update_rate
+        if info.rw_rate > update_rate:
+            self._logger.warning(
+                f"Hardware '{info.name}' is read and written at the controller manager's update "
+                f"rate, {update_rate} Hz: its rw_rate, {info.rw_rate} Hz, is above that"
+            )
+        if not 0 < info.rw_rate < update_rate:
+            return HardwareComponent(hardware, self._logger, update_rate)
+        if hardware.drives_cycle:
+            self._logger.warning(
+                f"Hardware '{info.name}' is read and written at {update_rate} Hz, not at its "
+                f"rw_rate of {info.rw_rate} Hz: each of its states triggers a control cycle"
+            )
+            return HardwareComponent(hardware, self._logger, update_rate)
+        return RatedHardwareComponent(hardware, self._logger, update_rate, info.rw_rate)
 
     def _limit(self, component: HardwareComponent) -> None:
         joints = dict.fromkeys(command.prefix_name for command in component.command_interfaces)
@@ -284,8 +305,9 @@ class ResourceManager:
         failed = []
         for name, component in self.components.items():
             self.in_use = name
-            if component.read(time_ns, period) is not ReturnType.OK:
-                failed.append(component)
+            outcome = component.read(time_ns, period)
+            if outcome is not ReturnType.OK:
+                failed += [component, *self._leave_with(component, outcome)]
         return failed
 
     def write(self, time_ns: int, period: float) -> list[HardwareComponent]:
@@ -293,9 +315,64 @@ class ResourceManager:
         failed = []
         for name, component in self.components.items():
             self.in_use = name
-            if component.write(time_ns, period) is not ReturnType.OK:
-                failed.append(component)
+            outcome = component.write(time_ns, period)
+            if outcome is not ReturnType.OK:
+                failed += [component, *self._leave_with(component, outcome)]
         return failed
+
+    def _leave_with(
+        self, failed: HardwareComponent, outcome: ReturnType
+    ) -> list[HardwareComponent]:
+        """Apply a component's ERROR or DEACTIVATE to the others of its group; return these."""
+        states = (State.INACTIVE, State.ACTIVE) if outcome is ReturnType.ERROR else (State.ACTIVE,)
+        others = [
+            other
+            for other in self.components.values()
+            if other is not failed
+            and other.group == failed.group != ""
+            and other.lifecycle_state in states
+        ]
+        for other in others:
+            self._logger.error(
+                f"Hardware '{other.name}' fails with '{failed.name}', of the same group "
+                f"'{failed.group}'"
+            )
+            other.leave(outcome)
+        return others
+
+    def start_components(self, initial: Mapping[str, State]) -> None:
+        """Configure and activate all components, or change them to their initial states.
+
+        Components of a group change together: all are configured before one is activated, and if
+        one fails, those already active are deactivated.
+
+        Args:
+            initial: States of components that are not to be active, by component name.
+        """
+        groups: dict[str, list[HardwareComponent]] = {}
+        for name, component in self.components.items():
+            if name in initial:
+                component.change_state(initial[name])
+            elif component.group:
+                groups.setdefault(component.group, []).append(component)
+            else:
+                component.change_state(State.ACTIVE)
+        for group, members in groups.items():
+            self._start_group(group, members)
+
+    def _start_group(self, group: str, members: Sequence[HardwareComponent]) -> None:
+        for target in (State.INACTIVE, State.ACTIVE):
+            for component in members:
+                if component.change_state(target):
+                    continue
+                self._logger.error(
+                    f"Hardware group '{group}' is not {target.label}, since '{component.name}' "
+                    f"is {component.lifecycle_state.label}"
+                )
+                for other in members:
+                    if other.lifecycle_state is State.ACTIVE:
+                        other.change_state(State.INACTIVE)
+                return
 
     def enforce_command_limits(self, period: float) -> None:
         """Clamp the claimed commands to the joints' limits, if limits are enforced."""

@@ -74,14 +74,14 @@ def lifecycle_state_message(state: State) -> Any:
     return get_message("lifecycle_msgs/msg/State")(id=int(state), label=state.label)
 
 
-def hardware_component_state(manager: ControllerManager, component: HardwareComponent) -> Any:
+def hardware_component_state(component: HardwareComponent) -> Any:
     """Return a hardware component as a HardwareComponentState message."""
     info = component.hardware.info
     message = get_message("controller_manager_msgs/msg/HardwareComponentState")(
         name=component.name,
         type=info.type,
         is_async=False,
-        rw_rate=manager.update_rate,
+        rw_rate=component.rw_rate,
         plugin_name=info.hardware_plugin_name,
         state=lifecycle_state_message(component.lifecycle_state),
         command_interfaces=[
@@ -173,7 +173,7 @@ class ControllerManagerServices:
     def _list_components(self, request: Any, response: Any) -> Any:
         del request
         response.component = [
-            hardware_component_state(self._manager, component)
+            hardware_component_state(component)
             for component in self._manager.resource_manager.components.values()
         ]
         return response

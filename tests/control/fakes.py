@@ -123,6 +123,76 @@ class Broken(HardwareComponentInterface):
         raise OSError("no such bus")
 
 
+class RecorderHardware(HardwareComponentInterface):
+    """Hardware that records its calls; ``outcomes`` has the results of reads and writes.
+
+    Each read adds 1 to the positions, and each write records the commands.
+    """
+
+    def __init__(self, params):
+        super().__init__(params)
+        self.calls = []
+        self.reads = []
+        self.writes = []
+        self.written = []
+        self.outcomes = {}
+
+    def _do(self, name):
+        self.calls.append(name)
+        outcome = self.outcomes.get(name)
+        if outcome == "raise":
+            raise RuntimeError(f"{name} on purpose")
+        return outcome
+
+    def on_configure(self):
+        return self._do("configure")
+
+    def on_activate(self):
+        return self._do("activate")
+
+    def on_deactivate(self):
+        return self._do("deactivate")
+
+    def on_error(self):
+        return self._do("error")
+
+    def read(self, time_ns, period):
+        self.reads.append(round(period, 9))
+        for state in self.state_interfaces.values():
+            state.value += 1.0
+        return self.outcomes.get("read")
+
+    def write(self, time_ns, period):
+        self.writes.append(round(period, 9))
+        self.written.append([command.value for command in self.command_interfaces.values()])
+        return self.outcomes.get("write")
+
+
+HARDWARE = "tests.control.fakes:RecorderHardware"
+
+
+def recorded_robot(*components):
+    """Return a URDF with one joint ``jointN`` for each component, by its attributes and tags.
+
+    Args:
+        components: Attributes of ``<ros2_control>``, and tags in its ``<hardware>``, of each.
+    """
+    links = '<link name="link0"/>' + "".join(
+        f'<link name="link{n}"/><joint name="joint{n}" type="continuous"><parent link="link0"/>'
+        f'<child link="link{n}"/><axis xyz="0 0 1"/></joint>'
+        for n in range(1, len(components) + 1)
+    )
+    control = "".join(
+        f'<ros2_control name="H{n}" type="system" {attributes}><hardware>'
+        f"<plugin>{HARDWARE}</plugin>{tags}</hardware>"
+        f'<joint name="joint{n}"><command_interface name="position"/>'
+        '<state_interface name="position"><param name="initial_value">0</param></state_interface>'
+        "</joint></ros2_control>"
+        for n, (attributes, tags) in enumerate(components, 1)
+    )
+    return f'<robot name="recorded">{links}{control}</robot>'
+
+
 FAILURE, ERROR = CallbackReturn.FAILURE, CallbackReturn.ERROR
 RETURN_ERROR = ReturnType.ERROR
 

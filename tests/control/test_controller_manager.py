@@ -406,10 +406,10 @@ class TestHardwareLoading:
             ControlStack(serial_robot(plugin="no/Such"))
         assert "mock_components/GenericSystem as its <plugin>" in str(failure.value.hint)
 
-    def test_rates_and_threads_of_its_own_are_not_pretended(self):
-        text = serial_robot().replace('type="system"', 'type="system" rw_rate="5" is_async="true"')
+    def test_threads_of_its_own_are_not_pretended(self):
+        text = serial_robot().replace('type="system"', 'type="system" is_async="true"')
         stack = ControlStack(text)
-        assert any("'rw_rate' and 'is_async' have" in line for line in stack.log.texts("warning"))
+        assert any("'is_async' has no effect" in line for line in stack.log.texts("warning"))
         add(stack, "a", is_async=True)
         assert "'is_async' has no effect" in stack.log.texts("warning")[-1]
 
