@@ -65,7 +65,7 @@ MultiThreadedExecutor(3)
 
 
 def test_ctrl_c_while_a_multi_threaded_executor_starts_its_threads_ends_the_program(ros, tmp_path):
-    """The first thread waits for the others, which are never started; Python waits for the first."""
+    """The first thread waits for the others, never started; Python waits for the first."""
     (tmp_path / "interrupted.py").write_text(INTERRUPTED)
     program = ros.spawn_command(
         [sys.executable, "-m", "teleopctl.nodes", str(tmp_path / "interrupted.py")]
