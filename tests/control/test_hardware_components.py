@@ -4,6 +4,7 @@ import pytest
 
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.services import hardware_component_state
+from teleopctl.robot import RobotDescription
 from teleopctl.testing import ControlStack
 from tests.control.fakes import FAILURE, TYPE, recorded_robot
 
@@ -21,11 +22,11 @@ def states(stack):
 def started(*components, prepare=None):
     """Return a stack whose components are loaded, prepared and then started."""
     stack = ControlStack()
-    start, stack.resources.start_components = stack.resources.start_components, lambda initial: None
-    stack.load_urdf(recorded_robot(*components))
+    description = RobotDescription.from_urdf(recorded_robot(*components))
+    stack.resources.load_and_initialize_components(description)
     if prepare is not None:
         prepare(stack)
-    start({})
+    stack.resources.start_components({})
     return stack
 
 
@@ -114,7 +115,7 @@ class TestGroups:
         assert [spec.name for spec in stack.manager.active_controllers] == ["watching"]
 
     def test_all_members_are_configured_before_one_is_activated(self):
-        calls = []
+        calls: list[str] = []
 
         def prepare(stack):
             for name in ("H1", "H2"):
