@@ -29,6 +29,7 @@ from teleopctl.control.controllers.chainable import (
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import CallbackReturn, State
 from teleopctl.control.resource_manager import ResourceManager
+from teleopctl.control.robot_stop import RobotStop
 from teleopctl.errors import (
     BrokenPluginError,
     InvalidParameterError,
@@ -88,6 +89,7 @@ class ControllerManager:
         active_controllers: Active controllers, in update order.
         loaded_types: Types of the controllers that have been loaded so far, as keys.
         cycle_lock: Lock that the loop holds during a cycle.
+        robot_stop: State of the robot's stop.
     """
 
     def __init__(
@@ -106,6 +108,7 @@ class ControllerManager:
         self.loaded_types: dict[str, None] = {}
         self._causes: dict[str, str] = {}
         self.cycle_lock = threading.Lock()
+        self.robot_stop = RobotStop()
 
     # ---- life cycle of single controllers
 

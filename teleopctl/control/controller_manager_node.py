@@ -17,6 +17,7 @@ from teleopctl.control.limits import limits_enforced_by_default
 from teleopctl.control.manager_log import DESCRIPTION_RECEIVED, DESCRIPTION_REFUSED
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
+from teleopctl.control.robot_stop_node import RobotStopNode
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state_message
 from teleopctl.control.statistics_publishers import DiagnosticsPublisher, StatisticsPublisher
 from teleopctl.errors import InvalidParameterError, TeleopctlError
@@ -82,6 +83,7 @@ class ControllerManagerNode:
             limit_s=0.0 if on_cycle_timeout is None else self._cycle_timeout_s(),
             on_limit=on_cycle_timeout or node.fail,
         )
+        self._stop = RobotStopNode(node, self.manager.robot_stop, self.parameter)
         self._loop: WallClockLoop | None = None
         self._lockstep = False
         self._last_state_ns: int | None = None
@@ -160,6 +162,7 @@ class ControllerManagerNode:
             robot_description=self._description.urdf,
             publish_queue=self._publish_queue,
             now_ns=self._now_ns,
+            robot_stop=self.manager.robot_stop,
         )
 
     def _declare_manager_parameters(self, node: Node) -> None:
@@ -236,6 +239,7 @@ class ControllerManagerNode:
             )
             return
         self._description = description
+        self._stop.set_limits(self._resource_manager.limits)
         self._node.destroy_timer(self._reminder)
         self._find_lockstep_hardware()
         progress.doing("activating the hardware", part=progress.CONTROL)

@@ -18,11 +18,13 @@ from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.realtime_publisher import PublishQueue
+from teleopctl.control.robot_stop import StopRamp
 from teleopctl.control.statistics import CycleTimes
 from teleopctl.control.switching import start_fallbacks
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
+    from teleopctl.control.controllers.base import ControllerInterface
     from teleopctl.node import RcutilsLogger
 
 # Number of new objects from which garbage is collected in the slack of a cycle.
@@ -57,6 +59,8 @@ class Cycle:
         self._reports: deque[str] = deque(maxlen=100)
         self._changed = False
         self._trigger_ns: int | None = None
+        # Of the controllers that decelerate or stand, while the robot is stopped.
+        self._stop_ramps: dict[ControllerInterface, StopRamp] = {}
         self.time_ns = 0
         self.began_s = 0.0
         self.running = ("", "read")
@@ -99,6 +103,8 @@ class Cycle:
                 self._component_failed(component, "read")
             if resources.take_state_jumped() or begun_again:
                 self._restart()
+            if manager.robot_stop.by or self._stop_ramps:
+                self._obey_stop()
             read_ns = time.perf_counter_ns()
             self._update(time_ns, trigger_ns, period_ns)
             resources.enforce_command_limits(period)
@@ -118,6 +124,8 @@ class Cycle:
     def _restart(self) -> None:
         """Restart limiters and active controllers, after the joints have jumped."""
         self._manager.resource_manager.restart()
+        # The controllers stop again, from where the joints are now.
+        self._stop_ramps.clear()
         for spec in self._manager.active_controllers:
             self.running = (spec.name, "on_restart")
             try:
@@ -125,11 +133,35 @@ class Cycle:
             except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not stop the others
                 self._report_raised(spec, "on_restart", error)
 
+    def _obey_stop(self) -> None:
+        """Call ``on_stop`` of active controllers that run, or ``on_release`` of those that stand."""
+        manager, ramps = self._manager, self._stop_ramps
+        stop = manager.robot_stop
+        for spec in manager.active_controllers:
+            controller = spec.controller
+            if not spec.required_command_interfaces or stop.is_stopped is (controller in ramps):
+                continue
+            change = controller.on_stop if stop.is_stopped else controller.on_release
+            self.running = (spec.name, change.__name__)
+            try:
+                change()
+                commands = controller.interfaces_to_decelerate()
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not keep the others from stopping
+                self._report_raised(spec, change.__name__, error)
+                commands = controller.command_interfaces
+            if stop.is_stopped:
+                states = manager.resource_manager.state_interfaces
+                ramps[controller] = StopRamp(commands, states, stop)
+        active = {spec.controller for spec in manager.active_controllers}
+        for controller in [one for one in ramps if one not in active or not stop.is_stopped]:
+            del ramps[controller]
+
     def _report_raised(self, spec: ControllerSpec, function: str, error: BaseException) -> None:
         self.report(f"Controller '{spec.name}' raised in {function}: {with_origin(error)}")
 
     def _update(self, time_ns: int, trigger_ns: int, period_ns: int) -> None:
         failed: list[ControllerSpec] | None = None
+        ramps = self._stop_ramps
         for spec in self._manager.active_controllers:
             controller = spec.controller
             nominal_ns = round(NANOSECONDS_PER_SECOND / controller.update_rate)
@@ -141,6 +173,8 @@ class Cycle:
                 # True if the next cycle is nearer to the time at which the controller is due.
                 abs(since_ns - nominal_ns) > abs(since_ns + period_ns - nominal_ns)
             ):
+                if ramps and controller in ramps:
+                    ramps[controller].apply(period_ns / NANOSECONDS_PER_SECOND)
                 continue
             spec.last_update_cycle_time_ns = trigger_ns
             self.running = (spec.name, "update")
@@ -151,6 +185,8 @@ class Cycle:
             except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not stop the others
                 self._report_raised(spec, "update", error)
                 outcome = ReturnType.ERROR
+            if ramps and controller in ramps:
+                ramps[controller].apply(period_ns / NANOSECONDS_PER_SECOND)
             spec.statistics.add(began_ns, None if last_ns is None else since)
             if outcome is not None and outcome is not ReturnType.OK:
                 failed = [*(failed or ()), spec]

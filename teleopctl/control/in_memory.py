@@ -414,6 +414,7 @@ class ControlStack:
         """
         self.description = RobotDescription.from_urdf(urdf)
         self.resources.load_and_initialize_components(self.description)
+        self.manager.robot_stop.set_limits(self.resources.limits)
         self.resources.start_components({})
 
     def set_controller_parameters(
@@ -525,6 +526,7 @@ class ControlStack:
             publish_queue=self.publish_queue,
             now_ns=lambda: self.time_ns,
             action_server=self._make_action_server,
+            robot_stop=self.manager.robot_stop,
         )
 
     # Any: arguments of `ActionServer`.

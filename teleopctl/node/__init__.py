@@ -133,6 +133,13 @@ if TYPE_CHECKING:
         ParameterEventCallbackHandle as ParameterEventCallbackHandle,
         ParameterEventHandler as ParameterEventHandler,
     )
+    from teleopctl.node.robot_stop import (
+        RELEASE_SERVICE as RELEASE_SERVICE,
+        RELEASE_TYPE as RELEASE_TYPE,
+        STOP_TOPIC as STOP_TOPIC,
+        StopButton as StopButton,
+        StopHolders as StopHolders,
+    )
     from teleopctl.node.topic_meter import TopicMeter as TopicMeter, Traffic as Traffic
     from teleopctl.node.user_waitable import Waitable as Waitable
     from teleopctl.node.values.callback_groups import (

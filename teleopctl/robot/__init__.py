@@ -31,9 +31,12 @@ if TYPE_CHECKING:
         clamped_command_text as clamped_command_text,
     )
     from teleopctl.robot.joints import (
+        STOPPING_TIME_S as STOPPING_TIME_S,
         JointModel as JointModel,
         Joints as Joints,
         JointSet as JointSet,
+        read_acceleration_limits as read_acceleration_limits,
+        stop_decelerations as stop_decelerations,
     )
     from teleopctl.robot.kinematics import SegmentTree as SegmentTree
     from teleopctl.robot.mesh_textures import (

@@ -9,9 +9,10 @@ from __future__ import annotations
 import math
 from collections.abc import Callable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
+from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.errors import InvalidDescriptionError
+from teleopctl.errors import InvalidDescriptionError, InvalidFileError
 from teleopctl.robot.joint_rules import JointLimits, joint_limits, resolve_mimics, rest_within
 from teleopctl.robot.urdf import Mimic
 
@@ -165,6 +166,78 @@ def _in_control(description: RobotDescription) -> tuple[dict[str, JointLimits], 
             if part.leaders:
                 mimics[part.name] = part.leaders[0]
     return limits, mimics
+
+
+# Time in which a joint without acceleration limits stops from its velocity limit, in seconds.
+STOPPING_TIME_S = 0.2
+
+
+def stop_decelerations(
+    limits: Mapping[str, JointLimits], accelerations: Mapping[str, float]
+) -> tuple[dict[str, float], list[str]]:
+    """Return the deceleration of each joint for a stop, and the joints without such a limit.
+
+    The deceleration is the joint's acceleration limit in ``accelerations``, else in
+    ``<ros2_control>``, else the velocity limit over `STOPPING_TIME_S`; infinite without any.
+
+    Args:
+        limits: Limits of the joints, by joint name.
+        accelerations: Acceleration limits, rad/s² or m/s², by joint name, as
+            `read_acceleration_limits` returns them.
+
+    Returns:
+        Decelerations in rad/s² or m/s² by joint name, and the names of the joints whose
+        deceleration follows from the velocity limit.
+    """
+    decelerations, derived = {}, []
+    for name, joint in limits.items():
+        limit = accelerations.get(name, min(joint.deceleration, joint.acceleration))
+        if math.isinf(limit) and 0.0 < joint.velocity < math.inf:
+            limit = joint.velocity / STOPPING_TIME_S
+            derived.append(name)
+        decelerations[name] = limit
+    return decelerations, derived
+
+
+def read_acceleration_limits(path: Path) -> dict[str, float]:
+    """Return the acceleration limits of MoveIt's ``joint_limits.yaml``, by joint name.
+
+    A joint with ``has_deceleration_limits`` has its ``max_deceleration``, since the limits serve
+    for stopping; one with ``has_acceleration_limits`` its ``max_acceleration``. Units are rad/s² or
+    m/s².
+
+    Raises:
+        InvalidFileError: The file cannot be read, is not YAML, or has a limit that is not a number
+            above 0.
+    """
+    import yaml
+
+    from teleopctl.base import ros_yaml
+    from teleopctl.base.files import read_text
+
+    try:
+        document = ros_yaml.load(read_text(path))
+    except yaml.YAMLError as error:
+        raise InvalidFileError(f"{path} is not YAML: {error}") from error
+    joints = document.get("joint_limits") if isinstance(document, dict) else None
+    if not isinstance(joints, dict):
+        raise InvalidFileError(
+            f"{path} has no 'joint_limits'",
+            hint="MoveIt's joint_limits.yaml has joint_limits: {JOINT: {max_acceleration: …}}.",
+        )
+    limits = {}
+    for name, values in joints.items():
+        for kind in ("deceleration", "acceleration"):
+            if not (isinstance(values, dict) and values.get(f"has_{kind}_limits") is True):
+                continue
+            limit = values.get(f"max_{kind}")
+            if isinstance(limit, bool) or not isinstance(limit, int | float) or not limit > 0.0:
+                raise InvalidFileError(
+                    f"{path}: max_{kind} of joint '{name}' must be a number above 0, got {limit!r}"
+                )
+            limits[str(name)] = float(limit)
+            break
+    return limits
 
 
 @dataclass(slots=True)

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from enum import Enum
 from typing import TYPE_CHECKING, Any, ClassVar, TypeVar, cast
 
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+from teleopctl.control.robot_stop import RobotStop
 from teleopctl.errors import InvalidParameterError
 
 if TYPE_CHECKING:
@@ -60,6 +61,7 @@ class ControllerInterfaceParams:
         now_ns: Function that returns the present time in nanoseconds, on the clock of ``update``.
         action_server: Function that creates the controller's action servers, with the arguments
             of `ActionServer`.
+        robot_stop: State of the robot's stop.
     """
 
     controller_name: str
@@ -71,6 +73,7 @@ class ControllerInterfaceParams:
     publish_queue: PublishQueue
     now_ns: Callable[[], int]
     action_server: Callable[..., ActionServer[Any, Any, Any]] = _make_action_server
+    robot_stop: RobotStop = field(default_factory=RobotStop)
 
 
 class InterfaceConfigurationType(Enum):
@@ -146,6 +149,7 @@ class ControllerInterface:
         self.lifecycle_state = State.UNCONFIGURED
         self.update_rate = params.update_rate
         self._known_parameters: set[str] = set()
+        self._reported_refusals: set[tuple[int, str]] = set()
 
     def get_node(self) -> Node:
         """Return the controller's node."""
@@ -244,6 +248,51 @@ class ControllerInterface:
         A simulation was reset, or its clock jumped back. Called in the control cycle, with the
         present states, and with commands of NaN, for which hardware holds its position.
         """
+
+    def on_stop(self) -> None:
+        """Called in the cycle in which the robot is stopped: end goals, discard received commands.
+
+        Also called when the controller is activated while the robot is stopped. ``update`` is still
+        called, but the commands it writes to `interfaces_to_decelerate` are replaced: they
+        decelerate within the joints' limits and stay. The base class does nothing.
+        """
+
+    def on_release(self) -> None:
+        """Called in the cycle in which the robot is released: plan from the present commands.
+
+        The base class calls ``on_deactivate`` and ``on_activate``.
+        """
+        self.on_deactivate()
+        self.on_activate()
+
+    def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
+        """Return the interfaces whose commands are replaced while the robot is stopped; all here.
+
+        Called after ``on_stop``. A controller that decelerates the joints itself returns none.
+        """
+        return self.command_interfaces
+
+    def is_refused(self, what: str) -> bool:
+        """Return whether the robot is stopped; then log, once per stop, that a command is refused.
+
+        For callbacks that receive commands or goals; not for the control cycle.
+
+        Args:
+            what: What is refused, as the beginning of a sentence, such as "The trajectory".
+        """
+        stop = self.params.robot_stop
+        by = stop.by
+        if not by:
+            return False
+        if (stop.count, what) not in self._reported_refusals:
+            self._reported_refusals = {(stop.count, what)} | {
+                entry for entry in self._reported_refusals if entry[0] == stop.count
+            }
+            self.logger.warning(
+                f"{what} is refused: the robot is stopped by {by}. "
+                "'teleopctl stop --robot --release' releases it."
+            )
+        return True
 
     def on_cleanup(self) -> CallbackReturn | None:
         """Called on cleanup: release what ``on_configure`` created; the base class does nothing."""

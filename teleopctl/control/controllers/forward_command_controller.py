@@ -73,7 +73,17 @@ class ForwardCommandController(ControllerInterface):
         """Discard the last command after a simulation reset."""
         self._command = None
 
+    def on_stop(self) -> None:
+        """Discard received commands; commands are refused while the robot is stopped."""
+        self._incoming.clear()
+        self._command = None
+
+    def on_release(self) -> None:
+        """Do nothing: the interfaces keep their values until the next command."""
+
     def _received(self, message: Any) -> None:
+        if self.is_refused("The command on ~/commands"):
+            return
         data = [float(value) for value in message.data]
         if not all(map(math.isfinite, data)):
             self.logger.warning("Non-finite value received. Dropping message")

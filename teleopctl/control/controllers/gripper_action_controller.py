@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -14,7 +15,7 @@ from teleopctl.control.controllers.base import (
 )
 from teleopctl.control.controllers.pid import Pid, PidGains
 from teleopctl.control.controllers.realtime_goal import RealtimeServerGoalHandle
-from teleopctl.control.handles import EFFORT, POSITION, VELOCITY
+from teleopctl.control.handles import EFFORT, POSITION, VELOCITY, CommandInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
@@ -135,6 +136,30 @@ class _GripperController(ControllerInterface):
             self._goal.try_abort(**self._result(position))
             self._goal = None
 
+    def on_stop(self) -> None:
+        """Abort the goals, and hold the position of a gripper on its way to one."""
+        position = self.state_interfaces[0].value
+        moving = self._goal is not None or bool(self._incoming)
+        while self._incoming:
+            self._incoming.pop()[1].try_abort(**self._result(position))
+        if self._goal is not None:
+            self._goal.try_abort(**self._result(position))
+            self._goal = None
+        if moving and math.isfinite(position):
+            self._hold(position)
+
+    def on_release(self) -> None:
+        """Hold the position that was commanded last, while the robot was stopped."""
+        for command in self.interfaces_to_decelerate():
+            if math.isfinite(command.value):
+                self._hold(command.value)
+
+    def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
+        """Return the position command; none with an effort command, which holds the position."""
+        return [
+            command for command in self.command_interfaces if command.interface_name == POSITION
+        ]
+
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """Write the gripper command; end the goal if it is reached, stalled or canceled."""
         if self._stale_parameters:
@@ -188,6 +213,8 @@ class _GripperController(ControllerInterface):
         if not self._active:
             self.logger.error("Can't accept new action goals. Controller is not running.")
             return GoalResponse.REJECT
+        if self.is_refused("The action goal"):
+            return GoalResponse.REJECT
         problem = self._problem(goal)
         if problem:
             self.logger.error(problem)
@@ -201,6 +228,9 @@ class _GripperController(ControllerInterface):
             handle, self._action, self.params.publish_queue
         )
         goal.start()
+        if self.is_refused("The action goal"):
+            self._abort_latest()
+            return
         self._incoming.append((self._command_of(handle.request), goal))
         if not self._active:
             self._abort_latest()

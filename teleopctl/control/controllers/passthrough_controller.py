@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 from typing import Any
 
 from teleopctl.control.controllers.base import InterfaceConfiguration, InterfaceConfigurationType
@@ -65,8 +66,21 @@ class PassthroughController(ChainableControllerInterface):
         """Discard commands and set references to NaN, after a simulation reset."""
         self.on_activate()
 
+    def on_stop(self) -> None:
+        """Discard the last received command; commands are refused while the robot is stopped."""
+        self._command = None
+
+    def on_release(self) -> None:
+        """Do nothing: the references keep their values until the next command."""
+
+    def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
+        """Return the references; none in chained mode, where another controller decelerates."""
+        return () if self.in_chained_mode else self.reference_interfaces
+
     # Any: message classes are generated at run time.
     def _received(self, message: Any) -> None:
+        if self.is_refused("The command on ~/commands"):
+            return
         data = [float(value) for value in message.data]
         if len(data) != len(self._names):
             self.logger.error(

@@ -234,6 +234,17 @@ class PidController(ChainableControllerInterface):
         for reference, value in zip(self.reference_interfaces, values, strict=True):
             reference.value = value
 
+    def on_stop(self) -> None:
+        """Discard the received reference; references are refused while the robot is stopped."""
+        self._incoming.clear()
+
+    def on_release(self) -> None:
+        """Do nothing: the references keep their values until the next one is received."""
+
+    def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
+        """Return the references; none in chained mode, where another controller decelerates."""
+        return () if self.in_chained_mode else self.reference_interfaces
+
     def on_deactivate(self) -> None:
         """Command zero, unless positions are commanded."""
         if self._command != POSITION:
@@ -252,6 +263,8 @@ class PidController(ChainableControllerInterface):
         return response
 
     def _reference_received(self, message: Any) -> None:
+        if self.is_refused("The reference on ~/reference"):
+            return
         names, values = list(message.dof_names), list(message.values)
         count = len(self._names)
         if not names and len(values) == count:

@@ -47,6 +47,7 @@ class FollowJointTrajectoryServer:
         inputs: TrajectoryInputs,
         default_tolerances: Callable[[], Tolerances],
     ) -> None:
+        self._controller = controller
         self._settings = settings
         self._inputs = inputs
         self._default_tolerances = default_tolerances
@@ -76,6 +77,8 @@ class FollowJointTrajectoryServer:
         if not self._inputs.active:
             self._logger.error("Can't accept new action goals. Controller is not running.")
             return GoalResponse.REJECT
+        if self._controller.is_refused("The action goal"):
+            return GoalResponse.REJECT
         if not self._inputs.is_valid(goal.trajectory):
             return GoalResponse.REJECT
         self._logger.info("Accepted new action goal")
@@ -96,6 +99,9 @@ class FollowJointTrajectoryServer:
             self._settings.action_monitor_rate,
         )
         goal.start()
+        if self._controller.is_refused("The action goal"):
+            self.abort_goal(f"The robot is stopped by {self._controller.params.robot_stop.by}")
+            return
         self._inputs.take(handle.request.trajectory, goal)
         if not self._inputs.active:
             self.abort_goal("Current goal cancelled during deactivate transition.")

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
+from collections.abc import Sequence
 from dataclasses import replace
 
 from teleopctl.control.controllers.base import (
@@ -48,9 +49,16 @@ from teleopctl.control.controllers.joint_trajectory.trajectory import (
     stopping_points,
 )
 from teleopctl.control.controllers.pid import Pid, PidGains
-from teleopctl.control.handles import ACCELERATION, POSITION, VELOCITY, StateInterface
+from teleopctl.control.handles import (
+    ACCELERATION,
+    POSITION,
+    VELOCITY,
+    CommandInterface,
+    StateInterface,
+)
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
+from teleopctl.control.robot_stop import common_decelerations, stopping_state
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
@@ -73,6 +81,7 @@ class JointTrajectoryController(ControllerInterface):
         self._goal: FollowedGoal | None = None
         self._trajectory_ns = 0
         self._commanded_ns = 0
+        self._stopping_from: TrajectoryPoint | None = None
         self._stale_parameters = False
 
     def on_init(self) -> None:
@@ -166,6 +175,7 @@ class JointTrajectoryController(ControllerInterface):
             held = last
         self._incoming.clear()
         self._goal = None
+        self._stopping_from = None
         # A trajectory received before the first update starts from the commanded state, too.
         self._has_command = held is last
         self._commanded_state = TrajectoryPoint(held)
@@ -200,6 +210,55 @@ class JointTrajectoryController(ControllerInterface):
         self._hold(positions)
         self._abort_goal(INVALID_GOAL, "The simulation was reset")
 
+    def on_stop(self) -> None:
+        """Abort the goals, and decelerate all joints within their limits, on their path."""
+        reason = f"The robot is stopped by {self.params.robot_stop.by}"
+        self._discard_waiting(reason)
+        self._abort_goal(INVALID_GOAL, reason)
+        if self._awaits_state:
+            return
+        joints, stop = self._settings.joints, self.params.robot_stop
+        positions, speeds = self._position_states.read(), self._velocity_states.read()
+        unknown = [math.nan] * len(joints)
+        commanded = self._commanded_state if self._has_command else TrajectoryPoint(unknown)
+        ways = [
+            stopping_state(command, command_speed * self._scaling, position, speed)
+            for command, command_speed, position, speed in zip(
+                commanded.positions,
+                commanded.velocities or unknown,
+                positions,
+                speeds or unknown,
+                strict=True,
+            )
+        ]
+        limits = [stop.deceleration(joint) for joint in joints]
+        moving = [
+            speed if math.isfinite(limit) else 0.0
+            for (_, speed), limit in zip(ways, limits, strict=True)
+        ]
+        decelerations = common_decelerations(moving, limits)
+        held = [position for position, _ in ways]
+        self._trajectory = Trajectory(
+            stopping_points(held, moving, [d if math.isfinite(d) else 1.0 for d in decelerations])
+        )
+        self._holding = True
+        self._stopping_from = TrajectoryPoint(held, moving)
+
+    def on_release(self) -> None:
+        """Go on holding the positions at which the robot has stopped."""
+        # A goal may have been accepted at the instant of the stop.
+        self._discard_waiting("The robot was stopped")
+        self._stopping_from = None
+
+    def _discard_waiting(self, reason: str) -> None:
+        while self._incoming:
+            if (waiting := self._incoming.pop().goal) is not None:
+                waiting.try_abort(error_code=INVALID_GOAL, error_string=reason)
+
+    def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
+        """Return none: the controller decelerates the joints by a trajectory."""
+        return ()
+
     def on_deactivate(self) -> None:
         """Abort the goal, and command zero on all command interfaces except positions."""
         self._inputs.active = False
@@ -230,21 +289,23 @@ class JointTrajectoryController(ControllerInterface):
             self._hold(positions)
         if self._scaling_state is not None and math.isfinite(self._scaling_state.value):
             self._scaling = max(0.0, self._scaling_state.value)
-        if self._incoming:
+        stopping = self._stopping_from is not None
+        if self._incoming and not stopping:
             self._replace_trajectory(self._incoming.pop())
         if self._goal is not None and self._goal.cancel_requested:
             self._stop(positions, velocities)
             self._goal.try_cancel()
             self._goal = None
         trajectory, method = self._trajectory, self._settings.method
+        scaling = 1.0 if stopping else self._scaling
         first = not trajectory.sampled_already
         if first:
             self._start(trajectory, time_ns, positions, velocities)
         else:
-            self._trajectory_ns += round(period * self._scaling * NANOSECONDS_PER_SECOND)
+            self._trajectory_ns += round(period * scaling * NANOSECONDS_PER_SECOND)
         now = self._trajectory_ns
         desired = trajectory.sample(now, method)
-        ahead = now + round(NANOSECONDS_PER_SECOND * self._scaling / self.update_rate)
+        ahead = now + round(NANOSECONDS_PER_SECOND * scaling / self.update_rate)
         # A smaller scaling shortens the lead; the command must not go back in time.
         self._commanded_ns = ahead = ahead if first else max(ahead, self._commanded_ns)
         command = trajectory.sample(ahead, method, advance=False)
@@ -290,6 +351,9 @@ class JointTrajectoryController(ControllerInterface):
     ) -> None:
         """Set the trajectory's point before: the measured state, or the commanded one."""
         self._trajectory_ns = time_ns
+        if self._stopping_from is not None:
+            trajectory.set_point_before(time_ns, self._stopping_from, self._wrap)
+            return
         if not self._holding and self._from_command and self._has_command:
             last = self._outputs.positions()
             before = (

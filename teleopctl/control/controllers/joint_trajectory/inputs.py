@@ -75,6 +75,9 @@ class TrajectoryFollower(Protocol):
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
         """Return the desired state at a time; None outside the trajectory or if inactive."""
 
+    def is_refused(self, what: str) -> bool:
+        """Return whether the robot is stopped; then log that a command is refused."""
+
 
 class TrajectoryInputs:
     """Subscriptions and ``~/query_state`` service of a joint trajectory controller.
@@ -143,7 +146,7 @@ class TrajectoryInputs:
         """Called for each ``~/joint_trajectory`` message: validate and pass on the trajectory."""
         if not self.active:
             self._logger.warning("Controller is not active: the trajectory is ignored.")
-        elif self.is_valid(message):
+        elif not self._controller.is_refused("The trajectory") and self.is_valid(message):
             self.take(message)
 
     def is_valid(self, message: Any) -> bool:
@@ -189,6 +192,8 @@ class TrajectoryInputs:
         """Called for each ``~/commands`` message: pass on a trajectory to the clamped positions."""
         if not self.active:
             self._logger.warning("Controller is not active: the command is ignored.")
+            return
+        if self._controller.is_refused("The command on ~/commands"):
             return
         controller, joints = self._controller, self._settings.joints
         try:

@@ -150,6 +150,13 @@ class MobileBaseController(ControllerInterface):
         self._odometry.reset()
         self.on_activate()
 
+    def on_stop(self) -> None:
+        """Discard the received velocity; velocities are refused while the robot is stopped."""
+        self._input.clear()
+
+    def on_release(self) -> None:
+        """Do nothing: the base is at rest until the next velocity command."""
+
     def on_deactivate(self) -> None:
         """Refuse further velocity commands, and command the wheels to stop."""
         self._input.active = False

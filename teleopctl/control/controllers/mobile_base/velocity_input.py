@@ -47,6 +47,7 @@ class VelocityInput:
     ) -> None:
         self.active = False
         self._node = node = controller.get_node()
+        self._controller = controller
         self._logger = controller.logger
         self._now_ns = controller.params.now_ns
         self._timeout_ns = round(timeout * NANOSECONDS_PER_SECOND)
@@ -116,6 +117,8 @@ class VelocityInput:
             self._logger.warning(
                 "Can't accept new commands. subscriber is inactive", throttle_duration_sec=1.0
             )
+            return
+        if self._controller.is_refused("The velocity command"):
             return
         velocity = BaseVelocity(twist.linear.x, twist.linear.y, twist.angular.z)
         if not all(map(math.isfinite, velocity)):

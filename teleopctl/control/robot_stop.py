@@ -1,0 +1,240 @@
+"""Stop of the robot: controllers decelerate, and refuse commands until the robot is released.
+
+This is not a safety function: it runs in the same program as the controllers.
+
+A controller ends its goals in ``on_stop`` and goes on updating. The commands that it writes from
+then on are replaced by those of a `StopRamp`, unless it decelerates by itself.
+"""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from types import MappingProxyType
+from typing import TYPE_CHECKING
+
+from teleopctl.control.handles import (
+    ACCELERATION,
+    EFFORT,
+    POSITION,
+    VELOCITY,
+    CommandInterface,
+    StateInterface,
+)
+from teleopctl.robot import stop_decelerations
+
+if TYPE_CHECKING:
+    from teleopctl.robot import JointLimits
+
+# A joint follows its command if the command is at most this time, in seconds, and this distance,
+# in rad or m, ahead of it.
+_LAG_S = 0.3
+_LAG = 0.01
+# A joint at rest moves from this part of its velocity limit on, or from this speed, in rad/s or m/s.
+_MOVING = 0.1
+_MOVING_SPEED = 0.05
+
+
+class RobotStop:
+    """State of the stop, shared by the manager, its control cycle and its controllers.
+
+    Attributes:
+        by: Names of the nodes that hold the robot stopped, separated by commas; empty while the
+            robot is released.
+        count: Number of stops so far.
+        limits: Limits of the joints, by joint name.
+    """
+
+    def __init__(self) -> None:
+        self.by = ""
+        self.count = 0
+        self.limits: Mapping[str, JointLimits] = {}
+        self._decelerations: Mapping[str, float] = {}
+
+    def set_limits(
+        self,
+        limits: Mapping[str, JointLimits],
+        accelerations: Mapping[str, float] = MappingProxyType({}),
+    ) -> list[str]:
+        """Set the limits by which joints decelerate; return the joints without such a limit.
+
+        Args:
+            limits: Limits of the joints, by joint name.
+            accelerations: Acceleration limits that go before those, rad/s² or m/s².
+
+        Returns:
+            Names of the joints whose deceleration follows from the velocity limit.
+        """
+        self.limits = limits
+        self._decelerations, derived = stop_decelerations(limits, accelerations)
+        return derived
+
+    @property
+    def is_stopped(self) -> bool:
+        """Whether the robot is stopped: it decelerates or stands, and commands are refused."""
+        return bool(self.by)
+
+    def hold(self, by: str) -> None:
+        """Set the nodes that hold the robot stopped; an empty text releases the robot."""
+        if by and not self.by:
+            self.count += 1
+        self.by = by
+
+    def deceleration(self, joint: str) -> float:
+        """Return the deceleration of a joint in rad/s² or m/s²; infinite if unlimited."""
+        return self._decelerations.get(joint, math.inf)
+
+
+def stopping_state(
+    command: float, command_speed: float, position: float, speed: float
+) -> tuple[float, float]:
+    """Return the position and speed from which a joint decelerates; rad or m, and per second.
+
+    A joint that follows its command decelerates from the command, so that the command does not
+    jump. One that is still far from its command, as after a step, decelerates from where it is. One
+    that stands away from its command, as fingers around an object do, keeps the command.
+
+    Args:
+        command: Last position command.
+        command_speed: Speed of the command; NaN if unknown.
+        position: Measured position; NaN if unknown.
+        speed: Measured speed; NaN if unknown.
+    """
+    measured_speed = speed if math.isfinite(speed) else 0.0
+    if not math.isfinite(command):
+        return position, measured_speed
+    if not math.isfinite(command_speed):
+        command_speed = measured_speed
+    if not math.isfinite(position):
+        return command, command_speed
+    lead = command - position
+    if abs(lead) <= _LAG_S * max(abs(command_speed), abs(measured_speed)) + _LAG:
+        return command, command_speed
+    if lead * measured_speed > 0.0:
+        return position, measured_speed
+    return command, 0.0
+
+
+def common_decelerations(speeds: Sequence[float], decelerations: Sequence[float]) -> list[float]:
+    """Return decelerations within the given ones by which all joints stop at the same time.
+
+    So the joints stay on the line on which they move. A joint at rest keeps its deceleration.
+
+    Args:
+        speeds: Speeds of the joints, rad/s or m/s.
+        decelerations: Largest decelerations, rad/s² or m/s², above 0; may be infinite.
+    """
+    pairs = list(zip(speeds, decelerations, strict=True))
+    longest_s = max((abs(speed) / limit for speed, limit in pairs), default=0.0)
+    return [abs(speed) / longest_s if speed and longest_s else limit for speed, limit in pairs]
+
+
+class StopRamp:
+    """Commands of a controller while the robot is stopped: to rest within limits, then constant.
+
+    Position commands decelerate and stay, velocity commands go to 0 within the same limits, and
+    effort and acceleration commands are 0. Other commands, and those that are NaN, stay as the
+    controller writes them.
+
+    Args:
+        commands: Command or reference interfaces of the controller, with its last commands.
+        states: Measured state interfaces of the robot, by full name.
+        stop: State of the stop, with the decelerations.
+    """
+
+    def __init__(
+        self,
+        commands: Sequence[CommandInterface],
+        states: Mapping[str, StateInterface],
+        stop: RobotStop,
+    ) -> None:
+        self._joints = [
+            _JointRamp(command, states, stop)
+            for command in commands
+            if command.interface_name in (POSITION, VELOCITY)
+        ]
+        self._at_zero = [
+            command for command in commands if command.interface_name in (EFFORT, ACCELERATION)
+        ]
+        common = common_decelerations(
+            [joint.speed for joint in self._joints],
+            [joint.deceleration for joint in self._joints],
+        )
+        for joint, deceleration in zip(self._joints, common, strict=True):
+            joint.deceleration = deceleration
+
+    def apply(self, period: float) -> None:
+        """Replace the commands that the controller wrote in a cycle of a period in seconds."""
+        for joint in self._joints:
+            joint.apply(period)
+        for command in self._at_zero:
+            command.value = 0.0
+
+
+class _JointRamp:
+    """Position or velocity command of one joint on its way to rest."""
+
+    def __init__(
+        self, command: CommandInterface, states: Mapping[str, StateInterface], stop: RobotStop
+    ) -> None:
+        # A reference interface has its controller's name in front of the joint's.
+        joint = command.prefix_name.rpartition("/")[2]
+        unknown = StateInterface(joint, "unknown")
+        self._command = command
+        self._position = states.get(f"{joint}/{POSITION}", unknown)
+        self._velocity = states.get(f"{joint}/{VELOCITY}", unknown)
+        self._is_position = command.interface_name == POSITION
+        self._limit = stop.deceleration(joint)
+        limits = stop.limits.get(joint)
+        self._lower = limits.lower if limits else -math.inf
+        self._upper = limits.upper if limits else math.inf
+        top = limits.velocity if limits else math.inf
+        self._moving = _MOVING * top if math.isfinite(top) else _MOVING_SPEED
+        self._begin()
+
+    def _begin(self) -> None:
+        self.deceleration = self._limit
+        if self._is_position:
+            self.held, self.speed = math.nan, 0.0
+            if math.isfinite(self._command.value):
+                self.held, self.speed = stopping_state(
+                    self._command.value, math.nan, self._position.value, self._velocity.value
+                )
+        else:
+            value = self._command.value
+            self.held, self.speed = value, value if math.isfinite(value) else 0.0
+
+    def apply(self, period: float) -> None:
+        command = self._command
+        if not math.isfinite(self.held):
+            if not math.isfinite(command.value):
+                return  # NaN means "no command"
+            self._begin()
+        elif self._is_position:
+            self._follow_joint()
+        before = self.speed
+        slower = max(0.0, abs(before) - self.deceleration * period)
+        self.speed = math.copysign(slower, before)
+        if self._is_position:
+            # An unlimited joint stops on the spot.
+            way = (before + self.speed) / 2.0 * period if math.isfinite(self.deceleration) else 0.0
+            if self._lower <= self.held <= self._upper:
+                self.held = min(max(self.held + way, self._lower), self._upper)
+            command.value = self.held
+        else:
+            command.value = self.speed
+
+    def _follow_joint(self) -> None:
+        """Decelerate from the joint's place if the joint is on its way to a command far away.
+
+        The command was a step, and the joint had not begun to move when the robot was stopped.
+        """
+        speed, lead = self._velocity.value, self.held - self._position.value
+        if (
+            abs(speed) > abs(self.speed) + self._moving
+            and lead * speed > 0.0
+            and abs(lead) > _LAG_S * abs(speed) + _LAG
+        ):
+            self.held, self.speed, self.deceleration = self._position.value, speed, self._limit
+
+
