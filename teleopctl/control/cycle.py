@@ -134,7 +134,7 @@ class Cycle:
                 self._report_raised(spec, "on_restart", error)
 
     def _obey_stop(self) -> None:
-        """Call ``on_stop`` of active controllers that run, or ``on_release`` of those that stand."""
+        """Call ``on_stop`` of active controllers, or ``on_release`` of those that are stopped."""
         manager, ramps = self._manager, self._stop_ramps
         stop = manager.robot_stop
         for spec in manager.active_controllers:

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 # in rad or m, ahead of it.
 _LAG_S = 0.3
 _LAG = 0.01
-# A joint at rest moves from this part of its velocity limit on, or from this speed, in rad/s or m/s.
+# A joint at rest moves from this part of its velocity limit on, else from this speed (rad/s, m/s).
 _MOVING = 0.1
 _MOVING_SPEED = 0.05
 
@@ -188,7 +188,7 @@ class _JointRamp:
         limits = stop.limits.get(joint)
         self._lower = limits.lower if limits else -math.inf
         self._upper = limits.upper if limits else math.inf
-        top = limits.velocity if limits else math.inf
+        self._top = top = limits.velocity if limits else math.inf
         self._moving = _MOVING * top if math.isfinite(top) else _MOVING_SPEED
         self._begin()
 
@@ -197,8 +197,10 @@ class _JointRamp:
         if self._is_position:
             self.held, self.speed = math.nan, 0.0
             if math.isfinite(self._command.value):
+                # Measured speeds jump where hardware differentiates positions.
+                speed = min(max(self._velocity.value, -self._top), self._top)
                 self.held, self.speed = stopping_state(
-                    self._command.value, math.nan, self._position.value, self._velocity.value
+                    self._command.value, math.nan, self._position.value, speed
                 )
         else:
             value = self._command.value
@@ -236,5 +238,3 @@ class _JointRamp:
             and abs(lead) > _LAG_S * abs(speed) + _LAG
         ):
             self.held, self.speed, self.deceleration = self._position.value, speed, self._limit
-
-

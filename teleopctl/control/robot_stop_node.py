@@ -1,4 +1,4 @@
-"""Stop of the robot in the ROS graph: ``/stop``, and a manager's own ``~/stop`` and ``~/release``."""
+"""Stop of the robot in the ROS graph: ``/stop``, and a manager's ``~/stop`` and ``~/release``."""
 
 from __future__ import annotations
 

@@ -62,10 +62,7 @@ class StopHolders:
         self._update()
 
     def _received(self, message: Any, info: MessageInfo) -> None:
-        publishers = {
-            bytes(each.endpoint_gid): f"{each.node_namespace.rstrip('/')}/{each.node_name}"
-            for each in self._node.get_publishers_info_by_topic(STOP_TOPIC)
-        }
+        publishers = _publishers(self._node)
         gid = bytes(info["publisher_gid"])
         if message.data:
             self._holders[gid] = publishers.get(gid) or self._holders.get(gid, _UNKNOWN)
@@ -79,6 +76,14 @@ class StopHolders:
         if names != self.names:
             self.names = names
             self._on_change(names)
+
+
+def _publishers(node: Node) -> dict[bytes, str]:
+    """Return the full names of the nodes that publish ``/stop``, by GID of the publisher."""
+    return {
+        bytes(each.endpoint_gid): f"{each.node_namespace.rstrip('/')}/{each.node_name}"
+        for each in node.get_publishers_info_by_topic(STOP_TOPIC)
+    }
 
 
 class StopButton:
@@ -102,6 +107,11 @@ class StopButton:
         """Destroy the publisher and the service."""
         self._node.destroy_service(self._service)
         self._node.destroy_publisher(self._publisher)
+
+    def others(self) -> list[str]:
+        """Return the names of the nodes of the topic's other publishers."""
+        gid = self._publisher.gid
+        return sorted({name for other, name in _publishers(self._node).items() if other != gid})
 
     def press(self) -> None:
         """Hold the robot stopped."""

@@ -32,6 +32,7 @@ NODES = (
             "joint_state_publisher/joint_state_publisher": "joint_state_publisher",
             "joint_state_publisher_gui/joint_state_publisher_gui": "joint_state_publisher_gui",
             "mujoco_sim/mujoco_sim": "mujoco_sim",
+            "robot_stop/robot_stop": "robot_stop",
             "rosbag2_transport/recorder": "recorder",
             "rviz2/rviz2": "rviz2",
             "robot_state_publisher/robot_state_publisher": "robot_state_publisher",

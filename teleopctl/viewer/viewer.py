@@ -29,6 +29,7 @@ from teleopctl.viewer.page_server import (
 )
 from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.robot_file import RobotFile
+from teleopctl.viewer.robot_stop import RobotStopControl
 from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
 from teleopctl.viewer.scene_view import SceneView
 from teleopctl.viewer.subscriptions import UnknownTypes
@@ -92,6 +93,7 @@ class Viewer(Node):
         self.scene_view = SceneView(server, self, view, simulated=simulated)
         self.robot_file = RobotFile(self)
         self.create_service(get_service("std_srvs/srv/Empty"), "~/reset_time", self._reset_time)
+        self._robot_stop = RobotStopControl(self)
         self.panels = self._make_panels(panels)
         self.add_graph_callback(lambda: self.call_on_node_thread(self._on_graph_change))
         server.on_client_connect(self.on_node_thread(lambda _client: self._update_visibility()))
@@ -230,6 +232,7 @@ class Viewer(Node):
 
     def _on_graph_change(self) -> None:
         self._types.request_missing()
+        self._guarded(self._robot_stop.graph_changed)
         for panel in self.panels:
             self._guarded(panel.graph_changed)
 

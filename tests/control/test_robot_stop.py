@@ -6,6 +6,7 @@ Joints have velocity limits of 1 rad/s, so that without acceleration limits they
 
 import itertools
 import math
+from typing import Any
 
 import pytest
 
@@ -23,6 +24,8 @@ PID = "pid_controller/PidController"
 DIFF_DRIVE = "diff_drive_controller/DiffDriveController"
 FollowJointTrajectory = get_action("control_msgs/action/FollowJointTrajectory")
 GripperCommand = get_action("control_msgs/action/GripperCommand")
+MultiDof = get_message("control_msgs/msg/MultiDOFCommand")
+TwistStamped = get_message("geometry_msgs/msg/TwistStamped")
 Floats = get_message("std_msgs/msg/Float64MultiArray")
 Trajectory = get_message("trajectory_msgs/msg/JointTrajectory")
 Point = get_message("trajectory_msgs/msg/JointTrajectoryPoint")
@@ -65,10 +68,21 @@ class Robot:
     def send_goal(self, *positions, seconds=1.0):
         goal = FollowJointTrajectory.Goal()
         goal.trajectory = trajectory(self.joints, positions, seconds)
-        return self.stack.action_servers["arm/follow_joint_trajectory"].send_goal(goal)
+        return self.send("arm/follow_joint_trajectory", goal)
+
+    def send(self, action, goal):
+        handle: Any = self.stack.action_servers[action].send_goal(goal)
+        return handle
 
     def command(self, joint=1, interface="position"):
         return self.stack.command(f"joint{joint}/{interface}")
+
+    def measure(self, position, velocity):
+        """Let the first joint measure something, whatever is commanded, from now on."""
+        hardware: Any = self.stack.resources.components["Hardware"].hardware
+        hardware.read = lambda *_: None
+        self.stack.resources.state_interfaces["joint1/position"].value = position
+        self.stack.resources.state_interfaces["joint1/velocity"].value = velocity
 
     def commands_until_rest(self, cycles=60, joint=1, interface="position"):
         values = []
@@ -106,7 +120,7 @@ def assert_decelerates(values, speed, deceleration=DECELERATION):
     assert speeds[-1] == 0.0
 
 
-# -- a trajectory -----------------------------------------------------------------------------------
+# -- a trajectory ---------------------------------------------------------------------------------
 
 
 def test_a_trajectory_decelerates_to_rest_and_its_goal_is_aborted_with_who_stopped():
@@ -179,10 +193,7 @@ def test_an_arm_that_is_blocked_stops_where_it_is_commanded():
     robot.load_trajectory_controller()
     robot.send_goal(1.0, seconds=2.0)
     robot.stack.step(50)
-    for state, value in (("position", -1.0), ("velocity", 0.0)):
-        robot.stack.resources.state_interfaces[f"joint1/{state}"].value = value
-    hardware = robot.stack.resources.components["Hardware"].hardware
-    hardware.read = lambda *_: None
+    robot.measure(-1.0, 0.0)
     before = robot.command()
     robot.stop()
     assert robot.commands_until_rest(5) == pytest.approx([before] * 5)
@@ -218,7 +229,7 @@ def test_a_trajectory_on_velocity_commands_ends_at_rest():
     assert max(map(abs, differences(speeds))) <= 1.5 * DECELERATION * PERIOD
 
 
-# -- controllers that write what they receive -------------------------------------------------------
+# -- controllers that write what they receive -----------------------------------------------------
 
 
 def test_a_position_that_a_forward_controller_streams_decelerates():
@@ -268,11 +279,8 @@ def test_a_joint_far_behind_a_step_of_its_command_decelerates_from_where_it_is()
     """A drive is on its way to a far position: it must not go on to it."""
     robot = Robot()
     robot.load("forward", FORWARD, joints=["joint1"], interface_name="position")
-    hardware = robot.stack.resources.components["Hardware"].hardware
-    hardware.read = lambda *_: None
     robot.stack.nodes["forward"].receive("~/commands", Floats(data=[2.0]))
-    states = robot.stack.resources.state_interfaces
-    states["joint1/position"].value, states["joint1/velocity"].value = 0.5, 1.0
+    robot.measure(0.5, 1.0)
     robot.stack.step()
     assert robot.command() == 2.0
     robot.stop()
@@ -284,38 +292,32 @@ def test_a_joint_far_behind_a_step_of_its_command_decelerates_from_where_it_is()
 def test_a_joint_that_begins_to_follow_a_step_only_after_the_stop_is_held_back():
     robot = Robot()
     robot.load("forward", FORWARD, joints=["joint1"], interface_name="position")
-    hardware = robot.stack.resources.components["Hardware"].hardware
-    hardware.read = lambda *_: None
+    robot.measure(0.0, 0.0)
     robot.stack.nodes["forward"].receive("~/commands", Floats(data=[2.0]))
     robot.stack.step()
     robot.stop()
     robot.stack.step()
-    states = robot.stack.resources.state_interfaces
-    states["joint1/position"].value, states["joint1/velocity"].value = 0.01, 0.3
+    robot.measure(0.01, 0.3)
     assert robot.commands_until_rest()[-1] == pytest.approx(0.01 + 0.3**2 / (2 * DECELERATION))
 
 
-# -- grippers, PIDs, mobile bases -------------------------------------------------------------------
+# -- grippers, PIDs, mobile bases -----------------------------------------------------------------
 
 
 def test_fingers_on_their_way_stop_and_their_goal_is_aborted():
     robot = Robot()
     robot.load("gripper", GRIPPER, joint="joint1")
-    hardware = robot.stack.resources.components["Hardware"].hardware
     robot.stack.step()
-    hardware.read = lambda *_: None
     goal = GripperCommand.Goal()
     goal.command.position = 2.0
-    server = robot.stack.action_servers["gripper/gripper_cmd"]
-    handle = server.send_goal(goal)
-    states = robot.stack.resources.state_interfaces
-    states["joint1/position"].value, states["joint1/velocity"].value = 0.5, 0.5
+    handle = robot.send("gripper/gripper_cmd", goal)
+    robot.measure(0.5, 0.5)
     robot.stack.step()
     robot.stop()
     held = robot.commands_until_rest()[-1]
     assert held == pytest.approx(0.5 + 0.5**2 / (2 * DECELERATION))
     assert GoalState(handle.status) is GoalState.ABORTED
-    assert server.send_goal(goal) is None
+    assert robot.send("gripper/gripper_cmd", goal) is None
     robot.release()
     robot.stack.step()
     assert robot.command() == held
@@ -324,14 +326,11 @@ def test_fingers_on_their_way_stop_and_their_goal_is_aborted():
 def test_fingers_around_an_object_keep_their_grip():
     robot = Robot()
     robot.load("gripper", GRIPPER, joint="joint1", stall_timeout=0.05, allow_stalling=True)
-    hardware = robot.stack.resources.components["Hardware"].hardware
     robot.stack.step()
-    hardware.read = lambda *_: None
     goal = GripperCommand.Goal()
     goal.command.position = 2.0
-    handle = robot.stack.action_servers["gripper/gripper_cmd"].send_goal(goal)
-    states = robot.stack.resources.state_interfaces
-    states["joint1/position"].value, states["joint1/velocity"].value = 0.5, 0.0
+    handle = robot.send("gripper/gripper_cmd", goal)
+    robot.measure(0.5, 0.0)
     robot.stack.step(20)
     assert GoalState(handle.status) is GoalState.SUCCEEDED
     robot.stop()
@@ -348,11 +347,10 @@ def test_a_pid_holds_the_position_it_controls_by_effort():
         reference_and_state_interfaces=["position"],
         **{"gains.joint1.p": 10.0},
     )
-    Command = get_message("control_msgs/msg/MultiDOFCommand")
-    robot.stack.nodes["pid"].receive("~/reference", Command(dof_names=["joint1"], values=[0.1]))
+    robot.stack.nodes["pid"].receive("~/reference", MultiDof(dof_names=["joint1"], values=[0.1]))
     robot.stack.step()
     robot.stop()
-    robot.stack.nodes["pid"].receive("~/reference", Command(dof_names=["joint1"], values=[5.0]))
+    robot.stack.nodes["pid"].receive("~/reference", MultiDof(dof_names=["joint1"], values=[5.0]))
     assert robot.commands_until_rest(5, interface="effort") == pytest.approx([1.0] * 5)
     assert len(robot.refusals("pid")) == 1
 
@@ -368,8 +366,7 @@ def test_wheels_of_a_mobile_base_stop_together_so_that_the_base_stays_on_its_arc
         wheel_radius=1.0,
         cmd_vel_timeout=0.0,
     )
-    Twist = get_message("geometry_msgs/msg/TwistStamped")
-    command = Twist()
+    command = TwistStamped()
     command.twist.linear.x, command.twist.angular.z = 0.6, 0.4
     node = robot.stack.nodes["base"]
     node.receive("~/cmd_vel", command)
@@ -387,7 +384,7 @@ def test_wheels_of_a_mobile_base_stop_together_so_that_the_base_stays_on_its_arc
     assert robot.command(1, "velocity") == 0.0
 
 
-# -- controllers of others, switches ---------------------------------------------------------------
+# -- controllers of others, switches --------------------------------------------------------------
 
 
 def test_a_controller_that_knows_nothing_of_stops_is_stopped_and_restarted_at_the_release():
@@ -440,7 +437,7 @@ def test_a_controller_whose_stop_raises_does_not_keep_the_robot_from_stopping():
     assert any("raised in on_stop" in line for line in robot.stack.log.texts())
 
 
-# -- limits -----------------------------------------------------------------------------------------
+# -- limits ---------------------------------------------------------------------------------------
 
 
 @pytest.mark.parametrize(

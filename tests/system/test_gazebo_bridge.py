@@ -36,4 +36,5 @@ def test_what_a_bridge_calls_by_its_long_name_is_passed_on(ros) -> None:
     bridge.wait_for_line("Passing on /rplidar as /scan")
     ros.spawn("topic pub -r 20 /rplidar sensor_msgs/msg/LaserScan '{range_max: 7.0}'")
 
-    assert "range_max: 7.0" in ros.run("topic echo --once --no-arr /scan").stdout
+    echoed = ros.run("topic echo --once --no-arr /scan sensor_msgs/msg/LaserScan")
+    assert "range_max: 7.0" in echoed.stdout

@@ -263,7 +263,8 @@ def test_what_a_browser_has_not_taken_is_replaced_by_what_is_newer():
             kept = len(queue.message_from_id)
             for number in range(1000):
                 cloud.points = points + number
-            assert len(queue.message_from_id) == kept
+            # The one that is being sent stays until it has been.
+            assert len(queue.message_from_id) <= kept + 1
     finally:
         server.stop()
 

@@ -11,6 +11,7 @@ from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import NotFoundError, SystemFailureError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
+    from teleopctl.base.background import ProcessRecord
     from teleopctl.base.start_timeouts import StartTimeouts
     from teleopctl.packages import PackageProgram
 
@@ -80,9 +81,9 @@ def run(
         from teleopctl.nodes.execute import execute
 
         return execute(executable, arguments)
-    command = [*_words(prefix or ""), *_command(executable, arguments)]
+    command = [*_words(prefix or ""), *command_of(executable, arguments)]
     if detach:
-        return _start_in_background(executable, command, timeouts)
+        return _run_in_background(executable, command, timeouts)
 
     return replace_this_process(command)
 
@@ -131,33 +132,56 @@ def _words(prefix: str) -> list[str]:
         raise UsageError(f"--prefix {prefix}: {error}") from error
 
 
-def _command(executable: "PackageProgram", arguments: Sequence[str]) -> list[str]:
+def command_of(executable: "PackageProgram", arguments: Sequence[str]) -> list[str]:
+    """Return the command line of a process that runs a program of a package."""
     program = [str(executable.file)]
     if executable.file is None:
         program = [executable.package, executable.name]
     return [sys.executable, "-P", "-m", "teleopctl.nodes", *program, *arguments]
 
 
-def _start_in_background(
+def _run_in_background(
     executable: "PackageProgram", command: list[str], timeouts: "StartTimeouts"
 ) -> int:
-    from functools import partial
-
-    from teleopctl.base import background, progress
+    from teleopctl.base import progress
     from teleopctl.base.token_file import Address
-    from teleopctl.launch import NewNodes, started_in_background, unused_launch_name, wait_for_node
 
-    with NewNodes() as new_nodes:
-        name = unused_launch_name(executable.name.removesuffix(".py"))
-        ours = command[0] == sys.executable
-        start = partial(background.start, name, command, kind="node", takes_interrupts=ours)
-        with started_in_background(start) as record:
-            nodes = wait_for_node(new_nodes, record, timeouts, console.note)
+    record, nodes = start_in_background(executable.name, command, timeouts)
     if nodes:
-        console.out(f"{name} is up: {', '.join(nodes)} [pid {record.pid}]")
+        console.out(f"{record.name} is up: {', '.join(nodes)} [pid {record.pid}]")
         said = progress.read(record.log_file)
         if said is not None and said.state == progress.READY and said.detail:
             console.out(Address.parse(said.detail).announcement)
     else:
-        console.out(f"{name} has finished")
+        console.out(f"{record.name} has finished")
     return 0
+
+
+def start_in_background(
+    executable: str, command: list[str], timeouts: "StartTimeouts"
+) -> "tuple[ProcessRecord, list[str]]":
+    """Start a program in the background, and wait for its node.
+
+    Args:
+        executable: Name of the program, from which the process's name is made.
+        command: Command line of the process.
+        timeouts: Longest waits for the node.
+
+    Returns:
+        Record of the process, and the names of its nodes; none if it has finished.
+
+    Raises:
+        TeleopctlError: The program failed, or its node is not up within the timeouts.
+    """
+    from functools import partial
+
+    from teleopctl.base import background
+    from teleopctl.launch import NewNodes, started_in_background, unused_launch_name, wait_for_node
+
+    with NewNodes() as new_nodes:
+        name = unused_launch_name(executable.removesuffix(".py"))
+        ours = command[0] == sys.executable
+        start = partial(background.start, name, command, kind="node", takes_interrupts=ours)
+        with started_in_background(start) as record:
+            nodes = wait_for_node(new_nodes, record, timeouts, console.note)
+    return record, list(nodes)

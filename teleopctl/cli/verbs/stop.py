@@ -23,7 +23,12 @@ from teleopctl.launch import (
 
 VERB = Verb(
     f"{__name__}:stop",
-    "End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL.",
+    "End background processes, or stop the robot's motion.",
+    examples=(
+        "teleopctl stop --all",
+        "teleopctl stop --robot",
+        "teleopctl stop --robot --release",
+    ),
 )
 
 
@@ -42,13 +47,32 @@ def stop(
     yes: Annotated[
         bool, Option("-y", "--yes", help="Stop every node and launch, without asking.")
     ] = False,
+    robot: Annotated[
+        bool,
+        Option(
+            "--robot",
+            help="Stop the robot's motion: controllers decelerate, and refuse commands.",
+        ),
+    ] = False,
+    release: Annotated[
+        bool, Option("--release", help="With --robot: release the robot again.")
+    ] = False,
     as_json: AsJson = False,
 ) -> int:
     """End background processes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL.
 
     Processes that have died are reported once, with the end of their log unless it was shown
-    before.
+    before. With ``--robot`` all processes go on, and every controller manager brings its joints to
+    rest; this is no safety function.
     """
+    if robot:
+        if names or everything or yes:
+            raise UsageError("--robot stops the robot's motion, and takes no names, --all or --yes")
+        from teleopctl.cli.verbs.robot_stop import release_robot, stop_robot
+
+        return release_robot(as_json) if release else stop_robot(as_json)
+    if release:
+        raise UsageError("--release releases a stopped robot: `teleopctl stop --robot --release`")
     gone = [entry for entry in died() if not names or _names_of(entry) & set(names)]
     if names:
         told = {name for entry in gone for name in _names_of(entry)}
