@@ -11,7 +11,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.interfaces import get_message, get_service
-from teleopctl.node.values.qos import qos_profile_latched
+from teleopctl.node.values.qos import DurabilityPolicy, QoSProfile, qos_profile_latched
 
 if TYPE_CHECKING:
     from teleopctl.node.endpoints.subscription import MessageInfo
@@ -21,6 +21,7 @@ STOP_TOPIC = "/stop"
 # Service of a node that holds the robot stopped, which ends that.
 RELEASE_SERVICE = "~/release"
 RELEASE_TYPE = "std_srvs/srv/Trigger"
+_MOST_WAITING = 100
 _UNKNOWN = "a node that is not in the graph"
 
 # Any, here and below: message classes are generated at run time from definitions.
@@ -44,7 +45,11 @@ class StopHolders:
         self._holders: dict[bytes, str] = {}
         self.names: tuple[str, ...] = ()
         self._subscription = node.create_subscription(
-            get_message("std_msgs/msg/Bool"), STOP_TOPIC, self._received, qos_profile_latched
+            get_message("std_msgs/msg/Bool"),
+            STOP_TOPIC,
+            self._received,
+            # The value of one holder must not replace that of another before it is taken.
+            QoSProfile(depth=_MOST_WAITING, durability=DurabilityPolicy.TRANSIENT_LOCAL),
         )
 
     def close(self) -> None:

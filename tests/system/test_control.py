@@ -11,7 +11,7 @@ from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, Node, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.robot.xacro.expansion import expand_xacro
-from teleopctl.testing import LONGEST_WAIT_S, Process
+from teleopctl.testing import LONGEST_WAIT_S, Process, eventually
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"
@@ -525,3 +525,44 @@ def test_without_hardware_that_reports_there_is_nothing_to_view(ros):
     done = ros.run("control view_hardware_status")
     assert done.returncode == 1
     assert "No topics of type 'control_msgs/msg/HardwareStatus' found." in done.stderr
+
+
+Bool = get_message("std_msgs/msg/Bool")
+
+
+def test_the_robot_is_stopped_and_released_from_the_command_line(ros, robot):
+    assert spawn(ros, " ".join(ALL)).returncode == 0
+    assert lines(ros.run("stop --robot")) == ["The robot is stopped: /controller_manager"]
+    robot.manager.wait_for_line("The robot is stopped by /robot_stop")
+    # A manager that starts later is stopped too, since a node holds the robot.
+    robot.manager.kill()
+    again = start_manager(ros)
+    again.wait_for_line("The robot is stopped by /robot_stop")
+    released = ros.run("stop --robot --release")
+    assert lines(released) == ["The robot is released: /controller_manager"]
+    again.wait_for_line("The robot is released")
+    eventually(lambda: "robot_stop" not in ros.run("ps").stdout)
+
+
+def test_a_robot_that_another_node_holds_stopped_is_not_released(ros, robot):
+    button = robot.create_publisher(Bool, "/stop", qos_profile_latched)
+    button.publish(Bool(data=True))
+    robot.manager.wait_for_line("The robot is stopped by /robot:")
+    refused = ros.run("stop --robot --release")
+    assert refused.returncode == 1
+    assert "The robot is still stopped by /robot" in refused.stderr
+    button.publish(Bool(data=False))
+    robot.manager.wait_for_line("The robot is released")
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        ("stop --robot arm", "takes no names"),
+        ("stop --release", "teleopctl stop --robot --release"),
+    ],
+)
+def test_wrong_uses_of_stop_are_refused(ros, words, problem):
+    refused = ros.run(words)
+    assert refused.returncode == 2
+    assert problem in refused.stderr
