@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from functools import partial
+from typing import TYPE_CHECKING, Any, cast
 
 from teleopctl.node import (
     RELEASE_SERVICE,
@@ -14,6 +15,8 @@ from teleopctl.node import (
 from teleopctl.viewer.service_calls import ServiceCalls
 
 if TYPE_CHECKING:
+    import viser
+
     from teleopctl.viewer.panels.base import Page
 
 _HINT = (
@@ -35,11 +38,18 @@ class RobotStopControl:
         self._button = StopButton(page.node)
         self._holders = StopHolders(page.node, lambda _names: self._show())
         self._stop: Any = page.gui.add_button(
-            "Stop robot", color="red", icon="hand-stop", hint=_HINT, visible=False
+            "Stop robot",
+            color="red",
+            icon=cast("viser.IconName", "hand-stop"),
+            hint=_HINT,
+            visible=False,
         )
         self._stop.on_click(page.on_node_thread(lambda _event: self._button.press()))
         self._release: Any = page.gui.add_button(
-            "Release robot", color="orange", icon="player-play", visible=False
+            "Release robot",
+            color="orange",
+            icon=cast("viser.IconName", "player-play"),
+            visible=False,
         )
         self._release.on_click(page.on_node_thread(lambda _event: self._on_release()))
 
@@ -63,9 +73,11 @@ class RobotStopControl:
                     RELEASE_SERVICE.replace("~", name),
                     RELEASE_TYPE,
                     lambda _response: None,
-                    lambda _reason, name=name: self._page.notify(
-                        "Still stopped",
-                        f"The robot is stopped by {name}: release it there",
-                        wrong=True,
-                    ),
+                    partial(self._report_holder, name),
                 )
+
+    def _report_holder(self, name: str, reason: str) -> None:
+        del reason
+        self._page.notify(
+            "Still stopped", f"The robot is stopped by {name}: release it there", wrong=True
+        )
