@@ -19,6 +19,7 @@ if TYPE_CHECKING:
         xacro_arguments as xacro_arguments,
     )
     from teleopctl.robot.description import RobotDescription as RobotDescription
+    from teleopctl.robot.elements import to_number as to_number
     from teleopctl.robot.gazebo_plugins.plugin_reader import GroundTruth as GroundTruth
     from teleopctl.robot.gazebo_plugins.table import (
         MotionPlugins as MotionPlugins,

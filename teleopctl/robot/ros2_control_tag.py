@@ -325,11 +325,18 @@ def _read_interface(element: XmlElement) -> InterfaceInfo:
         size=_integer(element, "size", 1, least=1),
         min=parameters.get("min", ""),
         max=parameters.get("max", ""),
-        initial_value=to_number(parameters.get("initial_value", "")),
+        initial_value=_initial_value(parameters.get("initial_value", ""), data_type),
         parameters=parameters,
         enable_limits=_limits_enabled(element),
         line=element.sourceline or 0,
     )
+
+
+def _initial_value(text: str, data_type: str) -> float | None:
+    """Return an interface's value at start, 0 or 1 for a boolean; None if none is given."""
+    if data_type != "bool":
+        return to_number(text)
+    return float(boolean(text, "initial_value of an interface of type bool")) if text else 0.0
 
 
 def _read_transmission(element: XmlElement) -> TransmissionInfo:

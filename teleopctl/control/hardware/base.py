@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
@@ -66,12 +66,20 @@ class HardwareComponentInterface:
             )
             self.state_interfaces[state.name] = state
         for part, interface in _interfaces(info, lambda part: part.command_interfaces):
-            command = CommandInterface(part.name, interface.name, interface.data_type)
+            command = CommandInterface(
+                part.name, interface.name, interface.data_type, _initial(interface)
+            )
             self.command_interfaces[command.name] = command
+        for command in self.export_unlisted_command_interfaces():
+            self.command_interfaces.setdefault(command.name, command)
 
     def get_node(self) -> Node:
         """Return the controller manager's node."""
         return self.params.node
+
+    def export_unlisted_command_interfaces(self) -> Iterable[CommandInterface]:
+        """Return command interfaces that the description does not list; none by default."""
+        return ()
 
     def on_init(self) -> CallbackReturn | None:
         """Called after loading: check the hardware parameters; the base class does nothing."""
