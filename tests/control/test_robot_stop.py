@@ -44,7 +44,10 @@ class Robot:
             commands=commands,
             states=("position", "velocity"),
             limits=f'lower="-10" upper="10" effort="10" {limits}',
-            parameters='<param name="calculate_dynamics">true</param>',
+            # Mock hardware has no dynamics for efforts.
+            parameters=""
+            if "effort" in commands
+            else '<param name="calculate_dynamics">true</param>',
         )
         self.stack = ControlStack(urdf, enforce_limits=False)
         self.joints = [f"joint{number + 1}" for number in range(joints)]
@@ -435,6 +438,44 @@ def test_a_controller_whose_stop_raises_does_not_keep_the_robot_from_stopping():
     robot.stack.step(30)
     assert (robot.command(1, "velocity"), robot.command(2, "velocity")) == (0.0, 0.0)
     assert any("raised in on_stop" in line for line in robot.stack.log.texts())
+
+
+def test_a_reset_of_the_simulation_leaves_the_robot_stopped_where_it_is():
+    robot = Robot()
+    robot.load_trajectory_controller()
+    robot.send_goal(1.0, seconds=2.0)
+    robot.stack.step(50)
+    robot.stop()
+    robot.stack.step(2)
+    robot.measure(-0.5, 0.0)
+    robot.stack.step(period_ns=-1_000_000_000)
+    assert robot.commands_until_rest(5) == pytest.approx([-0.5] * 5)
+    assert robot.send_goal(1.0) is None
+
+
+def test_a_stop_while_nothing_is_measured_ends_the_motion_all_the_same():
+    robot = Robot()
+    robot.load_trajectory_controller()
+    robot.send_goal(1.0, seconds=2.0)
+    robot.stack.step(50)
+    robot.measure(NAN, NAN)
+    robot.stack.step()
+    before = robot.command()
+    robot.stop()
+    values = robot.commands_until_rest()
+    assert_decelerates([before, *values], 0.5)
+
+
+def test_a_stop_in_the_cycle_in_which_a_controller_fails_stops_the_others():
+    robot = Robot(2)
+    recorder = robot.load("own", "tests.control.fakes:Recorder", commands=["joint2/position"])
+    robot.load("forward", FORWARD, joints=["joint1"], interface_name="velocity")
+    robot.stack.nodes["forward"].receive("~/commands", Floats(data=[0.5]))
+    robot.stack.step(2)
+    recorder.failing = ("update", "raise")
+    robot.stop()
+    robot.stack.step(30)
+    assert robot.command(1, "velocity") == 0.0
 
 
 # -- limits ---------------------------------------------------------------------------------------
