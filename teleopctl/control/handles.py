@@ -66,9 +66,10 @@ class CommandInterface(StateInterface):
         owner: Name of the controller that has claimed the interface, or None.
         next_owner: Name of the controller that will claim the interface in the switch being
             prepared, or None.
+        is_limited: Whether the last command was clamped to a limit of the joint.
     """
 
-    __slots__ = ("next_owner", "owner")
+    __slots__ = ("is_limited", "next_owner", "owner")
 
     def __init__(
         self,
@@ -80,6 +81,7 @@ class CommandInterface(StateInterface):
         super().__init__(prefix_name, interface_name, data_type, initial_value)
         self.owner: str | None = None
         self.next_owner: str | None = None
+        self.is_limited = False
 
     @property
     def claimed(self) -> bool:

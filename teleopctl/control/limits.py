@@ -1,7 +1,9 @@
-"""Limiter of joint commands, applied once per cycle after all controllers.
+"""Limiters of joint commands, applied once per cycle after all controllers.
 
-A clamped command is reported once for each interface, and again after another controller has
-claimed the interface.
+A joint without soft limits has ros2_control's JointSaturationLimiter, one with soft limits its
+JointSoftLimiter; both are in ros2_control's package joint_limits. Jerk is not limited. A clamped
+command is reported once for each interface, and again after another controller has claimed the
+interface.
 """
 
 from __future__ import annotations
@@ -26,6 +28,10 @@ if TYPE_CHECKING:
 
 # Distance outside its limits (rad or m) from which a measured position sets velocity commands to 0.
 _OUTSIDE = 0.002
+# Distance outside its limits (rad or m) from which a measured position is reported.
+_FAR_OUTSIDE = 0.0087
+# Speed at which a joint returns to its soft limits: 1 degree/s, also for prismatic joints.
+_SPEED_TO_SOFT_LIMIT = math.radians(1.0)
 # Differences below this are rounding errors and are not reported.
 _ROUNDING = 1e-9
 
@@ -40,15 +46,46 @@ def limits_enforced_by_default() -> bool:
 
 
 def limits_text(limits: JointLimits) -> str:
-    """Return the limits of a joint as text for the log."""
+    """Return the limits of a joint as text for the log, in ros2_control's words."""
     parts = []
-    if math.isfinite(limits.lower) or math.isfinite(limits.upper):
-        parts.append(f"position [{limits.lower:g}, {limits.upper:g}]")
-    for quantity in ("velocity", "acceleration", "deceleration", "effort"):
+    soft = limits.soft
+    if soft is not None:
+        parts.append(f"soft position limits: [{soft.lower:g}, {soft.upper:g}]")
+        parts.append(f"k-position: [{soft.k_position:g}]")
+        parts.append(f"k-velocity: [{soft.k_velocity:g}]")
+    lower, upper = (limits.lower, limits.upper) if soft is None else soft.hard
+    if math.isfinite(lower) or math.isfinite(upper):
+        parts.append(f"has position limits: true [{lower:g}, {upper:g}]")
+    for quantity in ("velocity", "acceleration", "deceleration", "jerk", "effort"):
         value = getattr(limits, quantity)
         if math.isfinite(value):
-            parts.append(f"{quantity} {value:g}")
+            parts.append(f"has {quantity} limits: true [{value:g}]")
+    if limits.angle_wraparound:
+        parts.append("angle wraparound: true")
     return ", ".join(parts) or "no limits"
+
+
+def make_limiter(
+    joint: str,
+    limits: JointLimits,
+    commands: dict[str, CommandInterface],
+    states: dict[str, StateInterface],
+    report: Callable[[str], None],
+) -> JointLimiter | None:
+    """Return a limiter for the commands of a joint, with the arguments of `JointLimiter`.
+
+    Returns:
+        `JointSoftLimiter` for a joint with soft limits, else `JointLimiter`; None if nothing
+        limits the joint.
+    """
+    kind = JointLimiter if limits.soft is None else JointSoftLimiter
+    numbers = (
+        *(limits.lower, limits.upper, limits.velocity, limits.effort),
+        *(limits.acceleration, limits.deceleration),
+    )
+    if kind is JointLimiter and all(map(math.isinf, numbers)):
+        return None
+    return kind(joint, limits, commands, states, report)
 
 
 class JointLimiter:
@@ -88,6 +125,8 @@ class JointLimiter:
         self._report = report
         self._previous: dict[str, float] = {}
         self._reported: set[str] = set()
+        soft = limits.soft
+        self._lower, self._upper = (limits.lower, limits.upper) if soft is None else soft.hard
 
     def reset(self, interface: str) -> None:
         """Discard the previous command of an interface that another controller claims."""
@@ -104,6 +143,8 @@ class JointLimiter:
         Args:
             period: Period of the control cycle in seconds.
         """
+        if period <= 0.0:
+            return
         for command, band in self._commands:
             wanted = command.value
             if command.owner is None or wanted != wanted:  # NaN means "no command"
@@ -112,8 +153,10 @@ class JointLimiter:
             limited = min(max(wanted, lower), upper)
             self._previous[command.interface_name] = limited
             if abs(limited - wanted) <= _ROUNDING:
+                command.is_limited = False
                 continue
             command.value = limited
+            command.is_limited = True
             if command.interface_name not in self._reported:
                 self._reported.add(command.interface_name)
                 by = self._cutting_limit(command.interface_name, wanted)
@@ -128,35 +171,55 @@ class JointLimiter:
         limits = self._limits
         if interface == POSITION and limits.lower <= wanted <= limits.upper:
             return VELOCITY
+        if interface == EFFORT and abs(wanted) <= limits.effort:
+            return POSITION
         if interface == VELOCITY and abs(wanted) <= limits.velocity:
             return ACCELERATION if math.isfinite(limits.acceleration) else POSITION
         return interface
 
+    def _report_outside(self, position: float, consequence: str) -> None:
+        """Report once that the joint is measured outside its limits."""
+        if "outside" not in self._reported:
+            self._reported.add("outside")
+            self._report(
+                f"Joint position is out of bounds for the joint : '{self._joint}' actual position: "
+                f"{position:g} limits: [{self._lower:g}, {self._upper:g}]. {consequence}"
+            )
+
     def _position_band(self, period: float) -> tuple[float, float]:
-        limits = self._limits
-        reference = self._previous.get(POSITION, self._position.value)
+        limits, lower, upper = self._limits, self._lower, self._upper
+        measured = self._position.value
+        if measured < lower - _FAR_OUTSIDE or measured > upper + _FAR_OUTSIDE:
+            self._report_outside(
+                measured, "Position commands are clamped to the limits; recheck the URDF's limits."
+            )
+        reference = self._previous.get(POSITION, measured)
         if reference != reference or math.isinf(limits.velocity):
-            return limits.lower, limits.upper
+            return lower, upper
         speed = limits.velocity
         if not math.isinf(limits.acceleration) and self._velocity.value == self._velocity.value:
             speed = min(speed, abs(self._velocity.value) + limits.acceleration * period)
-        # A joint outside its limits is moved back, never further out.
-        lower = min(max(reference - speed * period, limits.lower), limits.upper)
-        upper = max(min(reference + speed * period, limits.upper), limits.lower)
-        return lower, upper
+        step = speed * period
+        # A joint outside its limits moves back at the limited speed, never further out.
+        if reference - step > upper:
+            return reference - step, reference - step
+        if reference + step < lower:
+            return reference + step, reference + step
+        return max(reference - step, lower), min(reference + step, upper)
 
     def _velocity_band(self, period: float) -> tuple[float, float]:
         limits = self._limits
         lower, upper = -limits.velocity, limits.velocity
         position = self._position.value
         if position == position:
-            if position < limits.lower - _OUTSIDE or position > limits.upper + _OUTSIDE:
+            if position < self._lower - _OUTSIDE or position > self._upper + _OUTSIDE:
+                self._report_outside(position, "Joint velocity limits will be restricted to zero.")
                 return 0.0, 0.0
-            if period > 0.0:
-                lower = max(lower, min(0.0, (limits.lower - position) / period))
-                upper = min(upper, max(0.0, (limits.upper - position) / period))
-        previous = self._previous.get(VELOCITY)
-        if previous is not None and not math.isinf(limits.acceleration):
+            lower = max(lower, min(0.0, (self._lower - position) / period))
+            upper = min(upper, max(0.0, (self._upper - position) / period))
+        # Before the first command, the speed changes from the measured one.
+        previous = self._previous.get(VELOCITY, self._velocity.value)
+        if previous == previous and not math.isinf(limits.acceleration):
             lower = max(lower, min(upper, previous - limits.acceleration * period))
             upper = min(upper, max(lower, previous + limits.acceleration * period))
         return lower, upper
@@ -166,9 +229,10 @@ class JointLimiter:
         limits = self._limits
         lower, upper = -limits.effort, limits.effort
         position, velocity = self._position.value, self._velocity.value
-        if position <= limits.lower or velocity < -limits.velocity:
+        # At a position limit, an effort against the motion only brakes.
+        if (position <= self._lower and not velocity > 0.0) or velocity < -limits.velocity:
             lower = 0.0
-        if position >= limits.upper or velocity > limits.velocity:
+        if (position >= self._upper and not velocity < 0.0) or velocity > limits.velocity:
             upper = 0.0
         return lower, upper
 
@@ -181,3 +245,82 @@ class JointLimiter:
         if velocity < 0.0:
             return -limits.acceleration, limits.deceleration
         return -limits.acceleration, limits.acceleration
+
+
+class JointSoftLimiter(JointLimiter):
+    """Limiter that slows a joint down near its soft limits, as ros2_control's JointSoftLimiter.
+
+    With the last commanded position p (the measured one before the first command), the soft
+    limits s- and s+ and the measured velocity v, all within the joint's other limits:
+
+    - velocity between -k_position (p - s-) and -k_position (p - s+),
+    - position within the soft limits, and no further from p than that velocity allows,
+    - effort between -k_velocity (v - v-) and -k_velocity (v - v+), with that velocity's ends v-
+      and v+.
+
+    A joint outside its soft limits moves back at 1 degree/s. Source: joint_limits_interface of
+    ros_control, and joint_limits of ros2_control. Arguments as for `JointLimiter`.
+    """
+
+    def __init__(
+        self,
+        joint: str,
+        limits: JointLimits,
+        commands: dict[str, CommandInterface],
+        states: dict[str, StateInterface],
+        report: Callable[[str], None],
+    ) -> None:
+        super().__init__(joint, limits, commands, states, report)
+        if limits.soft is None:
+            raise ValueError(f"joint '{joint}' has no soft limits")
+        self._soft = limits.soft
+
+    def _soft_velocities(self) -> tuple[float, float]:
+        """Return the smallest and largest velocity that the soft limits allow."""
+        soft, most = self._soft, self._limits.velocity
+        reference = self._previous.get(POSITION, self._position.value)
+        if math.isinf(most) or not soft.k_position or not math.isfinite(reference):
+            return -most, most
+        lower = min(max(soft.k_position * (soft.lower - reference), -most), most)
+        upper = min(max(soft.k_position * (soft.upper - reference), -most), most)
+        position = self._position.value
+        if position != position:
+            position = reference
+        if position < self._lower - _OUTSIDE or position > self._upper + _OUTSIDE:
+            return 0.0, 0.0
+        if position < soft.lower or position > soft.upper:
+            return (
+                math.copysign(_SPEED_TO_SOFT_LIMIT, lower),
+                math.copysign(_SPEED_TO_SOFT_LIMIT, upper),
+            )
+        return lower, upper
+
+    def _position_band(self, period: float) -> tuple[float, float]:
+        hard_lower, hard_upper = super()._position_band(period)
+        lower, upper = self._soft.lower, self._soft.upper
+        reference = self._previous.get(POSITION, self._position.value)
+        slowest, fastest = self._soft_velocities()
+        if math.isfinite(fastest) and math.isfinite(reference):
+            lower = min(max(reference + slowest * period, lower), upper)
+            upper = min(max(reference + fastest * period, lower), upper)
+        # A joint far outside its soft limits moves back at its limited speed.
+        lower = min(max(lower, hard_lower), hard_upper)
+        return lower, max(min(upper, hard_upper), lower)
+
+    def _velocity_band(self, period: float) -> tuple[float, float]:
+        lower, upper = super()._velocity_band(period)
+        slowest, fastest = self._soft_velocities()
+        # The joint brakes for a soft limit as hard as its other limits allow.
+        lower = max(lower, min(slowest, upper))
+        upper = max(min(upper, fastest), lower)
+        return lower, upper
+
+    def _effort_band(self, period: float) -> tuple[float, float]:
+        lower, upper = super()._effort_band(period)
+        gain, velocity, most = self._soft.k_velocity, self._velocity.value, self._limits.effort
+        if not gain or math.isinf(most) or velocity != velocity:
+            return lower, upper
+        slowest, fastest = self._soft_velocities()
+        lower = max(lower, min(max(gain * (slowest - velocity), -most), most))
+        upper = min(upper, min(max(gain * (fastest - velocity), -most), most))
+        return min(lower, upper), upper

@@ -12,7 +12,7 @@ from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
 from teleopctl.control.hardware_component import HardwareComponent, RatedHardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
-from teleopctl.control.limits import JointLimiter, limits_text
+from teleopctl.control.limits import JointLimiter, limits_text, make_limiter
 from teleopctl.errors import BrokenPluginError, HardwareError, UnknownPluginError
 from teleopctl.robot import Joints
 
@@ -157,15 +157,24 @@ class ResourceManager:
 
     def _limit(self, component: HardwareComponent) -> None:
         joints = dict.fromkeys(command.prefix_name for command in component.command_interfaces)
+        with_jerk = []
         for joint in joints:
             limits = self.limits.get(joint)
             if limits is None or not self._enforce:
                 continue
+            if not limits.enabled:
+                self._logger.info(
+                    f"Joint limits are disabled for joint '{joint}' in hardware '{component.name}'"
+                )
+                continue
+            name = "JointLimiter" if limits.soft is None else "SoftJointLimiter"
             self._logger.info(
-                f"Using JointLimiter for joint '{joint}' in hardware '{component.name}': "
-                f"{limits_text(limits)}"
+                f"Using {name} for joint '{joint}' in hardware '{component.name}' : "
+                f"'{limits_text(limits)}'"
             )
-            limiter = JointLimiter(
+            if math.isfinite(limits.jerk):
+                with_jerk.append(joint)
+            limiter = make_limiter(
                 joint,
                 limits,
                 {
@@ -176,8 +185,15 @@ class ResourceManager:
                 {s.interface_name: s for s in component.state_interfaces if s.prefix_name == joint},
                 self._report,
             )
-            self._limiters.append(limiter)
-            self._limiter_of[joint] = limiter
+            if limiter is not None:
+                self._limiters.append(limiter)
+                self._limiter_of[joint] = limiter
+        if with_jerk:
+            self._logger.warning(
+                f"Jerk limits of {', '.join(with_jerk)} in hardware '{component.name}' have no "
+                "effect, as in ros2_control: commands are limited in position, velocity, effort "
+                "and acceleration"
+            )
 
     def component_of(self, interface: str) -> HardwareComponent | None:
         """Return the hardware component that has an interface; None if none has."""

@@ -29,6 +29,7 @@ if TYPE_CHECKING:
     from teleopctl.robot.gazebo_tag import gazebo_colour as gazebo_colour
     from teleopctl.robot.joint_rules import (
         JointLimits as JointLimits,
+        SoftLimits as SoftLimits,
         clamped_command_text as clamped_command_text,
     )
     from teleopctl.robot.joints import (

@@ -28,6 +28,24 @@ class Bounds(NamedTuple):
     line: int = 0
 
 
+class SoftLimits(NamedTuple):
+    """``<safety_controller>`` of a joint, within the joint's other position limits.
+
+    Attributes:
+        lower: Soft lower limit, rad or m; minus infinity if there is none.
+        upper: Soft upper limit, rad or m; infinity if there is none.
+        k_position: Velocity limit per distance to a soft limit, 1/s; 0 for none.
+        k_velocity: Effort limit per distance to a velocity limit, N m s/rad or N s/m; 0 for none.
+        hard: Lower and upper position limit without the soft limits, rad or m.
+    """
+
+    lower: float
+    upper: float
+    k_position: float
+    k_velocity: float
+    hard: tuple[float, float]
+
+
 LIMITED_INTERFACES = ("position", "velocity", "effort", "acceleration", "jerk")
 
 _EVERYWHERE = (-math.inf, math.inf)
@@ -45,6 +63,9 @@ class JointLimits:
         acceleration: Largest acceleration, rad/s² or m/s².
         deceleration: Largest deceleration, rad/s² or m/s².
         jerk: Largest jerk, rad/s³ or m/s³.
+        soft: Soft limits with their gains, or None.
+        angle_wraparound: Whether the joint turns without end, as continuous joints do.
+        enabled: Whether ``<ros2_control>`` leaves limits of the joint enabled.
         stops: Positions of the mechanical stops: the URDF's limits.
         top_speed: Largest speed of the mechanism: the URDF's limit.
         line: Line of the URDF's limits; 0 if unknown.
@@ -61,6 +82,9 @@ class JointLimits:
     jerk: float = math.inf
     stops: tuple[float, float] = _EVERYWHERE
     top_speed: float = math.inf
+    soft: SoftLimits | None = None
+    angle_wraparound: bool = field(default=False, compare=False)
+    enabled: bool = field(default=True, compare=False)
     line: int = field(default=0, compare=False)
     lines: Mapping[str, int] = field(default_factory=dict, compare=False)
 
@@ -73,7 +97,7 @@ class JointLimits:
     def mechanical(self) -> JointLimits:
         """Copy with the URDF's own position and velocity limits, not soft or control limits."""
         lower, upper = self.stops
-        return replace(self, lower=lower, upper=upper, velocity=self.top_speed, lines={})
+        return replace(self, lower=lower, upper=upper, velocity=self.top_speed, soft=None, lines={})
 
 
 UNLIMITED = JointLimits()
@@ -119,7 +143,8 @@ def joint_limits(
     """Return a joint's limits, the narrowest of URDF and command interfaces; append warnings.
 
     A velocity, effort or acceleration of zero, which many descriptions have as a placeholder,
-    limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero. A
+    limits nothing; nor do ``lower`` and ``upper``, or two soft limits, that are both zero, nor a
+    ``k_position`` or ``k_velocity`` of zero. A
     negative effort limits nothing either, as in Gazebo; of a negative velocity the absolute value
     is used, as in ros2_control.
 
@@ -142,7 +167,9 @@ def joint_limits(
     off = {name for name, bounds in commands.items() if bounds is None}
     on = {name: bounds for name, bounds in commands.items() if bounds is not None}
     low, high, _ = on.get("acceleration", Bounds())
-    lower, upper = _EVERYWHERE if "position" in off else _position(joint, on, warnings)
+    hard, soft = (_EVERYWHERE, None) if "position" in off else _position(joint, on, warnings)
+    lower, upper = (soft.lower, soft.upper) if soft is not None else hard
+    lower, upper = max(lower, hard[0]), min(upper, hard[1])
     return JointLimits(
         lower=lower,
         upper=upper,
@@ -151,6 +178,8 @@ def joint_limits(
         acceleration=_smallest(high) if high else _smallest(low),
         deceleration=_smallest(low) if low else _smallest(high),
         jerk=_smallest(on.get("jerk", Bounds()).high),
+        soft=soft,
+        angle_wraparound=joint.type == "continuous",
         stops=_EVERYWHERE if "position" in off else _stops(joint),
         top_speed=math.inf if "velocity" in off else _smallest(own.velocity),
         line=own.line,
@@ -184,7 +213,8 @@ def _stops(joint: Joint) -> tuple[float, float]:
 
 def _position(
     joint: Joint, bounds: Mapping[str, Bounds], warnings: list[str]
-) -> tuple[float, float]:
+) -> tuple[tuple[float, float], SoftLimits | None]:
+    """Return a joint's position limits without the soft ones, and the soft limits."""
     least, most, _ = bounds.get("position", Bounds())
     stops = _stops(joint)
     band = _meet(stops, -math.inf if least is None else least, math.inf if most is None else most)
@@ -195,15 +225,20 @@ def _position(
         )
         band = stops
     safety = joint.safety
-    if safety is None or band == _EVERYWHERE or safety.soft_lower == safety.soft_upper == 0.0:
-        return band
-    soft = _meet(band, safety.soft_lower, safety.soft_upper)
+    if safety is None:
+        return band, None
+    soft: tuple[float, float] | None = _EVERYWHERE
+    if band != _EVERYWHERE and not safety.soft_lower == safety.soft_upper == 0.0:
+        soft = _meet(band, safety.soft_lower, safety.soft_upper)
     if soft is None:
         warnings.append(
             f"Soft limits of joint '{joint.name}' are ignored: no position lies between "
             f"{safety.soft_lower}, {safety.soft_upper} and within {list(band)}"
         )
-    return soft or band
+        soft = _EVERYWHERE
+    if soft == _EVERYWHERE and not safety.k_velocity:
+        return band, None
+    return band, SoftLimits(*soft, safety.k_position, safety.k_velocity, band)
 
 
 def _meet(band: tuple[float, float], lower: float, upper: float) -> tuple[float, float] | None:

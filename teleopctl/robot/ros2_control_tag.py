@@ -277,7 +277,7 @@ def _read_limits(
     element: XmlElement, part: ComponentInfo, joint: Joint, warnings: list[str]
 ) -> JointLimits:
     if not _limits_enabled(element):
-        return UNLIMITED
+        return replace(UNLIMITED, enabled=False)
     bounds = {
         interface.name: _bounds(joint.name, interface, warnings)
         if interface.enable_limits

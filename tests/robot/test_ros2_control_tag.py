@@ -1,12 +1,13 @@
 """``<ros2_control>``: its grammar, its errors, mimic joints and limits."""
 
+import math
 from typing import Any
 
 import pytest
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot.description import RobotDescription
-from teleopctl.robot.joint_rules import UNLIMITED, JointLimits
+from teleopctl.robot.joint_rules import UNLIMITED, JointLimits, SoftLimits
 from teleopctl.robot.urdf import Mimic
 
 PLUGIN = "<hardware><plugin>p/P</plugin></hardware>"
@@ -285,6 +286,31 @@ def test_a_limit_has_the_line_of_what_makes_it_narrow(soft, inside, quantity, ex
     limits = component.joints[0].limits
     line = limits.lines.get(quantity, limits.line)
     assert f"<{expected}" in text.splitlines()[line - 1]
+
+
+@pytest.mark.parametrize(
+    ("k_position", "lower", "upper", "inside", "expected"),
+    [
+        (7, -1, 1, "", SoftLimits(-1, 1, 7, 2, (-2, 2))),
+        (7, -9, 1, interface("position", -1.5, 3), SoftLimits(-1.5, 1, 7, 2, (-1.5, 2))),
+        (0, 0, 0, "", SoftLimits(-math.inf, math.inf, 0, 2, (-2, 2))),
+        (7, 5, 9, "", SoftLimits(-math.inf, math.inf, 7, 2, (-2, 2))),
+    ],
+)
+def test_soft_limits_keep_their_gains_and_the_limits_around_them(
+    k_position, lower, upper, inside, expected
+):
+    tag = (
+        f'<safety_controller soft_lower_limit="{lower}" soft_upper_limit="{upper}" '
+        f'k_position="{k_position}" k_velocity="2"/>'
+    )
+    found = component(joint("a") + joint("b", inside), mimic=tag).joints[1].limits
+    assert found.soft == expected
+    assert (found.lower, found.upper) == (
+        max(expected.lower, expected.hard[0]),
+        min(expected.upper, expected.hard[1]),
+    )
+    assert found.mechanical.soft is None
 
 
 def test_a_continuous_joint_has_only_the_limits_of_its_interfaces():

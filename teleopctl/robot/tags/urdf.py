@@ -38,7 +38,7 @@ URDF = Table(f"""
     + joint: origin*@xyz@rpy parent*@link child*@link axis*@xyz
     + joint: limit*@lower@upper@effort@velocity mimic*@joint@multiplier@offset
     + joint: dynamics*@damping@friction safety_controller@soft_lower_limit@soft_upper_limit
-    - joint/safety_controller: @k_position @k_velocity
+    + joint/safety_controller: @k_position @k_velocity
     - joint: calibration | joints know where they are
     + .: ros2_control*@name@type@rw_rate@is_async@thread_priority
     + ros2_control/hardware: plugin group param*@name
