@@ -2,7 +2,7 @@
 
 A node appears in the graph before it can do its work: a simulator waits for a robot description,
 compiles a model of it, or refuses it. A background process has a log file, and next to it a
-one-line file with its state. A process in a terminal writes no such file.
+small file with its state. A process in a terminal writes no such file.
 """
 
 from __future__ import annotations
@@ -55,11 +55,13 @@ class Progress(NamedTuple):
         state: One of the states above, such as `READY`.
         detail: Detail of the state, such as topic, reason or exit status.
         time: Time of the report, in seconds since the Unix epoch.
+        part: Part of the process that has the state, such as `CONTROL`; empty for its own node.
     """
 
     state: str
     detail: str
     time: float
+    part: str = ""
 
     @property
     def reports_itself(self) -> bool:
@@ -92,10 +94,11 @@ def report(state: str, detail: str = "", *, part: str = "") -> None:
         if state in (STARTED, ENDED):
             _parts.clear()
         _parts[part] = state, detail
-        _write(*min(_parts.values(), key=lambda said: _ORDER.index(said[0])))
+        first = min(_parts, key=lambda part: _ORDER.index(_parts[part][0]))
+        _write(*_parts[first], first)
 
 
-def _write(state: str, detail: str) -> None:
+def _write(state: str, detail: str, part: str) -> None:
     global _file, _failure
     if state == ENDED:
         detail = f"{detail} {_failure}"
@@ -106,7 +109,7 @@ def _write(state: str, detail: str) -> None:
     if _file is None:
         return
     try:
-        write_private(_file, f"{state} {' '.join(detail.split())}\n")
+        write_private(_file, f"{state} {' '.join(detail.split())}\n{part}\n")
     except OSError:
         return  # a full disk is no reason to end
 
@@ -149,7 +152,8 @@ def read(log_file: Path) -> Progress | None:
     """Return the last progress in the progress file of a process's log; None if there is none."""
     file = progress_file(log_file)
     try:
-        state, _, detail = file.read_text(encoding="utf-8").partition(" ")
-        return Progress(state, detail.strip(), file.stat().st_mtime)
+        said, _, part = file.read_text(encoding="utf-8").partition("\n")
+        state, _, detail = said.partition(" ")
+        return Progress(state, detail.strip(), file.stat().st_mtime, part.strip())
     except (OSError, UnicodeDecodeError):
         return None

@@ -27,18 +27,18 @@ def test_the_last_words_count_on_one_line(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("reports", "state", "detail"),
+    ("reports", "state", "detail", "part"),
     [
-        ("WAITING:/a:control STARTING::", "starting", ""),
-        ("STARTING::control WAITING:/a:", "starting", ""),
-        ("READY::control WAITING:/a:", "waiting", "/a"),
-        ("READY::control READY:localhost:", "ready", ""),
-        ("FAILED:refused:control READY::", "failed", "refused"),
-        ("FAILED:refused:control READY:: STARTING::control", "starting", ""),
-        ("FAILED:refused:control ENDED:0:", "ended", "0 refused"),
+        ("WAITING:/a:control STARTING::", "starting", "", ""),
+        ("STARTING::control WAITING:/a:", "starting", "", "control"),
+        ("READY::control WAITING:/a:", "waiting", "/a", ""),
+        ("READY::control READY:localhost:", "ready", "", "control"),
+        ("FAILED:refused:control READY::", "failed", "refused", "control"),
+        ("FAILED:refused:control READY:: STARTING::control", "starting", "", "control"),
+        ("FAILED:refused:control ENDED:0:", "ended", "0 refused", ""),
     ],
 )
-def test_a_process_of_two_parts_is_ready_when_both_are(tmp_path, reports, state, detail):
+def test_a_process_of_two_parts_is_ready_when_both_are(tmp_path, reports, state, detail, part):
     log_file = tmp_path / "a.log"
     program = (
         "import sys; from teleopctl.base import progress\n"
@@ -53,7 +53,7 @@ def test_a_process_of_two_parts_is_ready_when_both_are(tmp_path, reports, state,
     )
     said = progress.read(log_file)
     assert said is not None
-    assert (said.state, said.detail) == (state, detail)
+    assert (said.state, said.detail, said.part) == (state, detail, part)
 
 
 def test_what_a_process_does_is_reported_while_it_starts_and_not_later(tmp_path):

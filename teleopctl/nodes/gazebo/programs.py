@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+import shlex
 import signal
 import subprocess
 import sys
@@ -47,7 +48,7 @@ def programs_for(
     topic: str = "",
     world: Path | None = None,
 ) -> list[Program]:
-    """Return the programs to start for a robot: simulator, controllers, spawner, camera.
+    """Return the programs to start for a robot: simulator with controller manager, spawner, camera.
 
     Args:
         description: Description of the robot.
@@ -71,16 +72,25 @@ def programs_for(
     around = [] if world is None else [f"world:={json.dumps(str(world))}"]
     simulator += around
     elsewhere = ["-r", f"/robot_description:={topic}"] if topic else []
-    programs = [_program("mujoco_sim", "mujoco_sim", elsewhere, parameters=simulator)]
-    if control is not None or plugins.controllers:
+    if control is None and not plugins.controllers:
+        programs = [_program("mujoco_sim", "mujoco_sim", elsewhere, parameters=simulator)]
+    else:
         words = elsewhere + _words_of_manager(control, files)
         name = _name_of_manager(control)
         if plugins.controllers:
             file = _parameters_of(plugins, name.rpartition("/")[2], folder)
             words += ["--params-file", str(file)]
-        programs.append(
-            _program(_MANAGER, "ros2_control_node", words, parameters=["use_sim_time:=true"])
-        )
+        # The simulator hosts the controller manager, as with Gazebo's plug-in.
+        hosted = shlex.join(["--ros-args", *words, "-p", "use_sim_time:=true"])
+        programs = [
+            _program(
+                "mujoco_sim",
+                "mujoco_sim",
+                elsewhere,
+                parameters=simulator,
+                program=[f"--controller-manager={hosted}"],
+            )
+        ]
         if plugins.controllers:
             names = [controller.name for controller in plugins.controllers]
             words = [*names, "--controller-manager", name, "--param-file", str(file)]

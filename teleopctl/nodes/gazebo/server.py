@@ -222,7 +222,11 @@ class GazeboServer(Node):
             if said is not None and said.state == progress.READY:
                 return ""
             if said is not None and said.state == progress.FAILED:
-                return f"{_SIMULATOR}: {said.detail}"
+                if said.part != progress.CONTROL:
+                    return f"{_SIMULATOR}: {said.detail}"
+                # As in Gazebo, the robot is there, without controllers.
+                self.get_logger().error(f"controller_manager: {said.detail}")
+                return ""
             if (end := self._children.ended()) is not None:
                 return f"{end[0]} has ended with status {end[1]}"
             time.sleep(_LOOK_EVERY_S)
