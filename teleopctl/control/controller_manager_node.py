@@ -19,10 +19,22 @@ from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.robot_stop_node import RobotStopNode
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state_message
-from teleopctl.control.statistics_publishers import DiagnosticsPublisher, StatisticsPublisher
+from teleopctl.control.statistics_publishers import (
+    INTROSPECTION_CHECK_S,
+    DiagnosticsPublisher,
+    IntrospectionPublisher,
+    StatisticsPublisher,
+)
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message
-from teleopctl.node import AllowableParameterValue, Clock, Executor, Node, qos_profile_latched
+from teleopctl.node import (
+    AllowableParameterValue,
+    Clock,
+    ClockType,
+    Executor,
+    Node,
+    qos_profile_latched,
+)
 from teleopctl.robot import RobotDescription
 
 DEFAULT_UPDATE_RATE = 100
@@ -253,6 +265,14 @@ class ControllerManagerNode:
         self.publish_activity()
         progress.report(progress.READY, part=progress.CONTROL)
         StatisticsPublisher(self._node, self.manager, self._cycle)
+        introspection = IntrospectionPublisher(
+            self._node, self.manager, self._cycle, self._publish_queue
+        )
+        self._node.create_timer(
+            INTROSPECTION_CHECK_S,
+            introspection.follow_subscriptions,
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
         DiagnosticsPublisher(self._node, self.manager, self._cycle, self.parameter)
 
     def _start_hardware(self) -> None:

@@ -10,6 +10,7 @@ import os
 import threading
 import time
 from collections import deque
+from collections.abc import Callable
 from typing import TYPE_CHECKING
 
 from teleopctl.base.exception_origin import with_origin
@@ -50,6 +51,7 @@ class Cycle:
         running: Name of the controller whose method runs in the cycle, empty for that of hardware,
             and the method's name.
         times: Durations of the parts of the last cycle.
+        on_written: Function called in each cycle after the hardware is written, or None.
     """
 
     def __init__(self, manager: ControllerManager, publish_queue: PublishQueue) -> None:
@@ -65,6 +67,7 @@ class Cycle:
         self.began_s = 0.0
         self.running = ("", "read")
         self.times = CycleTimes()
+        self.on_written: Callable[[], None] | None = None
 
     def what_runs(self) -> tuple[str, str]:
         """Return the controller or hardware whose method runs, in words, and the method's name."""
@@ -112,6 +115,8 @@ class Cycle:
             self.running = ("", "write")
             for component in resources.write(time_ns, period):
                 self._component_failed(component, "write")
+            if self.on_written is not None:
+                self.on_written()
             self.times.record(began_ns, read_ns, updated_ns, None if last_ns is None else period)
             self.began_s = 0.0
         self._publish_queue.flush()

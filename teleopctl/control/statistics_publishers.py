@@ -1,16 +1,18 @@
-"""Publishers of ``~/statistics/…`` and ``/diagnostics`` of a controller manager."""
+"""Publishers of a manager: ``~/statistics/…``, ``~/introspection_data/…``, ``/diagnostics``."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.cycle import Cycle
+from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import State
+from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
 from teleopctl.control.statistics import MovingStatistics
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import get_message, set_stamp
 from teleopctl.node import Clock, ClockType, qos_profile_latched
 
 if TYPE_CHECKING:
@@ -20,7 +22,75 @@ if TYPE_CHECKING:
 # ros2_control publishes in each cycle. For display a lower rate is enough, and publishing in each
 # cycle would take longer than the cycle itself.
 _PUBLISHED_PER_S = 10.0
+# Interval at which subscriptions to introspection data are looked for.
+INTROSPECTION_CHECK_S = 0.1
 _DEPTH = 10
+
+
+class StatisticsTopics:
+    """Publishers of names and values as pal_statistics: ``…/full``, ``…/names``, ``…/values``.
+
+    Args:
+        node: Node of the publishers.
+        topic: Common part of the topic names, such as ``~/statistics``.
+    """
+
+    def __init__(self, node: Node, topic: str) -> None:
+        self._node = node
+        self._known: Sequence[str] = ()
+        self._version = 0
+        # Any: messages of three types, whose classes are generated at run time.
+        self._full, self._names, self._values = (
+            node.create_publisher(_message(kind), f"{topic}/{name}", qos)
+            for kind, name, qos in (
+                ("Statistics", "full", _DEPTH),
+                # Published when the names change, and latched for later subscriptions.
+                ("StatisticsNames", "names", qos_profile_latched),
+                ("StatisticsValues", "values", _DEPTH),
+            )
+        )
+
+    def is_subscribed(self) -> bool:
+        """Return whether one of the topics has a subscription."""
+        topics = (self._full, self._values, self._names)
+        return any(topic.get_subscription_count() > 0 for topic in topics)
+
+    def publish(self, names: Sequence[str], values: Sequence[float], stamp_ns: int) -> None:
+        """Publish values on the topics with subscriptions, and the names if they have changed.
+
+        Args:
+            names: Names of the values.
+            values: Values, one per name.
+            stamp_ns: Time of the values in nanoseconds.
+        """
+        if names != self._known:
+            self._known = names
+            self._version += 1
+            self._send(self._names, "StatisticsNames", stamp_ns, names=list(names), **self._number)
+        if self._values.get_subscription_count() > 0:
+            self._send(
+                self._values, "StatisticsValues", stamp_ns, values=list(values), **self._number
+            )
+        if self._full.get_subscription_count() > 0:
+            statistic = _message("Statistic")
+            pairs = zip(names, values, strict=True)
+            statistics = [statistic(name=name, value=value) for name, value in pairs]
+            self._send(self._full, "Statistics", stamp_ns, statistics=statistics)
+
+    @property
+    def _number(self) -> dict[str, int]:
+        return {"names_version": self._version}
+
+    # Any: messages of three types.
+    def _send(self, publisher: Any, kind: str, stamp_ns: int, **fields: Any) -> None:
+        message = _message(kind)(**fields)
+        set_stamp(message.header.stamp, stamp_ns)
+        publisher.publish(message)
+
+
+# Any: message classes are generated at run time.
+def _message(kind: str) -> Any:
+    return get_message(f"pal_statistics_msgs/msg/{kind}")
 
 
 class StatisticsPublisher:
@@ -36,49 +106,77 @@ class StatisticsPublisher:
         self._node = node
         self._manager = manager
         self._cycle = cycle
-        self._known: list[str] = []
-        self._version = 0
-        self._full, self._names, self._values = (
-            node.create_publisher(
-                get_message(f"pal_statistics_msgs/msg/{kind}"), f"~/statistics/{name}", qos
-            )
-            for kind, name, qos in (
-                ("Statistics", "full", _DEPTH),
-                # Published when the names change, and latched for later subscriptions.
-                ("StatisticsNames", "names", qos_profile_latched),
-                ("StatisticsValues", "values", _DEPTH),
-            )
-        )
+        self._topics = StatisticsTopics(node, "~/statistics")
         node.create_timer(
             1.0 / _PUBLISHED_PER_S, self._publish, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
 
     def _publish(self) -> None:
-        full = self._full.get_subscription_count() > 0
-        apart = self._values.get_subscription_count() > 0
-        if not (full or apart or self._names.get_subscription_count() > 0):
+        if not self._topics.is_subscribed():
             return
         entries = list(statistics_entries(self._node.get_name(), self._manager, self._cycle))
-        names = [name for name, _ in entries]
-        if names != self._known:
-            self._known = names
-            self._version += 1
-            self._send(self._names, names=names, names_version=self._version)
-        if apart:
-            values = [value for _, value in entries]
-            self._send(self._values, values=values, names_version=self._version)
-        if full:
-            statistic = get_message("pal_statistics_msgs/msg/Statistic")
-            self._send(
-                self._full,
-                statistics=[statistic(name=name, value=value) for name, value in entries],
-            )
+        names, values = [name for name, _ in entries], [value for _, value in entries]
+        self._topics.publish(names, values, self._node.get_clock().now().nanoseconds)
 
-    # Any: messages of three types.
-    def _send(self, publisher: Any, **fields: Any) -> None:
-        message = publisher.msg_type(**fields)
-        message.header.stamp = self._node.get_clock().now().to_msg()
-        publisher.publish(message)
+
+class IntrospectionPublisher:
+    """Publisher of all interfaces' values on ``~/introspection_data/…`` after each cycle.
+
+    Nothing is read or published while these topics have no subscription.
+
+    Args:
+        node: Node of the controller manager.
+        manager: Controller manager with the controllers and hardware.
+        cycle: Control cycle of the manager.
+        publish_queue: Queue of values that are published outside of the control cycle.
+    """
+
+    def __init__(
+        self, node: Node, manager: ControllerManager, cycle: Cycle, publish_queue: PublishQueue
+    ) -> None:
+        self._manager = manager
+        self._cycle = cycle
+        self._topics = StatisticsTopics(node, "~/introspection_data")
+        self._states: Mapping[str, StateInterface] = {}
+        self._commands: Mapping[str, CommandInterface] = {}
+        self._names: Sequence[str] = ()
+        self._publisher = RealtimePublisher(publish_queue, self._publish)
+
+    def follow_subscriptions(self) -> None:
+        """Make the cycle collect values if a topic has a subscription, else stop it.
+
+        Called by a timer: asking for subscriptions in each cycle would cost time in each of them.
+        """
+        self._cycle.on_written = self._collect if self._topics.is_subscribed() else None
+
+    def _collect(self) -> None:
+        """Queue the values of all interfaces; called at the end of a control cycle."""
+        resources = self._manager.resource_manager
+        states, commands = resources.state_interfaces, resources.command_interfaces
+        if states is not self._states or commands is not self._commands:
+            self._states, self._commands = states, commands
+            self._names = introspection_names(states, commands)
+        values = [state.value for state in states.values()]
+        for command in commands.values():
+            values += (command.value, float(command.is_limited))
+        self._publisher.try_publish((self._cycle.time_ns, self._names, values))
+
+    def _publish(self, collected: tuple[int, Sequence[str], list[float]]) -> None:
+        stamp_ns, names, values = collected
+        self._topics.publish(names, values, stamp_ns)
+
+
+def introspection_names(states: Iterable[str], commands: Iterable[str]) -> list[str]:
+    """Return the names of interfaces' values in introspection data, as ros2_control has them.
+
+    Args:
+        states: Full names of state interfaces.
+        commands: Full names of command interfaces. Each has two values: the command, and 1 if it
+            was clamped to a limit, else 0.
+    """
+    return [f"state_interface.{name}" for name in states] + [
+        f"command_interface.{name}{suffix}" for name in commands for suffix in ("", ".is_limited")
+    ]
 
 
 def statistics_entries(

@@ -1,15 +1,22 @@
 """What is measured in real cycles, under ros2_control's names, and what is diagnosed of it."""
 
+from typing import TYPE_CHECKING, cast
+
 import pytest
 
 from teleopctl.control.lifecycle import State
 from teleopctl.control.statistics_publishers import (
     DiagnosticLevel,
+    IntrospectionPublisher,
     diagnostic_statuses,
     statistics_entries,
 )
+from teleopctl.interfaces import to_nanoseconds
 from teleopctl.testing import ControlStack, serial_robot
-from tests.control.fakes import TYPE
+from tests.control.fakes import CHAINABLE, TYPE
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
 
 NUMBERS = {"max", "min", "average", "standard_deviation", "sample_count", "current_value"}
 
@@ -133,6 +140,84 @@ def test_a_cycle_that_does_not_keep_its_rate_is_an_error(stack):
     assert manager.level is DiagnosticLevel.ERROR
     assert manager.message == "The control cycle does not keep its rate of 100 Hz"
     assert "Avg: 50.00 " in dict(manager.values)["periodicity"]
+
+
+class TestIntrospection:
+    """``~/introspection_data/…``: all interfaces' values after each cycle, while subscribed."""
+
+    @pytest.fixture
+    def stack(self):
+        stack = ControlStack(serial_robot(1), enforce_limits=True)
+        stack.load_controller("quick", TYPE, {"commands": ["joint1/position"]})
+        stack.activate("quick")
+        return stack
+
+    @pytest.fixture
+    def publisher(self, stack):
+        node = cast("Node", stack.node)
+        return IntrospectionPublisher(node, stack.manager, stack.cycle, stack.publish_queue)
+
+    def published(self, stack, topic):
+        return stack.node.published(f"~/introspection_data/{topic}")
+
+    def test_each_cycle_publishes_all_interfaces_with_its_time(self, stack, publisher):
+        publisher.follow_subscriptions()
+        stack.resources.command_interfaces["joint1/position"].value = 1.25
+        stack.step(2)
+        first, second = self.published(stack, "full")
+        values = {one.name: one.value for one in second.statistics}
+        assert values == {
+            "state_interface.joint1/position": 1.25,
+            "command_interface.joint1/position": 1.25,
+            "command_interface.joint1/position.is_limited": 0.0,
+        }
+        assert to_nanoseconds(first.header.stamp) == stack.start_ns + 10_000_000
+        assert to_nanoseconds(second.header.stamp) == stack.time_ns
+
+    def test_a_command_is_marked_when_a_limit_clamps_it(self, stack, publisher):
+        publisher.follow_subscriptions()
+        stack.resources.command_interfaces["joint1/position"].value = 99999.0
+        stack.step()
+        (message,) = self.published(stack, "full")
+        values = {one.name: one.value for one in message.statistics}
+        assert values["command_interface.joint1/position.is_limited"] == 1.0
+        assert values["command_interface.joint1/position"] < 99999.0
+
+    def test_names_are_published_when_they_change_and_values_refer_to_them(self, stack, publisher):
+        publisher.follow_subscriptions()
+        stack.step(3)
+        (names,) = self.published(stack, "names")
+        values = self.published(stack, "values")
+        assert len(values) == 3
+        assert len(values[0].values) == len(names.names) == 3
+        stack.load_controller("chain", CHAINABLE, {"exports": ["effort"]})
+        assert stack.manager.configure_controller("chain")
+        stack.step(2)
+        _, changed = self.published(stack, "names")
+        assert set(changed.names) - set(names.names) == {
+            "command_interface.chain/effort",
+            "command_interface.chain/effort.is_limited",
+        }
+        assert self.published(stack, "values")[-1].names_version == changed.names_version
+        assert changed.names_version != names.names_version
+
+    def test_nothing_is_collected_without_a_subscription(self, stack, publisher, monkeypatch):
+        publisher.follow_subscriptions()
+        for topic in ("full", "names", "values"):
+            endpoint = stack.node.endpoints[f"~/introspection_data/{topic}"]
+            monkeypatch.setattr(endpoint, "get_subscription_count", lambda: 0)
+        publisher.follow_subscriptions()
+        assert stack.cycle.on_written is None
+        stack.step()
+        assert not self.published(stack, "values")
+
+    def test_only_subscribed_topics_are_published(self, stack, publisher, monkeypatch):
+        full = stack.node.endpoints["~/introspection_data/full"]
+        monkeypatch.setattr(full, "get_subscription_count", lambda: 0)
+        publisher.follow_subscriptions()
+        stack.step()
+        assert not full.messages
+        assert len(self.published(stack, "values")) == 1
 
 
 # This machine may be busy.
