@@ -11,13 +11,19 @@ from teleopctl.control.controllers.base import (
     InterfaceConfiguration,
     InterfaceConfigurationType,
 )
+from teleopctl.control.handles import ACCELERATION, EFFORT, VELOCITY
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.control.realtime_publisher import realtime_log
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
 class ForwardCommandController(ControllerInterface):
     """Controller that writes the values on ``~/commands`` to one interface of each joint.
 
     Plug-in type ``forward_command_controller/ForwardCommandController``.
+
+    With the parameter ``cmd_timeout``, in seconds, which is an extension of teleopctl, a command is
+    valid that long: then velocities, efforts and accelerations are 0, and positions are held.
     """
 
     zero_on_deactivate: ClassVar[bool] = False
@@ -41,6 +47,13 @@ class ForwardCommandController(ControllerInterface):
         if not self._names:
             self.logger.error("Parameters that name joints and interfaces cannot be empty")
             return CallbackReturn.ERROR
+        timeout = self.auto_declare("cmd_timeout", 0.0)
+        if not 0.0 <= timeout < math.inf:
+            self.logger.error(f"Parameter 'cmd_timeout' must be at least 0 s, got {timeout:g}")
+            return CallbackReturn.FAILURE
+        self._timeout_ns = round(timeout * NANOSECONDS_PER_SECOND)
+        self._since_ns = 0
+        self._log = realtime_log(self.params.publish_queue)
         self._incoming: deque[list[float]] = deque(maxlen=1)
         self._command: list[float] | None = None
         self._subscription = self.get_node().create_subscription(
@@ -92,11 +105,15 @@ class ForwardCommandController(ControllerInterface):
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """Write the last received command to the interfaces; return ERROR for a wrong length."""
-        del time_ns, period
+        del period
         if self._incoming:
             self._command = self._incoming.pop()
+            self._since_ns = time_ns
         command = self._command
         if command is None:
+            return None
+        if self._timeout_ns and time_ns - self._since_ns > self._timeout_ns:
+            self._end_command()
             return None
         if len(command) != len(self.command_interfaces):
             self.logger.error(
@@ -108,6 +125,21 @@ class ForwardCommandController(ControllerInterface):
         for interface, value in zip(self.command_interfaces, command, strict=True):
             interface.value = value
         return None
+
+    def _end_command(self) -> None:
+        """Command rest after the timeout, until the next command."""
+        self._command = None
+        for interface in self.command_interfaces:
+            if interface.interface_name in (VELOCITY, EFFORT, ACCELERATION):
+                interface.value = 0.0
+        seconds = self._timeout_ns / NANOSECONDS_PER_SECOND
+        self._log.try_publish(
+            (
+                self.logger.warning,
+                f"No command on ~/commands for {seconds:g} s (cmd_timeout): velocities and efforts "
+                "are 0, positions are held",
+            )
+        )
 
 
 class MultiInterfaceForwardCommandController(ForwardCommandController):

@@ -177,3 +177,45 @@ class TestForwardCommands:
         assert stack.commands("velocity") == [1, 2, 3]
         switch_controller(stack.manager, SwitchRequest([], ["forward"]))
         assert stack.commands("velocity") == [0, 0, 0]
+
+
+class TestCommandTimeout:
+    def stack(self, interface, **parameters):
+        stack = ControlStack(serial_robot(1, commands=("position", "velocity")))
+        up(stack, "forward", FORWARD, joints=["joint1"], interface_name=interface, **parameters)
+        return stack
+
+    def test_a_velocity_that_is_not_sent_again_becomes_zero(self):
+        stack = self.stack("velocity", cmd_timeout=0.1)
+        node = stack.nodes["forward"]
+        for _ in range(3):
+            node.receive("~/commands", Float64MultiArray(data=[0.5]))
+            stack.step(10)
+            assert stack.command("joint1/velocity") == 0.5
+        stack.step(2)
+        assert stack.command("joint1/velocity") == 0.0
+        stack.step(50)
+        (warning,) = node.log.texts("warning")
+        assert warning.startswith("No command on ~/commands for 0.1 s (cmd_timeout)")
+        node.receive("~/commands", Float64MultiArray(data=[0.3]))
+        stack.step()
+        assert stack.command("joint1/velocity") == 0.3
+
+    def test_a_position_is_held(self):
+        stack = self.stack("position", cmd_timeout=0.1)
+        stack.nodes["forward"].receive("~/commands", Float64MultiArray(data=[0.5]))
+        stack.step(50)
+        assert stack.command("joint1/position") == 0.5
+
+    def test_by_default_a_command_is_valid_for_ever(self):
+        stack = self.stack("velocity")
+        stack.nodes["forward"].receive("~/commands", Float64MultiArray(data=[0.5]))
+        stack.step(500)
+        assert stack.command("joint1/velocity") == 0.5
+
+    def test_a_negative_timeout_is_refused(self):
+        stack = ControlStack(serial_robot(1))
+        parameters = {"joints": ["joint1"], "interface_name": "position", "cmd_timeout": -1.0}
+        stack.load_controller("forward", FORWARD, parameters)
+        assert not stack.manager.configure_controller("forward")
+        assert "'cmd_timeout' must be at least 0 s, got -1" in stack.nodes["forward"].log.texts()[0]

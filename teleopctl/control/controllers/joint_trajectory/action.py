@@ -81,6 +81,7 @@ class FollowJointTrajectoryServer:
             return GoalResponse.REJECT
         if not self._inputs.is_valid(goal.trajectory):
             return GoalResponse.REJECT
+        self._inputs.warn_if_not_upsampled(goal.trajectory)
         self._logger.info("Accepted new action goal")
         return GoalResponse.ACCEPT
 

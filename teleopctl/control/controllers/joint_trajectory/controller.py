@@ -14,6 +14,7 @@ from teleopctl.control.controllers.base import (
     InterfaceConfigurationType,
 )
 from teleopctl.control.controllers.joint_trajectory.action import FollowJointTrajectoryServer
+from teleopctl.control.controllers.joint_trajectory.blending import blend
 from teleopctl.control.controllers.joint_trajectory.goal import (
     GOAL_TOLERANCE_VIOLATED,
     INVALID_GOAL,
@@ -27,7 +28,6 @@ from teleopctl.control.controllers.joint_trajectory.inputs import (
 )
 from teleopctl.control.controllers.joint_trajectory.outputs import CommandOutputs
 from teleopctl.control.controllers.joint_trajectory.settings import (
-    UNSUPPORTED,
     InvalidSettingsError,
     read_gains,
     read_settings,
@@ -107,10 +107,7 @@ class JointTrajectoryController(ControllerInterface):
                 "[Deprecated] 'open_loop_control' parameter is deprecated. Instead, set the "
                 "feedback gains to zero and use 'interpolate_from_desired_state' parameter"
             )
-        self._known_parameters.update(UNSUPPORTED)
-        for name in UNSUPPORTED:
-            if self.get_node().has_parameter(name) and self.get_node().get_parameter(name).value:
-                self.logger.warning(f"Parameter '{name}' is not supported and has no effect.")
+        self._report_upsampling()
         if not settings.decelerations and self.auto_declare(
             "constraints.decelerate_on_cancel", False
         ):
@@ -120,7 +117,7 @@ class JointTrajectoryController(ControllerInterface):
                 "that is cancelled ends on the spot."
             )
         self._tolerances = read_tolerances(settings.joints, self.auto_declare)
-        self._scaling = settings.initial_scaling
+        self._scaling = self._requested_scaling = settings.initial_scaling
         self._stale_parameters = False
         self._wrap = [joint in self.params.continuous_joints for joint in settings.joints]
         self._inputs = TrajectoryInputs(self, settings, self._incoming)
@@ -138,6 +135,22 @@ class JointTrajectoryController(ControllerInterface):
         )
         return None
 
+    def _report_upsampling(self) -> None:
+        """Log whether trajectories of positions get velocities."""
+        frequency = self.auto_declare("positions_upsampling.policy_frequency", 0.0)
+        if not self.auto_declare("positions_upsampling.enable", False):
+            return
+        self.logger.info(f"Positions upsampling enabled (policy_frequency={frequency:.2f} Hz).")
+        if not self._settings.upsampling:
+            self.logger.warning(
+                "positions_upsampling has no effect when interpolation_method is 'none'."
+            )
+        if frequency == 0.0:
+            self.logger.warning(
+                "positions_upsampling.policy_frequency is 0: chunks without their own timing will "
+                "be rejected."
+            )
+
     def on_cleanup(self) -> None:
         """Destroy the subscriptions, query service, state publisher and action server."""
         self._action.close()
@@ -145,16 +158,14 @@ class JointTrajectoryController(ControllerInterface):
         self._state_publisher.close()
 
     def command_interface_configuration(self) -> InterfaceConfiguration:
-        """Return the command interfaces, joint by joint, in the order of the parameters."""
+        """Return the command interfaces, joint by joint, then that of speed scaling if any."""
         settings = self._settings
-        return InterfaceConfiguration(
-            InterfaceConfigurationType.INDIVIDUAL,
-            [
-                f"{j}/{name}"
-                for j in settings.command_joints
-                for name in settings.command_interfaces
-            ],
-        )
+        names = [
+            f"{j}/{name}" for j in settings.command_joints for name in settings.command_interfaces
+        ]
+        if settings.scaling_command_interface:
+            names.append(settings.scaling_command_interface)
+        return InterfaceConfiguration(InterfaceConfigurationType.INDIVIDUAL, names)
 
     def state_interface_configuration(self) -> InterfaceConfiguration:
         """Return the state interfaces, joint by joint, then the speed scaling interface if any."""
@@ -198,7 +209,11 @@ class JointTrajectoryController(ControllerInterface):
         self._scaling_state = (
             self.state_interfaces[-1] if settings.scaling_state_interface else None
         )
-        self._outputs = CommandOutputs(settings, self.command_interfaces, self._pids)
+        self._scaling_command = None
+        commands = self.command_interfaces
+        if settings.scaling_command_interface:
+            *commands, self._scaling_command = commands
+        self._outputs = CommandOutputs(settings, commands, self._pids)
 
     def on_restart(self) -> None:
         """Hold the present positions and abort the goal, after a simulation reset."""
@@ -287,11 +302,13 @@ class JointTrajectoryController(ControllerInterface):
                 return None
             self._awaits_state = False
             self._hold(positions)
+        if self._scaling_command is not None:
+            self._scaling_command.value = self._requested_scaling
         if self._scaling_state is not None and math.isfinite(self._scaling_state.value):
             self._scaling = max(0.0, self._scaling_state.value)
         stopping = self._stopping_from is not None
         if self._incoming and not stopping:
-            self._replace_trajectory(self._incoming.pop())
+            self._replace_trajectory(self._incoming.pop(), time_ns)
         if self._goal is not None and self._goal.cancel_requested:
             self._stop(positions, velocities)
             self._goal.try_cancel()
@@ -327,7 +344,9 @@ class JointTrajectoryController(ControllerInterface):
         ):
             self._stop(positions, velocities)
         else:
-            self._outputs.write(command.state, error.positions, error.velocities, period)
+            self._outputs.write(
+                command.state, desired.state.effort, error.positions, error.velocities, period
+            )
             self._commanded_state, self._has_command = command.state, True
         if self._goal is not None:
             self._goal.try_feedback(time_ns, reference, feedback, error)
@@ -337,14 +356,43 @@ class JointTrajectoryController(ControllerInterface):
         )
         return None
 
-    def _replace_trajectory(self, incoming: ReceivedTrajectory) -> None:
-        """Replace the trajectory; joints that the new one lacks hold their commanded positions."""
+    def _replace_trajectory(self, incoming: ReceivedTrajectory, time_ns: int) -> None:
+        """Replace the trajectory; joints that the new one lacks hold their commanded positions.
+
+        With the parameter ``allow_trajectory_replacement`` they go on along a running trajectory.
+        """
         current = self._outputs.positions() or self._position_states.read()
-        self._trajectory = Trajectory(incoming.points(current), incoming.start_ns)
+        points, start_ns = incoming.points(current), incoming.start_ns
+        if (blended := self._blend(points, incoming, time_ns)) is not None:
+            points, start_ns = blended, 0
+        self._trajectory = Trajectory(points, start_ns)
         self._from_command = incoming.from_command or self._settings.open_loop
         self._holding = False
         if incoming.goal is not None:
             self._goal = incoming.goal
+
+    def _blend(
+        self, points: list[TrajectoryPoint], incoming: ReceivedTrajectory, time_ns: int
+    ) -> list[TrajectoryPoint] | None:
+        """Return points that continue the running trajectory; None if there is none to continue."""
+        running = self._trajectory
+        if (
+            not self._settings.replacement
+            or not incoming.commanded
+            or self._holding
+            or not running.sampled_already
+            or len(running.points) < 2
+        ):
+            return None
+        wait_ns = max(0, incoming.start_ns - time_ns) if incoming.start_ns else 0
+        return blend(
+            running,
+            points,
+            incoming.commanded,
+            self._trajectory_ns,
+            self._trajectory_ns + round(wait_ns * self._scaling),
+            self._settings.method,
+        )
 
     def _start(
         self, trajectory: Trajectory, time_ns: int, positions: list[float], velocities: list[float]
@@ -433,7 +481,11 @@ class JointTrajectoryController(ControllerInterface):
 
     @speed_scaling.setter
     def speed_scaling(self, factor: float) -> None:
-        if math.isfinite(factor) and factor >= 0.0:
+        if not (math.isfinite(factor) and factor >= 0.0):
+            return
+        self._requested_scaling = factor
+        # Otherwise the hardware reports the factor that it applies.
+        if not self._settings.scaling_state_interface:
             self._scaling = factor
 
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:

@@ -12,6 +12,7 @@ from teleopctl.control.controllers.joint_trajectory import position_commands
 from teleopctl.control.controllers.joint_trajectory.goal import FollowedGoal
 from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
 from teleopctl.control.controllers.joint_trajectory.trajectory import TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.upsampling import is_positions_only, upsample
 from teleopctl.control.controllers.joint_trajectory.validation import (
     InvalidTrajectoryError,
     TrajectoryRules,
@@ -36,6 +37,8 @@ class ReceivedTrajectory:
     Attributes:
         points: Function that returns the points for the joints' commanded positions.
         start_ns: Start time in nanoseconds, or 0 for now.
+        commanded: Whether each joint of the controller is in the trajectory; empty if it replaces
+            a running trajectory without regard to that.
         from_command: Whether the trajectory starts from the last command, regardless of the
             parameters.
         goal: Goal of the trajectory; None for a trajectory from a topic.
@@ -43,6 +46,7 @@ class ReceivedTrajectory:
 
     points: Callable[[Sequence[float]], list[TrajectoryPoint]]
     start_ns: int
+    commanded: tuple[bool, ...] = ()
     from_command: bool = False
     goal: FollowedGoal | None = None
 
@@ -146,8 +150,23 @@ class TrajectoryInputs:
         """Called for each ``~/joint_trajectory`` message: validate and pass on the trajectory."""
         if not self.active:
             self._logger.warning("Controller is not active: the trajectory is ignored.")
-        elif not self._controller.is_refused("The trajectory") and self.is_valid(message):
+            return
+        if self._controller.is_refused("The trajectory"):
+            return
+        if self._settings.upsampling:
+            frequency = self._node.get_parameter("positions_upsampling.policy_frequency").value
+            upsample(message, float(frequency))
+        if self.is_valid(message):
             self.take(message)
+
+    def warn_if_not_upsampled(self, message: Any) -> None:
+        """Log once that an action goal of positions does not get velocities."""
+        if self._settings.upsampling and is_positions_only(message.points):
+            self._logger.warning(
+                "positions_upsampling upsamples the ~/joint_trajectory topic only, not action "
+                "goals.",
+                once=True,
+            )
 
     def is_valid(self, message: Any) -> bool:
         """Return whether a trajectory message is valid; log an error if not."""
@@ -175,7 +194,12 @@ class TrajectoryInputs:
                 "clock (use_sim_time) should leave them at 0."
             )
         self._replace_waiting(
-            ReceivedTrajectory(lambda hold: to_points(message, joints, hold), start_ns, goal=goal)
+            ReceivedTrajectory(
+                lambda hold: to_points(message, joints, hold),
+                start_ns,
+                commanded=tuple(joint in message.joint_names for joint in joints),
+                goal=goal,
+            )
         )
 
     def _replace_waiting(self, incoming: ReceivedTrajectory) -> None:
@@ -231,6 +255,14 @@ class TrajectoryInputs:
         if message.factor < 0.0:
             self._logger.warning(f"Speed scaling factor {message.factor:g} is negative: ignored.")
             return
+        settings = self._settings
+        if settings.scaling_state_interface and not settings.scaling_command_interface:
+            self._logger.warning(
+                f"The speed scaling factor {message.factor:g} has no effect: "
+                f"'{settings.scaling_state_interface}' sets it, and there is no "
+                "'speed_scaling.command_interface'.",
+                once=True,
+            )
         self._controller.speed_scaling = message.factor
 
     def on_query(self, request: Any, response: Any) -> Any:

@@ -64,6 +64,7 @@ class CommandOutputs:
     def write(
         self,
         state: TrajectoryPoint,
+        effort: Sequence[float],
         errors: Sequence[float],
         velocity_errors: Sequence[float],
         period: float,
@@ -72,6 +73,7 @@ class CommandOutputs:
 
         Args:
             state: State of the trajectory at the next update.
+            effort: Efforts of the trajectory now, beside commanded positions; may be empty.
             errors: Desired minus measured position of each joint.
             velocity_errors: Desired minus measured velocity of each joint, or empty.
             period: Seconds since the last update.
@@ -80,7 +82,7 @@ class CommandOutputs:
             (POSITION, state.positions),
             (ACCELERATION, state.accelerations),
             (VELOCITY, state.velocities),
-            (EFFORT, state.effort),
+            (EFFORT, effort),
         ):
             interfaces = self._outputs.get(name)
             if interfaces is None:

@@ -9,6 +9,7 @@ from teleopctl.control.controllers.joint_trajectory.tolerances import StateToler
 from teleopctl.control.controllers.joint_trajectory.trajectory import InterpolationMethod
 from teleopctl.control.controllers.pid import PidGains
 from teleopctl.control.handles import ACCELERATION, EFFORT, POSITION, VELOCITY
+from teleopctl.interfaces import is_distribution_since
 
 if TYPE_CHECKING:
     from teleopctl.node import AllowableParameterValue
@@ -22,12 +23,6 @@ _COMMANDS = (
     {POSITION, EFFORT},
 )
 _STATES = ({POSITION}, {POSITION, VELOCITY}, {POSITION, VELOCITY, ACCELERATION})
-
-# Parameters that change the motion in ROS 2's controller and have no effect here.
-UNSUPPORTED = (
-    "positions_upsampling.enable",
-    "speed_scaling.command_interface",
-)
 
 # In Hz, as in ROS 2.
 _SLOWEST_MONITOR = 0.1
@@ -64,6 +59,9 @@ class TrajectorySettings:
         cmd_timeout: Seconds after the last point until the position is held; 0 for never.
         initial_scaling: Initial speed scaling factor.
         scaling_state_interface: State interface that scales the speed, or "".
+        scaling_command_interface: Command interface that the requested factor is written to, or "".
+        replacement: Whether a new trajectory continues a running one without a jump.
+        upsampling: Whether trajectories of positions from the topic get velocities.
         action_monitor_rate: Rate of goal feedback in Hz.
         decelerations: Deceleration of each joint when a trajectory is stopped early, rad/s² or
             m/s²; empty to stop on the spot.
@@ -82,6 +80,9 @@ class TrajectorySettings:
     cmd_timeout: float
     initial_scaling: float
     scaling_state_interface: str
+    scaling_command_interface: str
+    replacement: bool
+    upsampling: bool
     action_monitor_rate: float
     decelerations: tuple[float, ...]
 
@@ -147,6 +148,10 @@ def read_settings(parameter: ReadParameter) -> TrajectorySettings:
         cmd_timeout=timeout if timeout > goal_time else 0.0,
         initial_scaling=parameter("speed_scaling.initial_scaling_factor", 1.0),
         scaling_state_interface=parameter("speed_scaling.state_interface", ""),
+        scaling_command_interface=parameter("speed_scaling.command_interface", ""),
+        # A parameter of the distributions after Kilted, where it is true by default.
+        replacement=parameter("allow_trajectory_replacement", is_distribution_since("lyrical")),
+        upsampling=parameter("positions_upsampling.enable", False) and method != "none",
         action_monitor_rate=rate,
         decelerations=_decelerations(joints, states, parameter),
     )

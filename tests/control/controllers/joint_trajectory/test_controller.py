@@ -89,11 +89,10 @@ class TestConfiguration:
         assert arm.controller._settings.open_loop
         assert any("deprecated" in text for text in arm.node.log.texts("warning"))
 
-    def test_what_is_not_supported_is_told(self):
-        arm = Arm(positions_upsampling__enable=True, constraints__decelerate_on_cancel=True).up()
-        slowing, upsampling = sorted(arm.node.log.texts("warning"))
+    def test_a_deceleration_without_velocities_has_no_effect(self):
+        arm = Arm(constraints__decelerate_on_cancel=True).up()
+        (slowing,) = arm.node.log.texts("warning")
         assert slowing.startswith("'constraints.decelerate_on_cancel' has no effect: it needs")
-        assert upsampling.startswith("Parameter 'positions_upsampling.enable' is not supported")
 
     @pytest.mark.parametrize(
         ("given", "low", "high"),
