@@ -215,7 +215,10 @@ class TestCommandTimeout:
 
     def test_a_negative_timeout_is_refused(self):
         stack = ControlStack(serial_robot(1))
-        parameters = {"joints": ["joint1"], "interface_name": "position", "cmd_timeout": -1.0}
-        stack.load_controller("forward", FORWARD, parameters)
+        stack.load_controller(
+            "forward",
+            FORWARD,
+            {"joints": ["joint1"], "interface_name": "position", "cmd_timeout": -1.0},
+        )
         assert not stack.manager.configure_controller("forward")
         assert "'cmd_timeout' must be at least 0 s, got -1" in stack.nodes["forward"].log.texts()[0]
