@@ -133,6 +133,7 @@ CONTROLLERS = Kind(
     {
         name: f"{_CONTROLLERS}.{module}:{name.partition('/')[2]}"
         for module, names in {
+            "battery_state_broadcaster": "battery_state_broadcaster/BatteryStateBroadcaster",
             "forward_command_controller": (
                 "effort_controllers/JointGroupEffortController "
                 "forward_command_controller/ForwardCommandController "
@@ -140,6 +141,7 @@ CONTROLLERS = Kind(
                 "position_controllers/JointGroupPositionController "
                 "velocity_controllers/JointGroupVelocityController"
             ),
+            "gpio_command_controller": "gpio_controllers/GpioCommandController",
             "joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster",
             "joint_trajectory.controller": "joint_trajectory_controller/JointTrajectoryController",
             "mobile_base.diff_drive": "diff_drive_controller/DiffDriveController",
@@ -155,7 +157,13 @@ CONTROLLERS = Kind(
             "pose_broadcaster": "pose_broadcaster/PoseBroadcaster",
             "sensor_broadcasters": (
                 "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster "
-                "imu_sensor_broadcaster/IMUSensorBroadcaster"
+                "gps_sensor_broadcaster/GPSSensorBroadcaster "
+                "imu_sensor_broadcaster/IMUSensorBroadcaster "
+                "magnetometer_broadcaster/MagnetometerBroadcaster "
+                "range_sensor_broadcaster/RangeSensorBroadcaster"
+            ),
+            "state_interfaces_broadcaster": (
+                "state_interfaces_broadcaster/StateInterfacesBroadcaster"
             ),
         }.items()
         for name in names.split()

@@ -1,4 +1,4 @@
-"""Broadcasters of sensors: inertial measurement units and force-torque sensors."""
+"""Broadcasters of sensors: IMU, force and torque, range, GPS and magnetic field."""
 
 from __future__ import annotations
 
@@ -17,6 +17,9 @@ from teleopctl.interfaces import get_message, set_stamp
 
 _COVARIANCE_LENGTH = 9
 _AXES = "xyz"
+_LARGEST_BYTE = 255
+# Constants of sensor_msgs/NavSatStatus, which Humble's message lacks.
+_STATUS_UNKNOWN, _SERVICE_UNKNOWN = -2, 0
 _WRENCH = tuple((part, axis) for part in ("force", "torque") for axis in _AXES)
 
 
@@ -39,6 +42,24 @@ class _SensorBroadcaster(ControllerInterface):
         self._message.header.frame_id = self.auto_declare("frame_id", "")
         self._publisher = self.get_node().create_publisher(kind, self.topic, 10)
         self._realtime_publisher = RealtimePublisher(self.params.publish_queue, self._publish)
+
+    def read_covariance(self, name: str) -> list[float] | None:
+        """Return a parameter of a 3 by 3 covariance, row by row; log an error for other lengths."""
+        values: list[float] = self.auto_declare(name, [0.0] * _COVARIANCE_LENGTH)
+        if len(values) != _COVARIANCE_LENGTH:
+            self.logger.error(
+                f"Length of parameter '{name}' is {len(values)} but must be {_COVARIANCE_LENGTH}"
+            )
+            return None
+        return [float(value) for value in values]
+
+    def has_names(self) -> bool:
+        """Return whether sensor and frame are named; log an error if not."""
+        for name in ("sensor_name", "frame_id"):
+            if not self.auto_declare(name, ""):
+                self.logger.error(f"Parameter '{name}' cannot be empty")
+                return False
+        return True
 
     def on_cleanup(self) -> None:
         """Destroy the publisher of the sensor's message."""
@@ -86,17 +107,14 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
     def on_configure(self) -> CallbackReturn | None:
         """Read the parameters, and create the publisher of ``~/imu``."""
         self._sensor = self.auto_declare("sensor_name", "")
-        for name in ("sensor_name", "frame_id"):
-            if not self.auto_declare(name, ""):
-                self.logger.error(f"Parameter '{name}' cannot be empty")
-                return CallbackReturn.ERROR
+        if not self.has_names():
+            return CallbackReturn.ERROR
         covariances: dict[str, list[float]] = {}
         for part in ("orientation", "angular_velocity", "linear_acceleration"):
-            name = f"static_covariance_{part}"
-            covariances[part] = self.auto_declare(name, [0.0] * _COVARIANCE_LENGTH)
-            if len(covariances[part]) != _COVARIANCE_LENGTH:
-                self.logger.error(f"Parameter '{name}' must have {_COVARIANCE_LENGTH} values")
+            covariance = self.read_covariance(f"static_covariance_{part}")
+            if covariance is None:
                 return CallbackReturn.ERROR
+            covariances[part] = covariance
         roll, pitch, yaw = (
             self.auto_declare(f"rotation_offset.{name}", 0.0) for name in ("roll", "pitch", "yaw")
         )
@@ -105,7 +123,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
         for part, values in covariances.items():
             # The orientation's covariance is in the world frame, independent of the mounting.
             turned = values if part == "orientation" else _turned_matrix(values, self._mounting)
-            setattr(self._message, f"{part}_covariance", [float(value) for value in turned])
+            setattr(self._message, f"{part}_covariance", list(turned))
         return None
 
     def interface_names(self) -> Sequence[str]:
@@ -191,6 +209,138 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
         ):
             value = next(measured) if name else math.nan
             setattr(getattr(self._message.wrench, part), axis, (value + offset) * factor)
+
+
+class RangeSensorBroadcaster(_SensorBroadcaster):
+    """Controller that publishes a measured distance as sensor_msgs/Range.
+
+    Plug-in type ``range_sensor_broadcaster/RangeSensorBroadcaster``.
+    """
+
+    message_type = "sensor_msgs/msg/Range"
+    topic = "~/range"
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the parameters, and create the publisher of ``~/range``."""
+        read = self.auto_declare
+        self._sensor = read("sensor_name", "")
+        if not self._sensor:
+            self.logger.error("'sensor_name' parameter has to be specified.")
+            return CallbackReturn.ERROR
+        if not read("frame_id", ""):
+            self.logger.error("'frame_id' parameter has to be provided.")
+            return CallbackReturn.ERROR
+        radiation = read("radiation_type", 0)
+        if not 0 <= radiation <= _LARGEST_BYTE:
+            self.logger.error(
+                f"Parameter 'radiation_type' is {radiation}: it must be 0 (ultrasound) or 1 "
+                "(infrared)"
+            )
+            return CallbackReturn.ERROR
+        self.create_publisher()
+        message = self._message
+        message.radiation_type = radiation
+        message.field_of_view = read("field_of_view", 0.52)
+        message.min_range = read("min_range", 0.52)
+        message.max_range = read("max_range", 4.0)
+        variance = read("variance", 0.0)
+        if hasattr(message, "variance"):  # Humble's message has no such field.
+            message.variance = variance
+        return None
+
+    def interface_names(self) -> Sequence[str]:
+        """Return the full name of the range interface."""
+        return [f"{self._sensor}/range"]
+
+    def fill_message(self, values: Sequence[float]) -> None:
+        """Copy the measured range (m) into the message."""
+        self._message.range = values[0]
+
+
+class GPSSensorBroadcaster(_SensorBroadcaster):
+    """Controller that publishes a satellite fix as sensor_msgs/NavSatFix.
+
+    Plug-in type ``gps_sensor_broadcaster/GPSSensorBroadcaster``.
+
+    The covariance is the parameter ``static_position_covariance``, or, with
+    ``read_covariance_from_interface``, has the variances of three more interfaces as its diagonal.
+    """
+
+    message_type = "sensor_msgs/msg/NavSatFix"
+    topic = "~/gps/fix"
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the parameters, and create the publisher of ``~/gps/fix``."""
+        self._sensor = self.auto_declare("sensor_name", "")
+        covariance = self.read_covariance("static_position_covariance")
+        if not self.has_names() or covariance is None:
+            return CallbackReturn.ERROR
+        self._measures_variance = self.auto_declare("read_covariance_from_interface", False)
+        self.create_publisher()
+        message = self._message
+        if self._measures_variance:
+            message.position_covariance_type = message.COVARIANCE_TYPE_DIAGONAL_KNOWN
+        else:
+            message.position_covariance_type = message.COVARIANCE_TYPE_KNOWN
+            message.position_covariance = covariance
+        return None
+
+    def interface_names(self) -> Sequence[str]:
+        """Return the full names of status, service, position and, if wanted, variances."""
+        places = ("latitude", "longitude", "altitude")
+        variances = [f"{place}_covariance" for place in places] if self._measures_variance else []
+        return [f"{self._sensor}/{name}" for name in ("status", "service", *places, *variances)]
+
+    def fill_message(self, values: Sequence[float]) -> None:
+        """Copy the measured fix into the message; an invalid status or service is unknown."""
+        message = self._message
+        status, service, message.latitude, message.longitude, message.altitude, *variances = values
+        message.status.status = whole_number(status, -128, 127, otherwise=_STATUS_UNKNOWN)
+        message.status.service = whole_number(service, 0, 65535, otherwise=_SERVICE_UNKNOWN)
+        if variances:
+            x, y, z = variances
+            message.position_covariance = [x, 0.0, 0.0, 0.0, y, 0.0, 0.0, 0.0, z]
+
+
+class MagnetometerBroadcaster(_SensorBroadcaster):
+    """Controller that publishes a measured magnetic field as sensor_msgs/MagneticField.
+
+    Plug-in type ``magnetometer_broadcaster/MagnetometerBroadcaster``.
+    """
+
+    message_type = "sensor_msgs/msg/MagneticField"
+    topic = "~/magnetic_field"
+
+    def on_configure(self) -> CallbackReturn | None:
+        """Read the parameters, and create the publisher of ``~/magnetic_field``."""
+        self._sensor = self.auto_declare("sensor_name", "")
+        covariance = self.read_covariance("static_covariance")
+        if not self.has_names() or covariance is None:
+            return CallbackReturn.ERROR
+        self.create_publisher()
+        self._message.magnetic_field_covariance = covariance
+        return None
+
+    def interface_names(self) -> Sequence[str]:
+        """Return the full names of the field's three components."""
+        return [f"{self._sensor}/magnetic_field.{axis}" for axis in _AXES]
+
+    def fill_message(self, values: Sequence[float]) -> None:
+        """Copy the measured field (T) into the message."""
+        field = self._message.magnetic_field
+        field.x, field.y, field.z = values
+
+
+def whole_number(value: float, lowest: int, highest: int, *, otherwise: int) -> int:
+    """Return an interface's value as an integer within bounds; another one if that is impossible.
+
+    Args:
+        value: Value of a state interface that stands for an integer, such as a status.
+        lowest: Lowest value of the message's field.
+        highest: Highest value of the message's field.
+        otherwise: Result for NaN and for values outside the bounds.
+    """
+    return int(value) if lowest <= value <= highest else otherwise
 
 
 def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
