@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Protocol
 
 from teleopctl import plugins
 from teleopctl.base.exception_origin import with_origin
+from teleopctl.control.asynchronous.update import AsyncUpdate, async_thread
 from teleopctl.control.chaining import ChainCycleError, Chains
 from teleopctl.control.controller_spec import ControllerSpec, repeated_name, required_names
 from teleopctl.control.controllers.base import (
@@ -188,7 +189,7 @@ class ControllerManager:
         controller = spec.controller
         if spec.lifecycle_state is State.INACTIVE and not self.cleanup_controller(name):
             return False
-        if not self._set_rate(controller):
+        if not self._set_rate(controller) or not self._set_thread(spec):
             return False
         outcome = self.call(controller, controller.on_configure)
         if outcome is CallbackReturn.SUCCESS:
@@ -246,6 +247,8 @@ class ControllerManager:
         if spec.lifecycle_state is State.INACTIVE:
             self.cleanup_controller(name)
         self._remove_interfaces(spec)
+        if spec.async_update is not None:
+            spec.async_update.stop()
         self.call(spec.controller, spec.controller.on_shutdown)
         del self.controllers[name]
         self.node.destroy_controller_node(spec.controller.get_node())
@@ -327,11 +330,6 @@ class ControllerManager:
         """Set a controller's update rate from its parameter; return False if it is invalid."""
         try:
             wanted = controller.auto_declare("update_rate", self.update_rate)
-            if controller.auto_declare("is_async", False):
-                self.logger.warning(
-                    f"Controller '{controller.name}': 'is_async' has no effect, it is updated in "
-                    "the control loop"
-                )
             if wanted < 0:
                 raise InvalidParameterError(
                     f"Parameter 'update_rate' must be at least 0, got {wanted}"
@@ -346,6 +344,34 @@ class ControllerManager:
                 "controller will be updated at controller_manager's update rate."
             )
         controller.update_rate = float(min(wanted, self.update_rate) or self.update_rate)
+        return True
+
+    def _set_thread(self, spec: ControllerSpec) -> bool:
+        """Set whether a controller has a thread, from its parameter; return False if invalid."""
+        controller = spec.controller
+        if spec.async_update is not None:
+            spec.async_update.stop()
+            spec.async_update = None
+        try:
+            if not controller.auto_declare("is_async", False):
+                return True
+            thread = async_thread(controller)
+        except TeleopctlError as error:
+            self.logger.error(f"Could not configure '{controller.name}': {error.message}")
+            return False
+        resources = self.resource_manager
+        spec.async_update = AsyncUpdate(
+            lambda: spec.controller, spec.statistics, thread, lambda: not resources.in_lockstep
+        )
+        if resources.in_lockstep:
+            controller.logger.info(
+                "Asynchronous in lockstep: the control cycle updates the controller, and its "
+                "commands hold from the next cycle on, so that runs repeat exactly"
+            )
+        else:
+            controller.logger.info(
+                f"Starting async handler with scheduler priority: {thread.priority}"
+            )
         return True
 
     # ---- shared with switching and the cycle
@@ -411,7 +437,11 @@ class ControllerManager:
         failed = []
         for spec in stopping:
             controller = spec.controller
+            if spec.async_update is not None:
+                spec.async_update.pause()
             outcome = self.call(controller, controller.on_deactivate)
+            if spec.async_update is not None:
+                spec.async_update.finish()
             if outcome is CallbackReturn.SUCCESS:
                 controller.lifecycle_state = State.INACTIVE
             else:

@@ -254,6 +254,8 @@ class ControllerManagerNode:
         self._stop.set_limits(self._resource_manager.limits)
         self._node.destroy_timer(self._reminder)
         self._find_lockstep_hardware()
+        if not self._lockstep:
+            self._resource_manager.run_asynchronously()
         progress.doing("activating the hardware", part=progress.CONTROL)
         self._start_hardware()
         self._logger.info(

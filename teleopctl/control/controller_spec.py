@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
+from teleopctl.control.asynchronous.update import AsyncUpdate
 from teleopctl.control.controllers.base import (
     ControllerInterface,
     InterfaceConfiguration,
@@ -32,6 +33,7 @@ class ControllerSpec:
         last_update_cycle_time_ns: Time of the last update on the clock that triggers the cycles;
             None before the first update after activation.
         statistics: Statistics of the updates since activation.
+        async_update: Updates in a thread of their own; None if the control cycle updates.
     """
 
     controller: ControllerInterface
@@ -43,6 +45,7 @@ class ControllerSpec:
     required_state_interfaces: tuple[str, ...] = ()
     last_update_cycle_time_ns: int | None = None
     statistics: WorkStatistics = field(default_factory=WorkStatistics)
+    async_update: AsyncUpdate | None = None
 
     @property
     def name(self) -> str:

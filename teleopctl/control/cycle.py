@@ -133,6 +133,8 @@ class Cycle:
         self._stop_ramps.clear()
         for spec in self._manager.active_controllers:
             self.running = (spec.name, "on_restart")
+            if spec.async_update is not None:
+                spec.async_update.restart()
             try:
                 spec.controller.on_restart()
             except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not stop the others
@@ -148,12 +150,18 @@ class Cycle:
                 continue
             change = controller.on_stop if stop.is_stopped else controller.on_release
             self.running = (spec.name, change.__name__)
+            if spec.async_update is not None:
+                spec.async_update.pause_in_cycle()
             try:
                 change()
                 commands = controller.interfaces_to_decelerate()
             except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not keep the others from stopping
                 self._report_raised(spec, change.__name__, error)
                 commands = controller.command_interfaces
+            if spec.async_update is not None:
+                commands = spec.async_update.shared(commands)
+                if not stop.is_stopped:
+                    spec.async_update.resume()
             if stop.is_stopped:
                 states = manager.resource_manager.state_interfaces
                 ramps[controller] = StopRamp(commands, states, stop)
@@ -168,7 +176,9 @@ class Cycle:
         failed: list[ControllerSpec] | None = None
         ramps = self._stop_ramps
         for spec in self._manager.active_controllers:
-            controller = spec.controller
+            controller, async_update = spec.controller, spec.async_update
+            if async_update is not None and controller not in ramps:
+                async_update.hand_over()
             nominal_ns = round(NANOSECONDS_PER_SECOND / controller.update_rate)
             last_ns = spec.last_update_cycle_time_ns
             since_ns = nominal_ns
@@ -186,13 +196,17 @@ class Cycle:
             since = since_ns / NANOSECONDS_PER_SECOND
             began_ns = time.perf_counter_ns()
             try:
-                outcome = controller.update(time_ns, since)
+                if async_update is None:
+                    outcome = controller.update(time_ns, since)
+                else:
+                    outcome = async_update.trigger(time_ns, since)
             except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not stop the others
                 self._report_raised(spec, "update", error)
                 outcome = ReturnType.ERROR
             if ramps and controller in ramps:
                 ramps[controller].apply(period_ns / NANOSECONDS_PER_SECOND)
-            spec.statistics.add(began_ns, None if last_ns is None else since)
+            if async_update is None:
+                spec.statistics.add(began_ns, None if last_ns is None else since)
             if outcome is not None and outcome is not ReturnType.OK:
                 failed = [*(failed or ()), spec]
         if failed is not None:

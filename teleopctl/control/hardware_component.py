@@ -37,9 +37,12 @@ class HardwareComponent:
         lifecycle_state: Lifecycle state of the component.
         group: Name of the group of components that fail together; empty for none.
         rw_rate: Rate of reads and writes in Hz.
+        is_async: Whether the component is read and written in a thread of its own.
         reads: Statistics of the duration and rate of reads.
         writes: Statistics of the duration and rate of writes.
     """
+
+    is_async = False
 
     def __init__(
         self, hardware: HardwareComponentInterface, logger: RcutilsLogger, update_rate: int
@@ -63,6 +66,12 @@ class HardwareComponent:
             return False
         self._logger.info(f"Successful initialization of hardware '{self.name}'")
         return True
+
+    def before_mode_switch(self) -> None:
+        """Called before the plug-in prepares or performs a command mode switch; does nothing."""
+
+    def after_mode_switch(self) -> None:
+        """Called after the plug-in has prepared or performed a mode switch; does nothing."""
 
     def change_state(self, target: State) -> bool:
         """Change to a lifecycle state, transition by transition; return False if one fails."""
@@ -165,7 +174,7 @@ class HardwareComponent:
             return CallbackReturn.ERROR
 
 
-class _Pace:
+class Pace:
     """Selection of the cycles in which a component with a rate of its own takes part.
 
     Args:
@@ -175,6 +184,7 @@ class _Pace:
 
     def __init__(self, rate: int, update_rate: int) -> None:
         self._rate = float(rate)
+        self._always = rate >= update_rate
         self._cycle_s = 1.0 / update_rate
         self._since_s: float | None = None
 
@@ -192,10 +202,19 @@ class _Pace:
         """
         since = 1.0 / self._rate if self._since_s is None else self._since_s + period
         self._since_s = since
-        if abs(since * self._rate - 1.0) > abs((since + self._cycle_s) * self._rate - 1.0):
+        skipped = (since + self._cycle_s) * self._rate
+        if not self._always and abs(since * self._rate - 1.0) > abs(skipped - 1.0):
             return 0.0
         self._since_s = 0.0
         return since
+
+    def postpone(self, elapsed: float) -> None:
+        """Make the component take part in the next cycle, since it could not in this one.
+
+        Args:
+            elapsed: Seconds that `elapsed` has returned in this cycle.
+        """
+        self._since_s = elapsed
 
 
 class RatedHardwareComponent(HardwareComponent):
@@ -217,7 +236,7 @@ class RatedHardwareComponent(HardwareComponent):
     ) -> None:
         super().__init__(hardware, logger, update_rate)
         self.rw_rate = rw_rate
-        self._reading, self._writing = _Pace(rw_rate, update_rate), _Pace(rw_rate, update_rate)
+        self._reading, self._writing = Pace(rw_rate, update_rate), Pace(rw_rate, update_rate)
 
     def _enter(self, state: State) -> None:
         super()._enter(state)

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING
 
 from teleopctl import plugins
 from teleopctl.base.exception_origin import with_origin
+from teleopctl.control.asynchronous.hardware import AsyncHardwareComponent
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
 from teleopctl.control.hardware_component import HardwareComponent, RatedHardwareComponent
@@ -49,6 +50,7 @@ class ResourceManager:
         state_interfaces: State interfaces by full name, in the order of the description.
         command_interfaces: Command interfaces by full name, in the order of the description.
         components_initialized: Whether the hardware of a robot description has been loaded.
+        in_lockstep: Whether asynchronous updates run in the control cycle, not in threads.
         in_use: Name of the component whose `read` or `write` was called last in a cycle.
     """
 
@@ -73,6 +75,7 @@ class ResourceManager:
         self.state_interfaces: dict[str, StateInterface] = {}
         self.command_interfaces: dict[str, CommandInterface] = {}
         self.components_initialized = False
+        self.in_lockstep = True
         self.in_use = ""
 
     def load_and_initialize_components(self, description: RobotDescription) -> None:
@@ -105,11 +108,6 @@ class ResourceManager:
         plugin = info.hardware_plugin_name
         for warning in info.warnings:
             self._logger.warning(warning)
-        if info.is_async:
-            self._logger.warning(
-                f"Hardware '{info.name}': 'is_async' has no effect, it is read and written in the "
-                "control loop"
-            )
         self._logger.info(f"Loading hardware '{info.name}' ")
         try:
             hardware_class = plugins.load(plugins.HARDWARE, plugin)
@@ -145,15 +143,38 @@ class ResourceManager:
                 f"Hardware '{info.name}' is read and written at the controller manager's update "
                 f"rate, {update_rate} Hz: its rw_rate, {info.rw_rate} Hz, is above that"
             )
-        if not 0 < info.rw_rate < update_rate:
-            return HardwareComponent(hardware, self._logger, update_rate)
+        rw_rate = min(info.rw_rate, update_rate) or update_rate
         if hardware.drives_cycle:
-            self._logger.warning(
-                f"Hardware '{info.name}' is read and written at {update_rate} Hz, not at its "
-                f"rw_rate of {info.rw_rate} Hz: each of its states triggers a control cycle"
-            )
+            ignored = [f"rw_rate of {rw_rate} Hz"] if rw_rate < update_rate else []
+            ignored += ["is_async"] if info.is_async else []
+            if ignored:
+                self._logger.warning(
+                    f"Hardware '{info.name}' is read and written in each control cycle, without "
+                    f"its {' and '.join(ignored)}: its states trigger the cycles (lockstep)"
+                )
             return HardwareComponent(hardware, self._logger, update_rate)
-        return RatedHardwareComponent(hardware, self._logger, update_rate, info.rw_rate)
+        if info.is_async:
+            return AsyncHardwareComponent(
+                hardware, self._logger, update_rate, rw_rate, lambda: not self.in_lockstep
+            )
+        if rw_rate < update_rate:
+            return RatedHardwareComponent(hardware, self._logger, update_rate, rw_rate)
+        return HardwareComponent(hardware, self._logger, update_rate)
+
+    def run_asynchronously(self) -> None:
+        """Use threads for asynchronous hardware components and controllers, not the control cycle.
+
+        By default, a trigger calls them in the cycle, so that runs repeat exactly (lockstep).
+        """
+        self.in_lockstep = False
+        for component in self.components.values():
+            if component.is_async:
+                thread = component.hardware.info.async_thread
+                policy = "detached" if thread.is_detached else "synchronized"
+                self._logger.info(
+                    f"Starting async handler of hardware '{component.name}' with scheduler "
+                    f"priority: {thread.priority} and policy : {policy}"
+                )
 
     def _limit(self, component: HardwareComponent) -> None:
         joints = dict.fromkeys(command.prefix_name for command in component.command_interfaces)
@@ -304,6 +325,7 @@ class ResourceManager:
             stopping = [name for name in stop_interfaces if name in hardware.command_interfaces]
             if not starting and not stopping:
                 continue
+            component.before_mode_switch()
             try:
                 outcome = method(hardware)(starting, stopping)
             except Exception as error:  # noqa: BLE001 - a plug-in's failure refuses the switch
@@ -312,6 +334,7 @@ class ResourceManager:
                     f"{with_origin(error)}"
                 )
                 return False
+            component.after_mode_switch()
             if (outcome or ReturnType.OK) is not ReturnType.OK:
                 return False
         return True

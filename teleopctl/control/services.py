@@ -36,7 +36,7 @@ def controller_state(manager: ControllerManager, spec: ControllerSpec) -> Any:
         name=spec.name,
         state=spec.lifecycle_state.label,
         type=spec.type,
-        is_async=False,
+        is_async=spec.async_update is not None,
         update_rate=round(spec.controller.update_rate if configured else manager.update_rate),
         claimed_interfaces=commands if spec.lifecycle_state is State.ACTIVE else [],
         required_command_interfaces=commands,
@@ -80,7 +80,7 @@ def hardware_component_state(component: HardwareComponent) -> Any:
     message = get_message("controller_manager_msgs/msg/HardwareComponentState")(
         name=component.name,
         type=info.type,
-        is_async=False,
+        is_async=component.is_async,
         rw_rate=component.rw_rate,
         plugin_name=info.hardware_plugin_name,
         state=lifecycle_state_message(component.lifecycle_state),

@@ -156,10 +156,14 @@ class IntrospectionPublisher:
         if states is not self._states or commands is not self._commands:
             self._states, self._commands = states, commands
             self._names = introspection_names(states, commands)
-        values = [state.value for state in states.values()]
+        names, values = self._names, [state.value for state in states.values()]
         for command in commands.values():
             values += (command.value, float(command.is_limited))
-        self._publisher.try_publish((self._cycle.time_ns, self._names, values))
+        for spec in list(self._manager.controllers.values()):
+            if (update := spec.async_update) is not None:
+                names = [*names, f"{spec.name}.total_triggers", f"{spec.name}.failed_triggers"]
+                values += (float(update.total_triggers), float(update.failed_triggers))
+        self._publisher.try_publish((self._cycle.time_ns, names, values))
 
     def _publish(self, collected: tuple[int, Sequence[str], list[float]]) -> None:
         stamp_ns, names, values = collected

@@ -254,7 +254,14 @@ def _perform(
     if starting:
         log.info(f"Activating controllers: [ {' '.join(c.name for c in starting)} ]")
     strict = request.strictness is Strictness.STRICT
+    for spec in stopping:
+        if spec.async_update is not None:
+            # The control loop does not wait for a running update.
+            spec.async_update.pause()
     if not manager.cycle_lock.acquire(timeout=request.timeout_s):
+        for spec in stopping:
+            if spec.async_update is not None:
+                spec.async_update.resume()
         # A cycle hangs, probably in a plug-in.
         text = f"Switch controller timed out after {request.timeout_s:g} seconds!"
         log.error(text)
@@ -271,7 +278,7 @@ def _perform(
     if not request.activate_asap:
         unstopped, unstarted, started = _exchange(manager, starting, stopping, strict=strict)
         with manager.cycle_lock:
-            lost = [spec for spec in started if not _available(spec)]
+            lost = [spec for spec in started if not _available(manager, spec)]
             if lost:
                 # The hardware of these controllers failed during their activation.
                 manager.deactivate_controllers(lost)
@@ -302,10 +309,12 @@ def _perform(
     return False, message
 
 
-def _available(spec: ControllerSpec) -> bool:
+def _available(manager: ControllerManager, spec: ControllerSpec) -> bool:
     """Return whether all interfaces of a controller are still available."""
-    interfaces = (*spec.controller.command_interfaces, *spec.controller.state_interfaces)
-    return all(interface.available for interface in interfaces)
+    resources = manager.resource_manager
+    commands = map(resources.command_interfaces.get, spec.required_command_interfaces)
+    states = map(resources.state_interfaces.get, spec.required_state_interfaces)
+    return all(interface is not None and interface.available for interface in (*commands, *states))
 
 
 def _run(manager: ControllerManager, started: Sequence[ControllerSpec]) -> None:
@@ -376,6 +385,8 @@ def _start(manager: ControllerManager, spec: ControllerSpec, chained: bool) -> b
         manager.logger.error(f"Unable to activate controller '{spec.name}' since {error}.")
         controller.state_interfaces = []
         return False
+    if spec.async_update is not None:
+        spec.async_update.separate_interfaces()
     if chainable is not None:
         chainable.make_exported_interfaces_available(True)
     outcome = manager.call(controller, controller.on_activate)

@@ -69,6 +69,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.robot.repair import repair_urdf as repair_urdf
     from teleopctl.robot.ros2_control_tag import (
+        AsyncThread as AsyncThread,
         ComponentInfo as ComponentInfo,
         HardwareInfo as HardwareInfo,
         InterfaceInfo as InterfaceInfo,

@@ -5,7 +5,7 @@ Error messages are ros2_control's, so that a web search for them finds its answe
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import Literal, cast, get_args
+from typing import Literal, NamedTuple, cast, get_args
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.elements import XmlElement, boolean, child_text, required, to_number
@@ -24,7 +24,6 @@ ComponentType = Literal["system", "actuator", "sensor"]
 
 _TYPES = ("double", "bool", "float32", "uint8", "int8", "uint16", "int16", "uint32", "int32")
 _CHILDREN = ("hardware", "joint", "sensor", "gpio", "transmission", "properties")
-_DEFAULT_PRIORITY = 50
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,6 +104,22 @@ class TransmissionInfo:
     parameters: Mapping[str, str]
 
 
+class AsyncThread(NamedTuple):
+    """Scheduling of the thread of an asynchronous hardware component or controller.
+
+    Attributes:
+        priority: Real-time priority.
+        affinity: Numbers of the processors that the thread may use; empty for all.
+        is_detached: Whether the thread keeps its rate by itself, without triggers of the manager.
+        print_warnings: Whether triggers that are missed are logged.
+    """
+
+    priority: int = 50
+    affinity: tuple[int, ...] = ()
+    is_detached: bool = False
+    print_warnings: bool = True
+
+
 @dataclass(frozen=True, slots=True)
 class HardwareInfo:
     """``<ros2_control>`` tag: hardware plug-in, parameters, joints, sensors and gpios.
@@ -117,7 +132,7 @@ class HardwareInfo:
         hardware_parameters: ``<param>`` of ``<hardware>``.
         rw_rate: Rate of reads and writes in Hz; 0 for the controller manager's rate.
         is_async: Whether the component runs in a thread of its own.
-        thread_priority: Real-time priority of that thread.
+        async_thread: Scheduling of that thread.
         joints: Joints, in the order of the tag.
         sensors: Sensors.
         gpios: General-purpose inputs and outputs.
@@ -132,7 +147,7 @@ class HardwareInfo:
     hardware_parameters: Mapping[str, str]
     rw_rate: int
     is_async: bool
-    thread_priority: int
+    async_thread: AsyncThread
     joints: tuple[ComponentInfo, ...]
     sensors: tuple[ComponentInfo, ...]
     gpios: tuple[ComponentInfo, ...]
@@ -194,7 +209,7 @@ def _read_component(element: XmlElement, urdf_joints: Mapping[str, Joint]) -> Ha
         hardware_parameters=_parameters(hardware),
         rw_rate=_integer(element, "rw_rate", 0, least=0),
         is_async=is_async,
-        thread_priority=_thread_priority(element) if is_async else _DEFAULT_PRIORITY,
+        async_thread=_async_thread(element, name) if is_async else AsyncThread(),
         joints=joints,
         sensors=tuple(_read_part(child, "sensor") for child in element.findall("sensor")),
         gpios=tuple(_read_part(child, "gpio") for child in element.findall("gpio")),
@@ -400,10 +415,33 @@ def _integer(element: XmlElement, attribute: str, default: int, *, least: int) -
     return value
 
 
-def _thread_priority(element: XmlElement) -> int:
+def _async_thread(element: XmlElement, name: str) -> AsyncThread:
+    """Return the thread of ``<properties><async/></properties>``; the priority also of the tag.
+
+    Raises:
+        InvalidDescriptionError: An attribute has an invalid value.
+    """
     properties = element.find("properties")
-    asynchronous = None if properties is None else properties.find("async")
-    for source in (asynchronous, element):
-        if source is not None and source.get("thread_priority") is not None:
-            return _integer(source, "thread_priority", _DEFAULT_PRIORITY, least=1)
-    return _DEFAULT_PRIORITY
+    tag = None if properties is None else properties.find("async")
+    priority = _integer(element, "thread_priority", AsyncThread().priority, least=1)
+    if tag is None:
+        return AsyncThread(priority)
+    policy = (tag.get("scheduling_policy") or "synchronized").strip()
+    if policy not in ("synchronized", "detached"):
+        raise InvalidDescriptionError(
+            f"scheduling_policy of <async> in '{name}' should be synchronized or detached, got "
+            f"'{policy}'"
+        )
+    affinity = (tag.get("affinity") or "").strip().removeprefix("[").removesuffix("]")
+    processors = [number.strip() for number in affinity.split(",") if number.strip()]
+    if not all(number.isascii() and number.isdigit() for number in processors):
+        raise InvalidDescriptionError(
+            f"affinity of <async> in '{name}' should be numbers of processors such as [2, 4], got "
+            f"'{tag.get('affinity')}'"
+        )
+    return AsyncThread(
+        _integer(tag, "thread_priority", priority, least=1),
+        tuple(int(number) for number in processors),
+        policy == "detached",
+        _flag(tag, "print_warnings", default=True),
+    )

@@ -1,5 +1,7 @@
 """Controllers that record calls and fail in a callback that a parameter names, and hardware."""
 
+import threading
+
 from teleopctl.control.controllers.base import (
     ControllerInterface,
     InterfaceConfiguration,
@@ -70,6 +72,40 @@ class Recorder(ControllerInterface):
         return self._do("update")
 
 
+class Follower(Recorder):
+    """Controller that commands 100 times its number of updates; each update waits for ``gate``."""
+
+    def __init__(self, params):
+        super().__init__(params)
+        self.threads = set()
+        self.gate = threading.Event()
+        self.gate.set()
+        self.states = []
+
+    def _command(self, value):
+        for command in self.command_interfaces:
+            command.value = value
+
+    def on_activate(self):
+        self._command(7.0)
+        return super().on_activate()
+
+    def on_deactivate(self):
+        self._command(-7.0)
+        return super().on_deactivate()
+
+    def update(self, time_ns, period):
+        self.threads.add(threading.current_thread().name)
+        assert self.gate.wait(10.0)
+        self.states.append([state.value for state in self.state_interfaces])
+        outcome = super().update(time_ns, period)
+        self._command(100.0 * self.updates)
+        return outcome
+
+
+FOLLOWER = "tests.control.fakes:Follower"
+
+
 class Chainable(ChainableControllerInterface, Recorder):
     """Chainable controller that copies its references to its commands.
 
@@ -126,7 +162,8 @@ class Broken(HardwareComponentInterface):
 class RecorderHardware(HardwareComponentInterface):
     """Hardware that records its calls; ``outcomes`` has the results of reads and writes.
 
-    Each read adds 1 to the positions, and each write records the commands.
+    Each read waits for ``gate``, adds 1 to the positions and releases ``has_read``; each write
+    records the commands.
     """
 
     def __init__(self, params):
@@ -136,6 +173,10 @@ class RecorderHardware(HardwareComponentInterface):
         self.writes = []
         self.written = []
         self.outcomes = {}
+        self.threads = set()
+        self.gate = threading.Event()
+        self.gate.set()
+        self.has_read = threading.Semaphore(0)
 
     def _do(self, name):
         self.calls.append(name)
@@ -158,6 +199,9 @@ class RecorderHardware(HardwareComponentInterface):
 
     def read(self, time_ns, period):
         self.reads.append(round(period, 9))
+        self.threads.add(threading.current_thread().name)
+        assert self.gate.wait(10.0)
+        self.has_read.release()
         for state in self.state_interfaces.values():
             state.value += 1.0
         return self.outcomes.get("read")
@@ -168,14 +212,22 @@ class RecorderHardware(HardwareComponentInterface):
         return self.outcomes.get("write")
 
 
+class LockstepHardware(RecorderHardware):
+    """Hardware whose states trigger the control cycles."""
+
+    drives_cycle = True
+
+
 HARDWARE = "tests.control.fakes:RecorderHardware"
+LOCKSTEP = "tests.control.fakes:LockstepHardware"
 
 
-def recorded_robot(*components):
+def recorded_robot(*components, plugin=HARDWARE):
     """Return a URDF with one joint ``jointN`` for each component, by its attributes and tags.
 
     Args:
-        components: Attributes of ``<ros2_control>``, and tags in its ``<hardware>``, of each.
+        components: Attributes of ``<ros2_control>``, tags in its ``<hardware>``, and further tags.
+        plugin: Hardware component of all.
     """
     links = '<link name="link0"/>' + "".join(
         f'<link name="link{n}"/><joint name="joint{n}" type="continuous"><parent link="link0"/>'
@@ -184,11 +236,11 @@ def recorded_robot(*components):
     )
     control = "".join(
         f'<ros2_control name="H{n}" type="system" {attributes}><hardware>'
-        f"<plugin>{HARDWARE}</plugin>{tags}</hardware>"
+        f"<plugin>{plugin}</plugin>{tags}</hardware>{''.join(more)}"
         f'<joint name="joint{n}"><command_interface name="position"/>'
         '<state_interface name="position"><param name="initial_value">0</param></state_interface>'
         "</joint></ros2_control>"
-        for n, (attributes, tags) in enumerate(components, 1)
+        for n, (attributes, tags, *more) in enumerate(components, 1)
     )
     return f'<robot name="recorded">{links}{control}</robot>'
 

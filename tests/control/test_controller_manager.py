@@ -406,13 +406,6 @@ class TestHardwareLoading:
             ControlStack(serial_robot(plugin="no/Such"))
         assert "mock_components/GenericSystem as its <plugin>" in str(failure.value.hint)
 
-    def test_threads_of_its_own_are_not_pretended(self):
-        text = serial_robot().replace('type="system"', 'type="system" is_async="true"')
-        stack = ControlStack(text)
-        assert any("'is_async' has no effect" in line for line in stack.log.texts("warning"))
-        add(stack, "a", is_async=True)
-        assert "'is_async' has no effect" in stack.log.texts("warning")[-1]
-
     def test_a_plugin_that_cannot_be_made_is_named(self):
         with pytest.raises(TeleopctlError, match=r"plugin .tests\.control\.fakes:Broken. raised"):
             ControlStack(serial_robot(plugin="tests.control.fakes:Broken"))

@@ -67,7 +67,7 @@ def test_everything_that_stands_in_the_tag_is_read():
         '<offset>0.1</offset></joint><param name="k">v</param></transmission>',
         'name="S" type="system" rw_rate="50" is_async="true" thread_priority="30" unknown="x"',
     )
-    assert (found.rw_rate, found.is_async, found.thread_priority) == (50, True, 30)
+    assert (found.rw_rate, found.is_async, found.async_thread.priority) == (50, True, 30)
     (moved,) = found.joints
     command, state = moved.command_interfaces[0], moved.state_interfaces[0]
     assert (command.data_type, command.min, command.max) == ("float32", "-1", "1")

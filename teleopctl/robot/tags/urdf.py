@@ -42,9 +42,8 @@ URDF = Table(f"""
     - joint: calibration | joints know where they are
     + .: ros2_control*@name@type@rw_rate@is_async@thread_priority
     + ros2_control/hardware: plugin group param*@name
-    - ros2_control/hardware: async | hardware is read and written in the cycle
-    + ros2_control/properties/async: @thread_priority
-    - ros2_control/properties/async: @affinity @scheduling_policy @print_warnings
+    - ros2_control/hardware: async | its place is in <properties>
+    + ros2_control/properties/async: @thread_priority @affinity @scheduling_policy @print_warnings
     + ros2_control: joint*@name@mimic sensor*@name gpio*@name transmission*@name
     + ros2_control/joint: param*@name limits@enable
     + ros2_control/sensor: param*@name
