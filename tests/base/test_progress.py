@@ -56,6 +56,25 @@ def test_a_process_of_two_parts_is_ready_when_both_are(tmp_path, reports, state,
     assert (said.state, said.detail, said.part) == (state, detail, part)
 
 
+def test_a_failure_keeps_its_time_while_other_parts_of_the_process_report(tmp_path):
+    """The first failure among processes is reported, and another one may be its consequence."""
+    log_file = tmp_path / "a.log"
+    program = (
+        "import os; from teleopctl.base import progress\n"
+        "path = os.environ[progress.VARIABLE]\n"
+        "progress.report(progress.FAILED, 'refused', part=progress.CONTROL)\n"
+        "os.utime(path, (1000, 1000))\n"
+        "progress.report(progress.STARTING, 'compiling')\n"
+        "progress.report(progress.READY)\n"
+    )
+    subprocess.run(
+        [sys.executable, "-c", program],
+        env={progress.VARIABLE: str(progress.progress_file(log_file))},
+        check=True,
+    )
+    assert progress.read(log_file) == ("failed", "refused", 1000.0, "control")
+
+
 def test_what_a_process_does_is_reported_while_it_starts_and_not_later(tmp_path):
     log_file = tmp_path / "a.log"
     program = (
