@@ -93,16 +93,17 @@ def report(state: str, detail: str = "", *, part: str = "") -> None:
     with _lock:
         if state in (STARTED, ENDED):
             _parts.clear()
-        before = _first_part()
+        before = _decisive_part()
         _parts[part] = state, detail
+        decisive = _decisive_part()
         # Not written again while another part has the state: its time is that of the first report.
-        if (first := _first_part()) == part or first != before:
-            _write(*_parts[first], first)
+        if decisive == part or decisive != before:
+            _write(*_parts[decisive], decisive)
 
 
-def _first_part() -> str | None:
-    """Return the part whose state is that of the process; None before the first report."""
-    return min(_parts, key=lambda part: _ORDER.index(_parts[part][0]), default=None)
+def _decisive_part() -> str:
+    """Return the part whose state is that of the process; empty before the first report."""
+    return min(_parts, key=lambda part: _ORDER.index(_parts[part][0]), default="")
 
 
 def _write(state: str, detail: str, part: str) -> None:
