@@ -159,7 +159,8 @@ class Cycle:
                 self._report_raised(spec, change.__name__, error)
                 commands = controller.command_interfaces
             if spec.async_update is not None:
-                commands = spec.async_update.shared(commands)
+                # Its updates are paused: it cannot decelerate the joints itself.
+                commands = spec.async_update.shared(controller.command_interfaces)
                 if not stop.is_stopped:
                     spec.async_update.resume()
             if stop.is_stopped:

@@ -13,6 +13,7 @@ from teleopctl.control.controllers.base import (
     InterfaceConfiguration,
     InterfaceConfigurationType,
 )
+from teleopctl.control.handles import CommandInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import RealtimePublisher, realtime_log
 from teleopctl.errors import TeleopctlError
@@ -123,6 +124,13 @@ class GpioCommandController(ControllerInterface):
         """Discard commands that were received earlier."""
         self._forget()
         self.logger.info("activate successful")
+
+    def on_release(self) -> None:
+        """Do nothing: outputs go on following commands while the robot is stopped."""
+
+    def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
+        """Return none: outputs are no motion."""
+        return ()
 
     def on_deactivate(self) -> None:
         """Discard the last command; the outputs keep it."""
