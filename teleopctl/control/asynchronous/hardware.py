@@ -57,6 +57,7 @@ class AsyncHardwareComponent(HardwareComponent):
         self._measured: list[float] | None = None
         self._given: list[tuple[float, str | None]] = []
         self._failed_in = "read"
+        self._has_write = hardware.info.type != "sensor"
         self._pace = Pace(rw_rate, update_rate)
         self._handler = AsyncFunctionHandler(
             self._read_and_write,
@@ -74,7 +75,8 @@ class AsyncHardwareComponent(HardwareComponent):
         outcome = self._call_in_cycle(self.hardware.read, time_ns, period)
         self.reads.add(began_ns, period)
         self._measured = [state.value for state in self._own_states]
-        if outcome is not ReturnType.OK or self.lifecycle_state is not State.ACTIVE:
+        is_written = self.lifecycle_state is State.ACTIVE and self._has_write
+        if outcome is not ReturnType.OK or not is_written:
             return outcome
         self._failed_in = "write"
         for command, (value, owner) in zip(self._own_commands, self._given, strict=True):
