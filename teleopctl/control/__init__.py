@@ -60,6 +60,10 @@ if TYPE_CHECKING:
         TopicChannel as TopicChannel,
         replace_topics as replace_topics,
     )
+    from teleopctl.control.hardware.transmissions import (
+        ActuatorInterfaces as ActuatorInterfaces,
+        Transmission as Transmission,
+    )
     from teleopctl.control.hardware_component import HardwareComponent as HardwareComponent
     from teleopctl.control.in_memory import (
         ControlStack as ControlStack,

@@ -11,6 +11,7 @@ from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.asynchronous.hardware import AsyncHardwareComponent
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
+from teleopctl.control.hardware.transmissions import has_effect
 from teleopctl.control.hardware_component import HardwareComponent, RatedHardwareComponent
 from teleopctl.control.lifecycle import ReturnType, State
 from teleopctl.control.limits import JointLimiter, limits_text, make_limiter
@@ -133,7 +134,26 @@ class ResourceManager:
         component = self._component(hardware)
         if not component.initialize():
             raise HardwareError(f"Hardware component '{info.name}' failed to initialize")
+        if not hardware.applies_transmissions:
+            self._report_transmissions(info, in_simulation=hardware.drives_cycle)
         return component
+
+    def _report_transmissions(self, info: HardwareInfo, *, in_simulation: bool) -> None:
+        """Log which transmissions have no effect, since the hardware commands joints.
+
+        The simulator reports reductions that have no effect, so those of simple transmissions.
+        """
+        unused = [
+            one
+            for one in info.transmissions
+            if has_effect(one) and not (in_simulation and len(one.joints) == 1)
+        ]
+        if unused:
+            named = ", ".join(f"'{one.name}' (line {one.line})" for one in unused)
+            self._logger.warning(
+                f"Transmissions of hardware '{info.name}' have no effect: {named} of the robot "
+                f"description. '{info.hardware_plugin_name}' measures and commands joints"
+            )
 
     def _component(self, hardware: HardwareComponentInterface) -> HardwareComponent:
         """Return the component of a plug-in, read and written at the rate of its tag."""

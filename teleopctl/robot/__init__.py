@@ -73,6 +73,8 @@ if TYPE_CHECKING:
         ComponentInfo as ComponentInfo,
         HardwareInfo as HardwareInfo,
         InterfaceInfo as InterfaceInfo,
+        TransmissionEnd as TransmissionEnd,
+        TransmissionInfo as TransmissionInfo,
     )
     from teleopctl.robot.scene.loops import (
         Loop as Loop,

@@ -95,13 +95,17 @@ class TransmissionEnd:
 
 @dataclass(frozen=True, slots=True)
 class TransmissionInfo:
-    """``<transmission>`` of a ``<ros2_control>`` tag, between actuators and joints."""
+    """``<transmission>`` of a ``<ros2_control>`` tag, between actuators and joints.
+
+    ``line`` is the line of the tag; 0 if unknown.
+    """
 
     name: str
     type: str
     joints: tuple[TransmissionEnd, ...]
     actuators: tuple[TransmissionEnd, ...]
     parameters: Mapping[str, str]
+    line: int = field(default=0, compare=False)
 
 
 class AsyncThread(NamedTuple):
@@ -195,7 +199,7 @@ def _read_component(element: XmlElement, urdf_joints: Mapping[str, Joint]) -> Ha
         )
     warnings: list[str] = []
     joints = _read_joints(element.findall("joint"), urdf_joints, warnings)
-    transmissions = tuple(_read_transmission(child) for child in element.findall("transmission"))
+    transmissions = _read_transmissions(element, name)
     if kind == "actuator" and any(len(found.joints) != 1 for found in transmissions):
         raise InvalidDescriptionError(
             f"Actuator '{name}': a transmission of an actuator names exactly one joint"
@@ -354,6 +358,24 @@ def _initial_value(text: str, data_type: str) -> float | None:
     return float(boolean(text, "initial_value of an interface of type bool")) if text else 0.0
 
 
+def _read_transmissions(component: XmlElement, name: str) -> tuple[TransmissionInfo, ...]:
+    """Return a component's transmissions; that of an actuator component has an ``actuator1``."""
+    joints = {joint.get("name") for joint in component.findall("joint")}
+    found = []
+    for element in component.findall("transmission"):
+        one = _read_transmission(element)
+        for end in one.joints:
+            if end.name not in joints:
+                raise InvalidDescriptionError(
+                    f"Error while parsing '{name}'. Transmission '{one.name}' declared joint "
+                    f"'{end.name}' is not available in component '{name}'."
+                )
+        if component.get("type") == "actuator" and not one.actuators:
+            one = replace(one, actuators=(TransmissionEnd("actuator1", "actuator1"),))
+        found.append(one)
+    return tuple(found)
+
+
 def _read_transmission(element: XmlElement) -> TransmissionInfo:
     name = required(element, "name")
     plugin = child_text(element, "plugin")
@@ -368,6 +390,7 @@ def _read_transmission(element: XmlElement) -> TransmissionInfo:
         joints=joints,
         actuators=tuple(_read_end(child) for child in element.findall("actuator")),
         parameters=_parameters(element),
+        line=element.sourceline or 0,
     )
 
 

@@ -8,6 +8,7 @@ import pytest
 from teleopctl.errors import TeleopctlError
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.joint_rules import UNLIMITED, JointLimits, SoftLimits
+from teleopctl.robot.ros2_control_tag import AsyncThread
 from teleopctl.robot.urdf import Mimic
 
 PLUGIN = "<hardware><plugin>p/P</plugin></hardware>"
@@ -126,7 +127,22 @@ def test_several_components_are_kept_in_order():
         ("", 'name="S" type="system" rw_rate="fast"', 'Could not parse rw_rate tag in "S"'),
         ("", 'name="S" type="system" rw_rate="99999999999"', "Could not parse rw_rate tag"),
         ("", 'name="S" type="system" is_async="true" thread_priority="0"', "thread_priority"),
+        (
+            '<properties><async scheduling_policy="fifo"/></properties>',
+            'name="S" type="system" is_async="true"',
+            "scheduling_policy of <async> in 'S' should be synchronized or detached, got 'fifo'",
+        ),
+        (
+            '<properties><async affinity="[1, two]"/></properties>',
+            'name="S" type="system" is_async="true"',
+            "affinity of <async> in 'S' should be numbers of processors such as [2, 4]",
+        ),
         (joint("a", "<limits/>"), None, "no attribute 'enable' in 'limits' tag"),
+        (
+            "<transmission name='t'><plugin>p</plugin><joint name='z' role='j'/></transmission>",
+            None,
+            "Transmission 't' declared joint 'z' is not available in component 'S'.",
+        ),
         ("<transmission name='t'/>", None, "Missing <plugin> tag in transmission 't'"),
         (
             "<transmission name='t'><plugin>p</plugin></transmission>",
@@ -210,6 +226,22 @@ def test_the_urdf_wins_over_parameters():
     )
     assert found.joints[1].mimic == Mimic("a", 3)
     assert found.joints[1].command_interfaces == ()
+
+
+def test_the_thread_of_an_asynchronous_component_is_scheduled_as_written():
+    tag = (
+        '<properties><async affinity="[2,4]" scheduling_policy="detached" print_warnings="false" '
+        'thread_priority="30"/></properties>'
+    )
+    found = component(tag, 'name="S" type="system" is_async="true" thread_priority="7"')
+    assert found.async_thread == AsyncThread(30, (2, 4), is_detached=True, print_warnings=False)
+    assert component("", 'name="S" type="system" is_async="true"').async_thread == AsyncThread()
+
+
+def test_the_transmission_of_an_actuator_component_has_one_actuator():
+    tag = '<transmission name="t"><plugin>p</plugin><joint name="a" role="joint1"/></transmission>'
+    found = component(joint("a") + tag, 'name="S" type="actuator"')
+    assert [end.name for end in found.transmissions[0].actuators] == ["actuator1"]
 
 
 SWITCHED_OFF = '<limits enable="false"/>'

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from teleopctl.control.handles import CommandInterface, StateInterface
+from teleopctl.control.hardware.transmissions import ActuatorInterfaces
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 
 if TYPE_CHECKING:
@@ -47,12 +48,14 @@ class HardwareComponentInterface:
         command_interfaces: Command interfaces by full name.
         drives_cycle: Whether the hardware triggers the control cycles (lockstep) by calling the
             function passed to ``set_cycle``.
+        applies_transmissions: Whether ``actuator_interfaces`` was called.
         state_jumped: Set to True by ``read`` when the robot was moved other than by commands, for
             example by a simulation reset: active controllers then discard their plans.
     """
 
     drives_cycle = False
     state_jumped = False
+    applies_transmissions = False
 
     def __init__(self, params: HardwareComponentParams) -> None:
         self.params = params
@@ -76,6 +79,19 @@ class HardwareComponentInterface:
     def get_node(self) -> Node:
         """Return the controller manager's node."""
         return self.params.node
+
+    def actuator_interfaces(self) -> ActuatorInterfaces:
+        """Return interfaces of the actuators, with the description's ``<transmission>`` tags.
+
+        For ``on_init`` of hardware that measures and commands actuators: its ``read`` sets the
+        actuators' states and calls ``actuators_to_joints()``; its ``write`` calls
+        ``joints_to_actuators()`` and sends the actuators' commands.
+
+        Raises:
+            InvalidDescriptionError: A transmission is of unknown type or has wrong values.
+        """
+        self.applies_transmissions = True
+        return ActuatorInterfaces(self.info, self.state_interfaces, self.command_interfaces)
 
     def export_unlisted_command_interfaces(self) -> Iterable[CommandInterface]:
         """Return command interfaces that the description does not list; none by default."""
