@@ -28,6 +28,10 @@ _POLL_PERIOD_S = 0.1
 _NOT_FROZEN_S = 4.0
 # The graph wakes a thread that waits for a restart; Windows delivers signals to running threads.
 _WAKE_PERIOD_S = 1.0
+# All services of a manager begin together.
+_RELOAD_SERVICE_WITHIN_S = 1.0
+# Time for the first update and for what the manager does meanwhile, beyond the timeout of a reload.
+_FIRST_UPDATE_S = 10.0
 
 # Any: message classes are generated at run time from definitions.
 
@@ -192,11 +196,7 @@ class ControllerManagerClient:
 
     def _call_with_retries(self, service: str, send: Callable[[], ResponseFuture[Any]]) -> Any:
         for attempt in range(1, self._attempts + 1):
-            pending, began = send(), time.monotonic()
-            if not pending.wait_until_settled(min(_NOT_FROZEN_S, self._call_timeout)):
-                self._check_not_frozen(service)
-            left = self._call_timeout - (time.monotonic() - began)
-            response = pending.wait_for_response(max(0.0, left))
+            response = self._response(service, send, self._call_timeout)
             if response is not None:
                 return response
             self._node.get_logger().warning(
@@ -207,6 +207,15 @@ class ControllerManagerClient:
             f"Could not successfully call service {self.name}/{service} after "
             f"{self._attempts} attempts."
         )
+
+    def _response(
+        self, service: str, send: Callable[[], ResponseFuture[Any]], timeout_s: float
+    ) -> Any:
+        """Send a request; return the response, or None if none comes in time."""
+        pending, began = send(), time.monotonic()
+        if not pending.wait_until_settled(min(_NOT_FROZEN_S, timeout_s)):
+            self._check_not_frozen(service)
+        return pending.wait_for_response(max(0.0, timeout_s - (time.monotonic() - began)))
 
     def _check_not_frozen(self, service: str) -> None:
         if self._list_client.is_server_frozen():
@@ -237,6 +246,37 @@ class ControllerManagerClient:
         """Request to unload a controller; return whether that succeeded."""
         return bool(self.call("unload_controller", "UnloadController", name=name).ok)
 
+    def reload_controller(self, name: str, timeout: float = 10.0) -> tuple[bool, str, list[str]]:
+        """Request to reload a controller's changed code; return the success, a message and files.
+
+        Args:
+            name: Name of the controller.
+            timeout: Longest time for the import and configuration of the new code, in seconds.
+
+        Returns:
+            Whether the new code runs, what was reloaded or why not, and the paths of the files that
+            the manager's process has imported for the controller.
+
+        Raises:
+            ControllerManagerUnavailableError: No response arrived, or the manager has no such
+                service: it is not one of teleopctl.
+        """
+        service, type_name = "reload_controller", "teleopctl_msgs/srv/ReloadController"
+        client = self._client(service, type_name)
+        if not client.wait_for_service(_RELOAD_SERVICE_WITHIN_S):
+            raise ControllerManagerUnavailableError(
+                f"{self.name} has no service {service}: it is not a controller manager of teleopctl"
+            )
+        request = get_service(type_name).Request(name=name, timeout=_duration(timeout))
+        response = self._response(
+            service, lambda: client.call_async(request), timeout + _FIRST_UPDATE_S
+        )
+        if response is None:
+            raise ControllerManagerUnavailableError(
+                f"{self.name} has not answered {service} within {timeout + _FIRST_UPDATE_S:g} s"
+            )
+        return bool(response.ok), str(response.message), list(response.files)
+
     def switch_controllers(
         self,
         activate: Sequence[str] = (),
@@ -247,8 +287,6 @@ class ControllerManagerClient:
         timeout: float = 5.0,
     ) -> tuple[bool, str]:
         """Request to activate and deactivate controllers; return the success and a message."""
-        duration = get_message("builtin_interfaces/msg/Duration")()
-        set_stamp(duration, from_seconds(timeout))
         response = self.call(
             "switch_controller",
             "SwitchController",
@@ -256,7 +294,7 @@ class ControllerManagerClient:
             deactivate_controllers=list(deactivate),
             strictness=strictness,
             activate_asap=asap,
-            timeout=duration,
+            timeout=_duration(timeout),
         )
         return bool(response.ok), str(response.message)
 
@@ -267,3 +305,9 @@ class ControllerManagerClient:
             "set_parameters", lambda: self._parameters.set_parameters(wanted)
         )
         return all(result.successful for result in response.results)
+
+
+def _duration(seconds: float) -> Any:
+    duration = get_message("builtin_interfaces/msg/Duration")()
+    set_stamp(duration, from_seconds(seconds))
+    return duration

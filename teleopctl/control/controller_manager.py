@@ -18,6 +18,7 @@ from teleopctl import plugins
 from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.asynchronous.update import AsyncUpdate, async_thread
 from teleopctl.control.chaining import ChainCycleError, Chains
+from teleopctl.control.controller_node import with_controller_node
 from teleopctl.control.controller_spec import ControllerSpec, repeated_name, required_names
 from teleopctl.control.controllers.base import (
     ControllerInterface,
@@ -151,7 +152,7 @@ class ControllerManager:
             return False
         self.logger.info(f"Loading controller '{name}'")
         try:
-            params = self.node.create_controller_params(name)
+            params = with_controller_node(self.node.create_controller_params(name))
         except TeleopctlError as error:
             self.logger.error(f"Could not make the node of controller '{name}': {error.message}")
             return False
@@ -170,6 +171,7 @@ class ControllerManager:
             self.node.destroy_controller_node(params.node)
             return False
         self.controllers[name] = ControllerSpec(controller, str(type_name), fallbacks)
+        plugins.remember_sources(plugins.CONTROLLERS, str(type_name))
         self.loaded_types[str(type_name)] = None
         self.node.publish_activity()
         return True
@@ -189,7 +191,7 @@ class ControllerManager:
         controller = spec.controller
         if spec.lifecycle_state is State.INACTIVE and not self.cleanup_controller(name):
             return False
-        if not self._set_rate(controller) or not self._set_thread(spec):
+        if not self.set_rate(controller) or not self._set_thread(spec):
             return False
         outcome = self.call(controller, controller.on_configure)
         if outcome is CallbackReturn.SUCCESS:
@@ -326,7 +328,7 @@ class ControllerManager:
             spec.state_interface_configuration, resources.state_interfaces
         )
 
-    def _set_rate(self, controller: ControllerInterface) -> bool:
+    def set_rate(self, controller: ControllerInterface) -> bool:
         """Set a controller's update rate from its parameter; return False if it is invalid."""
         try:
             wanted = controller.auto_declare("update_rate", self.update_rate)

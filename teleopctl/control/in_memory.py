@@ -8,6 +8,7 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, cast
 
 from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controller_reload import ControllerReload
 from teleopctl.control.controllers.base import ControllerInterface, ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle
 from teleopctl.control.lifecycle import State
@@ -207,6 +208,14 @@ class RecordedNode:
     ) -> None:
         self._post_set.append(callback)
 
+    def remove_post_set_parameters_callback(  # noqa: D102
+        self, callback: Callable[[list[Parameter]], None]
+    ) -> None:
+        self._post_set.remove(callback)
+
+    def undeclare_parameter(self, name: str) -> None:  # noqa: D102
+        del self._parameters[name]
+
     def create_publisher(  # noqa: D102
         self, msg_type: type[object], topic: str, qos_profile: object
     ) -> RecordedEndpoint:
@@ -289,6 +298,7 @@ class RecordedActionServer:
         self._accepted_callback = handle_accepted_callback
         self._cancel_callback = cancel_callback
         self._count = 0
+        self._handles: list[ServerGoalHandle[Any, Any, Any]] = []
 
     # -- called by tests ---------------------------------------------------------------------------
 
@@ -300,6 +310,7 @@ class RecordedActionServer:
         info = get_message("action_msgs/msg/GoalInfo")()
         info.goal_id.uuid = [*self._count.to_bytes(16, "big")]
         handle: ServerGoalHandle[Any, Any, Any] = ServerGoalHandle(self, info, goal)
+        self._handles.append(handle)
         self._accepted_callback(handle)
         return handle
 
@@ -313,7 +324,22 @@ class RecordedActionServer:
         handle.when_finished(responses.append)
         return responses[0].result if responses else None
 
-    # -- called by the controller and by goal handles ----------------------------------------------
+    # -- called by the controller, its manager and goal handles ------------------------------------
+
+    def register_goal_callback(self, callback: Callable[[Any], object]) -> None:  # noqa: D102
+        self._goal_callback = callback
+
+    def register_handle_accepted_callback(  # noqa: D102
+        self, callback: Callable[[Any], object]
+    ) -> None:
+        self._accepted_callback = callback
+
+    def register_cancel_callback(self, callback: Callable[[Any], object]) -> None:  # noqa: D102
+        self._cancel_callback = callback
+
+    def active_goals(self) -> list[ServerGoalHandle[Any, Any, Any]]:
+        """Return the handles of the goals that have not ended, the oldest first."""
+        return [handle for handle in self._handles if handle.is_active]
 
     def destroy(self) -> None:
         """Do nothing: the server holds no resources."""
@@ -465,6 +491,19 @@ class ControlStack:
             AssertionError: A controller failed; the text is the reason.
         """
         self._expect(*switch_controller(self.manager, SwitchRequest([], names)))
+
+    def reload_controller(self, name: str) -> str:
+        """Reload a controller's changed code, with one cycle if it is active; return what changed.
+
+        Raises:
+            ReloadError: The new code failed, and the old code goes on.
+        """
+        reload = ControllerReload(self.manager, name)
+        reload.prepare()
+        reload.commit()
+        if not reload.is_settled.is_set():
+            self.step()
+        return reload.finish()
 
     def _expect(self, succeeded: bool, message: str = "") -> None:
         if not succeeded:

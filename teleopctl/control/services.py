@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
 from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controller_reload import ReloadService
 from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.controllers.base import ControllerInterface
 from teleopctl.control.controllers.chainable import ChainableControllerInterface
@@ -131,6 +132,7 @@ class ControllerManagerServices:
             )
             for name, (type_name, callback) in services.items()
         ]
+        self._reload_service = ReloadService(node, manager)
 
     def _guarded(self, name: str, serve: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
         """Return a callback that logs exceptions and responds with a failure instead of raising."""
@@ -269,7 +271,7 @@ def _reload_controller_libraries(manager: ControllerManager, *, force_kill: bool
     if active and not force_kill:
         raise RefusedError(f"there are still {len(active)} active controllers: {', '.join(active)}")
     try:
-        read_again = plugins.reload(plugins.CONTROLLERS, manager.loaded_types)
+        read_again = plugins.reload(plugins.CONTROLLERS, manager.loaded_types).modules
     except BrokenPluginError as error:
         raise RefusedError(f"of {error.message}") from error
     if active:

@@ -27,7 +27,12 @@ from teleopctl.plugins.lookup import (
     import_object as import_object,
     load as load,
 )
-from teleopctl.plugins.reloading import reload as reload
+from teleopctl.plugins.reloading import (
+    Reloaded as Reloaded,
+    reload as reload,
+    remember_sources as remember_sources,
+    source_files as source_files,
+)
 
 _VERBS = {
     "run": ("run:VERB", "Start one node."),

@@ -122,21 +122,39 @@ def load(kind: Kind, name: str) -> Any:
     try:
         found = import_object(plugin.target)
     except (Exception, SystemExit) as error:
-        from teleopctl.base.exception_origin import origin_of  # every command loads this module
-
+        broken = broken_import(what, plugin.target, error)
         _forget_imports(since=before)
-        text = error.msg if isinstance(error, SyntaxError) else error
-        broken = BrokenPluginError(
-            f"{what}: {plugin.target} cannot be imported: {type(error).__name__}: {text}"
-        )
-        place = origin_of(error)
-        raise (broken.at(place) if place else broken) from error
+        raise broken from error
     if kind.bases and not _is_one(found, kind):
         relation = "a subclass" if kind.classes else "an object"
         raise BrokenPluginError(
             f"{what}: {plugin.target} is not {relation} of {' or '.join(kind.bases)}"
         )
     return found
+
+
+def broken_import(what: str, target: str, error: BaseException) -> BrokenPluginError:
+    """Return the error for a failed import of a plug-in, with the faulty line or the file.
+
+    Args:
+        what: The plug-in in words.
+        target: Its import path ``module:object``.
+        error: Exception that the import raised.
+    """
+    from teleopctl.base.exception_origin import origin_of  # every command loads this module
+
+    text = error.msg if isinstance(error, SyntaxError) else error
+    broken = BrokenPluginError(
+        f"{what}: {target} cannot be imported: {type(error).__name__}: {text}"
+    )
+    place = origin_of(error)
+    module, _, attribute = target.partition(":")
+    if place is None and isinstance(error, AttributeError) and module in sys.modules:
+        content = vars(sys.modules[module])
+        place = content.get("__file__")
+        classes = [name for name, value in content.items() if isinstance(value, type)]
+        broken.hint = did_you_mean(attribute, classes)
+    return broken.at(place) if place else broken
 
 
 # Any: any object of a module.

@@ -4,62 +4,134 @@ from __future__ import annotations
 
 import os
 import sys
+from weakref import WeakKeyDictionary
 
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import BrokenPluginError
-from teleopctl.plugins.lookup import Kind, find, forget_entry_points, load
+from teleopctl.plugins.lookup import Kind, broken_import, find, forget_entry_points, load
 
 if TYPE_CHECKING:
     from collections.abc import Iterable, Mapping
     from types import ModuleType
 
 _INSTALLED = "site-packages", "dist-packages"
+# teleopctl tests for the classes in these modules, so that there must be one of each.
+_FIXED = frozenset(
+    f"teleopctl.control.controllers.{module}" for module in ("base", "chainable")
+) | {"teleopctl.control.hardware.base"}
+
+# Modification time, size and inode of a source file.
+_Stamp = tuple[int, int, int]
+# Version of the file from which each module was imported, as far as `remember_sources` knows it.
+_imported_from: WeakKeyDictionary[ModuleType, _Stamp | None] = WeakKeyDictionary()
 
 
-def reload(kind: Kind, names: Iterable[str]) -> list[str]:
-    """Import plug-ins again with their packages' modules; return the names of those modules.
+class Reloaded:
+    """Outcome of `reload`, which can be undone.
 
-    Objects of the old classes keep the old code. teleopctl's own plug-ins are never reloaded.
+    Args:
+        old: The modules before, by name.
+
+    Attributes:
+        modules: Names of the modules that were imported again, sorted. A module that the new code
+            no longer imports is not among them.
+    """
+
+    def __init__(self, old: Mapping[str, ModuleType]) -> None:
+        self._old = old
+        self.modules = [name for name in sorted(old) if name in sys.modules]
+
+    def undo(self) -> None:
+        """Put the modules from before back, for imports from now on."""
+        _put_back(self._old)
+
+
+def reload(kind: Kind, names: Iterable[str], *, only_changed: bool = False) -> Reloaded:
+    """Import plug-ins again with the modules of their packages; return what was imported.
+
+    Objects of the old classes keep the old code. Of teleopctl's own plug-ins, only modules with
+    changed files are imported again.
 
     Args:
         kind: Kind of the plug-ins.
         names: Names of the plug-ins. A plug-in whose module no longer exists is skipped.
+        only_changed: Whether to import only modules whose files changed since `remember_sources`,
+            and those that import these.
 
     Raises:
         BrokenPluginError: A plug-in cannot be imported; then all modules stay as before.
     """
     from importlib import invalidate_caches
 
-    installed = [name for name in names if name not in kind.builtin]
+    names = list(names)
     # The modules of the plug-ins are found among those that are imported now.
-    own = {module for name in installed for module in _own_modules(kind, name)}
+    own: set[str] = set()
+    for name in names:
+        modules = _own_modules(kind, name)
+        changed_only = only_changed or name in kind.builtin
+        own |= _changed(modules, unknown=name not in kind.builtin) if changed_only else modules
     old = {module: sys.modules[module] for module in sorted(own)}
+    stamps = {module: _stamp(content) for module, content in old.items()}
     forget_entry_points()
     for module, content in old.items():
         _remove_bytecode(content)
         del sys.modules[module]
     invalidate_caches()
     try:
-        for name in installed:
+        for name in names:
             if _exists(kind, name):
-                load(kind, name)
+                _load(kind, name)
     except BrokenPluginError:
         _put_back(old)
         raise
-    return list(old)
+    for module, stamp in stamps.items():
+        if module in sys.modules:
+            # The version before the import: a file saved during the import counts as changed.
+            _imported_from[sys.modules[module]] = stamp
+    for name in names:
+        remember_sources(kind, name)
+    return Reloaded(old)
+
+
+def _load(kind: Kind, name: str) -> None:
+    try:
+        load(kind, name)
+    except BrokenPluginError:
+        raise
+    except (Exception, SystemExit) as error:
+        # One of teleopctl's own, edited in an editable install.
+        raise broken_import(f"{kind.noun} '{name}'", kind.builtin[name], error) from error
+
+
+def remember_sources(kind: Kind, name: str) -> None:
+    """Note the present versions of an imported plug-in's files; `reload` compares with them."""
+    for module in _own_modules(kind, name):
+        content = sys.modules[module]
+        if content not in _imported_from:
+            _imported_from[content] = _stamp(content)
+
+
+def source_files(kind: Kind, name: str) -> list[str]:
+    """Return the paths of the files whose change `reload` notices for a plug-in, sorted."""
+    return sorted({_source(sys.modules[module]) for module in _own_modules(kind, name)})
 
 
 def _own_modules(kind: Kind, name: str) -> set[str]:
-    """Return the imported modules of a plug-in: of its package, and of its class's bases.
+    """Return the imported modules of a plug-in: of its package, its class's bases, and imports.
 
     For a module without a package, the modules in the same folder are included, unless packages
-    are installed in that folder.
+    are installed in that folder. Modules that these import are included if they are the user's.
+    For a plug-in of teleopctl, these are the modules beside it and below.
     """
     plugin = find(kind, name)
     module, _, attribute = plugin.target.partition(":") if plugin else ("", "", "")
     content = sys.modules.get(module)
     if content is None:
         return set()
+    if name in kind.builtin:
+        beside = kind.bases[0].rpartition(":")[0].rpartition(".")[0]
+        own = {other for other in sys.modules if other.startswith(f"{beside}.")}
+        return {m for m in own - _FIXED if _source(sys.modules[m]).endswith(".py")}
     package = module.partition(".")[0]
     folder = os.path.dirname(_source(content))  # noqa: PTH120 -- paths of modules are texts
     own = {other for other in sys.modules if f"{other}.".startswith(f"{package}.")}
@@ -71,18 +143,87 @@ def _own_modules(kind: Kind, name: str) -> set[str]:
         }
     found: object = getattr(content, attribute, None)
     own |= {base.__module__ for base in found.__mro__} if isinstance(found, type) else set()
+    own = _reloadable(own)
+    waiting = set(own)
+    while waiting:
+        seen = {other for one in waiting for other in _imports(sys.modules[one])}
+        waiting = {other for other in _reloadable(seen) if _is_users(other)} - own
+        own |= waiting
+    return own
+
+
+def _reloadable(modules: set[str]) -> set[str]:
     ours = __name__.partition(".")[0]
     return {
         other
-        for other in own - sys.stdlib_module_names - {"__main__"}
+        for other in modules - sys.stdlib_module_names - {"__main__"}
         # A C extension cannot be loaded twice.
         if other.partition(".")[0] != ours and _source(sys.modules.get(other)).endswith(".py")
     }
 
 
+def _is_users(module: str) -> bool:
+    from teleopctl.base.exception_origin import is_user_code
+
+    return is_user_code(_source(sys.modules.get(module)))
+
+
+def _changed(modules: set[str], *, unknown: bool) -> set[str]:
+    """Return the modules with changed files, and those that import them.
+
+    Args:
+        modules: Names of imported modules.
+        unknown: Whether a module counts as changed if nothing is known about its file.
+    """
+    changed = set()
+    for module in modules:
+        content = sys.modules[module]
+        known = content in _imported_from
+        if _imported_from[content] != _stamp(content) if known else unknown:
+            changed.add(module)
+    while True:
+        dependents = {m for m in modules - changed if changed & _imports(sys.modules[m])}
+        if not dependents:
+            return changed
+        changed |= dependents
+
+
+def _imports(module: ModuleType) -> set[str]:
+    """Return the names of modules that a module's file imports, also within functions."""
+    import ast
+
+    try:
+        with open(_source(module), "rb") as file:  # noqa: PTH123 -- paths of modules are texts
+            tree = ast.parse(file.read())
+    except (OSError, SyntaxError, ValueError):
+        return set()
+    package = getattr(module, "__package__", None) or ""
+    names: set[str] = set()
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            for alias in node.names:
+                parts = alias.name.split(".")
+                names |= {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
+        elif isinstance(node, ast.ImportFrom):
+            above = package.split(".")[: len(package.split(".")) - node.level + 1]
+            parts = [*(above if node.level else ()), *((node.module or "").split("."))]
+            base = ".".join(part for part in parts if part)
+            names.add(base)
+            names |= {f"{base}.{alias.name}" for alias in node.names}
+    return names
+
+
 def _source(module: ModuleType | None) -> str:
     """Return the path of a module's file; empty if it has none."""
     return getattr(module, "__file__", None) or ""
+
+
+def _stamp(module: ModuleType) -> _Stamp | None:
+    try:
+        found = os.stat(_source(module))  # noqa: PTH116 -- paths of modules are texts
+    except OSError:
+        return None
+    return found.st_mtime_ns, found.st_size, found.st_ino
 
 
 def _remove_bytecode(module: ModuleType) -> None:

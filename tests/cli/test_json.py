@@ -177,6 +177,7 @@ control set_controller_state gripper_controller unconfigured
 control unload_controller gripper_controller
 control load_controller gripper_controller
 control set_hardware_component_state RobotSystem inactive
+control reload joint_state_broadcaster
 control reload_controller_libraries --force-kill
 control view_controller_chains -o NEW
 tf echo base_link world --once

@@ -303,6 +303,26 @@ class ControllerInterface:
     def on_error(self) -> CallbackReturn | None:
         """Called after ERROR or exceptions; SUCCESS leads to unconfigured, else to finalized."""
 
+    def export_state(self) -> object:
+        """Called when new code replaces this active controller: return its state; None by default.
+
+        The state goes to the new instance's `import_state`: for example the goal, the reference,
+        the time on a trajectory, an integral. Called between two cycles; the old instance may go on
+        afterwards, if the new one fails, so its state must not be changed by the new one before
+        its first update. Claimed interfaces and parameters are handed over in any case.
+        """
+        return None
+
+    def import_state(self, state: Any) -> None:
+        """Called after ``on_activate`` of new code with the old `export_state`, unless None.
+
+        Without a state, or if this method is not overridden, active goals of action servers are
+        passed to the new instance as if they had just been accepted.
+
+        Args:
+            state: State of the replaced instance, which may have been of older code.
+        """
+
     def command_interface_configuration(self) -> InterfaceConfiguration:
         """Called after ``on_configure``: return command interfaces to claim; none by default."""
         return InterfaceConfiguration()

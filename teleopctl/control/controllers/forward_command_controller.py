@@ -82,6 +82,15 @@ class ForwardCommandController(ControllerInterface):
             for interface in self.command_interfaces:
                 interface.value = 0.0
 
+    def export_state(self) -> object:
+        """Return the last command, with its time, and one that has just been received."""
+        return self._command, self._since_ns, list(self._incoming)
+
+    def import_state(self, state: tuple[list[float] | None, int, list[list[float]]]) -> None:
+        """Go on with the last command of the replaced instance."""
+        self._command, self._since_ns, incoming = state
+        self._incoming.extend(incoming)
+
     def on_restart(self) -> None:
         """Discard the last command after a simulation reset."""
         self._command = None

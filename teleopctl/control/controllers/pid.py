@@ -120,6 +120,14 @@ class Pid:
         self._error = 0.0
         self._output = 0.0
 
+    def export_state(self) -> tuple[float, float, float, float]:
+        """Return integral, error rate, last error and last output."""
+        return self.integral, self.error_rate, self._error, self._output
+
+    def import_state(self, state: tuple[float, float, float, float]) -> None:
+        """Set the state to that of `export_state` of another PID."""
+        self.integral, self.error_rate, self._error, self._output = state
+
     def update_by_error(self, error: float, period: float) -> float:
         """Run a PID step, with the error rate from the last error; return the clamped output.
 

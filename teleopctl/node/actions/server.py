@@ -409,6 +409,11 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         else:
             handle.when_finished(reply)
 
+    def active_goals(self) -> list[ServerGoalHandle[GoalT, ResultT, FeedbackT]]:
+        """Return the handles of the goals that have not ended, the oldest first (ours)."""
+        with self.lock:
+            return [handle for handle in self._goal_handles.values() if handle.is_active]
+
     # -- methods for goal handles -----------------------------------------------------------------
 
     def now_ns(self) -> int:

@@ -211,6 +211,21 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             return False
         return True
 
+    def accept_again(self) -> None:
+        """Let an executing goal be set to executing once more, by new code of its server (ours).
+
+        No status is published: for clients the goal goes on.
+        """
+        with self._server.lock:
+            if self._state is GoalState.EXECUTING:
+                self._state = GoalState.ACCEPTED
+
+    def go_on(self) -> None:
+        """Undo `accept_again` unless the goal has been set to executing since (ours)."""
+        with self._server.lock:
+            if self._state is GoalState.ACCEPTED:
+                self._state = GoalState.EXECUTING
+
     def finish(self, result: ResultT | None) -> None:
         """Send status and result to all clients that request them; works only once (ours)."""
         if self._response.ended():

@@ -120,7 +120,6 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         self.callback = callback
         self.callback_group = callback_group
         self.raw = raw
-        self._wants_info = _takes_two(callback)
         self._samples = self._make_queue(qos)
         self.refusals = InvalidMessageCounter(f"a message on '{topic}'", node.get_logger().error)
         self._watching: tuple[EventHandler, ...] = ()
@@ -129,6 +128,16 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         self._lifespan_ns = bound_ns(qos.lifespan)
         self._channel = self._declare(qos, immediate=immediate)
         self._announce()
+
+    @property
+    def callback(self) -> SubscriptionCallback[MessageT] | RawCallback:
+        """Function called with each message; a new one is used from the next message on."""
+        return self._callback
+
+    @callback.setter
+    def callback(self, callback: SubscriptionCallback[MessageT] | RawCallback) -> None:
+        self._wants_info = _takes_two(callback)
+        self._callback = callback
 
     def set_measurement(
         self, on_message: Callable[[int | None], None], on_destroy: Callable[[], object]
@@ -251,7 +260,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         arguments = self._arguments(*arrival)
         if arguments is None:
             return None
-        return functools.partial(self.callback, *arguments)
+        return functools.partial(self._callback, *arguments)
 
     def _queue(self, sample: zenoh.Sample) -> None:
         size = len(sample.payload) if self._samples.counts_bytes else 0
@@ -266,7 +275,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         if arguments is None:
             return
         try:
-            self.callback(*arguments)
+            self._callback(*arguments)
         except InvalidMessageError as error:
             self.refusals.refuse(error.message)
         except Exception:  # noqa: BLE001 (must not end Zenoh's thread)

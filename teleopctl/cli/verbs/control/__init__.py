@@ -41,6 +41,10 @@ GROUP = VerbGroup(
             f"{__name__}.controllers:reload_controller_libraries",
             "Unload all controllers and their code.",
         ),
+        "reload": Verb(
+            f"{__name__}.reloading:reload",
+            "Run a controller's changed code without stopping it.",
+        ),
         "view_controller_chains": Verb(
             f"{__name__}.controllers:view_controller_chains",
             "Draw controllers and their interfaces.",

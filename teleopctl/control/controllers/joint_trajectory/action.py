@@ -66,6 +66,10 @@ class FollowJointTrajectoryServer:
         """Destroy the action server ``~/follow_joint_trajectory``."""
         self._server.destroy()
 
+    def follow(self, goal: FollowedGoal | None) -> None:
+        """Set the present goal, which replaced code of the controller has accepted."""
+        self._goal = goal
+
     def abort_goal(self, error_string: str) -> None:
         """Abort the present goal, if any, as INVALID_GOAL; not allowed in the control cycle."""
         goal, self._goal = self._goal, None

@@ -6,6 +6,7 @@ import math
 from collections import deque
 from collections.abc import Sequence
 from dataclasses import replace
+from typing import Any
 
 from teleopctl.control.controllers.base import (
     ControllerInterface,
@@ -77,7 +78,7 @@ class JointTrajectoryController(ControllerInterface):
         super().__init__(params)
         self._incoming: deque[ReceivedTrajectory] = deque(maxlen=1)
         self._trajectory = Trajectory()
-        self._holding = False
+        self._holding = self._from_command = False
         self._goal: FollowedGoal | None = None
         self._trajectory_ns = 0
         self._commanded_ns = 0
@@ -214,6 +215,47 @@ class JointTrajectoryController(ControllerInterface):
         if settings.scaling_command_interface:
             *commands, self._scaling_command = commands
         self._outputs = CommandOutputs(settings, commands, self._pids)
+
+    # State that new code takes over: attributes, and what `export_state` adds.
+    _KEPT = (
+        "_trajectory",
+        "_holding",
+        "_from_command",
+        "_goal",
+        "_trajectory_ns",
+        "_commanded_ns",
+        "_commanded_state",
+        "_has_command",
+        "_awaits_state",
+        "_scaling",
+        "_requested_scaling",
+        "_stopping_from",
+    )
+
+    def export_state(self) -> object:
+        """Return the trajectory with the time on it, its goal, and the state of the PIDs."""
+        return {
+            "joints": self._settings.joints,
+            "attributes": {name: getattr(self, name) for name in self._KEPT},
+            "incoming": list(self._incoming),
+            "pids": [pid.export_state() for pid in self._pids],
+        }
+
+    # Any: attributes of any type.
+    def import_state(self, state: dict[str, Any]) -> None:
+        """Go on with the trajectory and the goal of the replaced instance.
+
+        Raises:
+            ValueError: The joints are others.
+        """
+        if state["joints"] != self._settings.joints:
+            raise ValueError(f"the joints were {', '.join(state['joints'])}")
+        vars(self).update(state["attributes"])
+        self._incoming.extend(state["incoming"])
+        for pid, of_pid in zip(self._pids, state["pids"], strict=True):
+            pid.import_state(of_pid)
+        newest = self._incoming[-1].goal if self._incoming else None
+        self._action.follow(newest or self._goal)
 
     def on_restart(self) -> None:
         """Hold the present positions and abort the goal, after a simulation reset."""

@@ -305,3 +305,32 @@ def test_changed_tolerances_count_for_the_next_goal():
     handle = client.send(point(0.5, [4.0, 5.0, 6.0]))
     client.arm.step(0.2)
     assert client.outcome(handle)[1] == PATH_VIOLATED
+
+
+def test_reloaded_code_goes_on_with_the_goal_and_its_client_notices_nothing():
+    moved, plain = Client(), Client()
+    handles = [client.send(point(1.0, [1.5, 2.5, 3.5])) for client in (moved, plain)]
+    for client in (moved, plain):
+        client.arm.step(0.4)
+    before = moved.arm.stack.manager.controllers["arm"].controller
+    moved.arm.stack.reload_controller("arm")
+    plain.arm.step(0.01)
+    assert moved.arm.stack.manager.controllers["arm"].controller is not before
+    assert handles[0].status == GoalState.EXECUTING
+    assert moved.arm.commands == plain.arm.commands
+    for client in (moved, plain):
+        client.arm.step(0.62)
+    assert moved.arm.commands == plain.arm.commands
+    assert moved.server.feedback == plain.server.feedback
+    assert moved.outcome(handles[0]) == (GoalState.SUCCEEDED, 0, "Goal successfully reached!")
+
+
+def test_reloaded_code_cancels_aborts_and_accepts_goals():
+    client = Client()
+    first = client.send(point(1.0, [1.5, 2.5, 3.5]))
+    client.arm.stack.reload_controller("arm")
+    second = client.send(point(1.0, [1.5, 2.5, 3.5]))
+    assert client.outcome(first)[0] is GoalState.ABORTED
+    assert client.server.cancel(second)
+    client.arm.step(0.02)
+    assert client.outcome(second)[0] is GoalState.CANCELED
