@@ -18,7 +18,6 @@ from teleopctl import plugins
 from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.asynchronous.update import AsyncUpdate, async_thread
 from teleopctl.control.chaining import ChainCycleError, Chains
-from teleopctl.control.controller_node import with_controller_node
 from teleopctl.control.controller_spec import ControllerSpec, repeated_name, required_names
 from teleopctl.control.controllers.base import (
     ControllerInterface,
@@ -30,6 +29,7 @@ from teleopctl.control.controllers.chainable import (
 )
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import CallbackReturn, State
+from teleopctl.control.reloading.controller_node import with_controller_node
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.robot_stop import RobotStop
 from teleopctl.errors import (

@@ -8,12 +8,12 @@ from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, cast
 
 from teleopctl.control.controller_manager import ControllerManager
-from teleopctl.control.controller_reload import ControllerReload
 from teleopctl.control.controllers.base import ControllerInterface, ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle
 from teleopctl.control.lifecycle import State
 from teleopctl.control.limits import limits_enforced_by_default
 from teleopctl.control.realtime_publisher import PublishQueue
+from teleopctl.control.reloading.controller_reload import ControllerReload
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.switching import SwitchRequest, switch_controller
 from teleopctl.interfaces import ActionType, Message, deserialize, get_message

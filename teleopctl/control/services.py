@@ -7,7 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
 from teleopctl.control.controller_manager import ControllerManager
-from teleopctl.control.controller_reload import ReloadService
 from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.controllers.base import ControllerInterface
 from teleopctl.control.controllers.chainable import ChainableControllerInterface
@@ -15,6 +14,7 @@ from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import State
 from teleopctl.control.manager_log import NOT_RELOADED
+from teleopctl.control.reloading.service import ReloadService
 from teleopctl.control.switching import Strictness, SwitchRequest, switch_controller
 from teleopctl.errors import BrokenPluginError, RefusedError, UnknownPluginError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, get_service, to_nanoseconds

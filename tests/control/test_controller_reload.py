@@ -7,8 +7,8 @@ from pathlib import Path
 import pytest
 
 from teleopctl import plugins
-from teleopctl.control.controller_reload import ControllerReload, ReloadError
 from teleopctl.control.lifecycle import State
+from teleopctl.control.reloading.controller_reload import ControllerReload, ReloadError
 from teleopctl.interfaces.store import get_action, get_message
 from teleopctl.node import GoalState
 from teleopctl.testing import ControlStack, eventually, serial_robot

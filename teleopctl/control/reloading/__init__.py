@@ -1,0 +1,1 @@
+"""Exchange of a running controller for one of changed code."""
