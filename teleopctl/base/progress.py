@@ -44,6 +44,7 @@ _ORDER = (ENDED, FAILED, STARTING, WAITING, READY, STARTED)
 _file: str | None = None
 _failure = ""
 _parts: dict[str, tuple[str, str]] = {}
+_remarks: list[str] = []
 # Reentrant: Ctrl-C may end a report whose process then reports its end.
 _lock = RLock()
 
@@ -56,12 +57,14 @@ class Progress(NamedTuple):
         detail: Detail of the state, such as topic, reason or exit status.
         time: Time of the report, in seconds since the Unix epoch.
         part: Part of the process that has the state, such as `CONTROL`; empty for its own node.
+        remarks: Sentences that the process wants to be shown where it was started.
     """
 
     state: str
     detail: str
     time: float
     part: str = ""
+    remarks: tuple[str, ...] = ()
 
     @property
     def reports_itself(self) -> bool:
@@ -117,7 +120,8 @@ def _write(state: str, detail: str, part: str) -> None:
     if _file is None:
         return
     try:
-        write_private(_file, f"{state} {' '.join(detail.split())}\n{part}\n")
+        lines = (f"{state} {' '.join(detail.split())}", part, *_remarks)
+        write_private(_file, "".join(f"{line}\n" for line in lines))
     except OSError:
         return  # a full disk is no reason to end
 
@@ -130,6 +134,15 @@ def doing(text: str, *, part: str = "") -> None:
     """
     if _parts.get(part, ("",))[0] == STARTING:
         report(STARTING, text, part=part)
+
+
+def remark(sentence: str) -> None:
+    """Add a sentence that the command which waits for this process shows as a warning.
+
+    It is written with the next state that this process reports.
+    """
+    with _lock:
+        _remarks.append(" ".join(sentence.split()))
 
 
 def report_ready_at(address: Address) -> None:
@@ -160,8 +173,10 @@ def read(log_file: Path) -> Progress | None:
     """Return the last progress in the progress file of a process's log; None if there is none."""
     file = progress_file(log_file)
     try:
-        said, _, part = file.read_text(encoding="utf-8").partition("\n")
+        said, part, *remarks = [*file.read_text(encoding="utf-8").splitlines(), "", ""]
         state, _, detail = said.partition(" ")
-        return Progress(state, detail.strip(), file.stat().st_mtime, part.strip())
+        return Progress(
+            state, detail.strip(), file.stat().st_mtime, part.strip(), tuple(filter(None, remarks))
+        )
     except (OSError, UnicodeDecodeError):
         return None

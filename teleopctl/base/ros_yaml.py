@@ -206,6 +206,16 @@ def safe_load(text: str) -> Any:
     return yaml.load(text, Loader=SafeLoader)  # noqa: S506 (derived from the safe loader)
 
 
+def compose(text: str) -> yaml.Node | None:
+    """Parse one YAML document into nodes, whose marks have line numbers; None if it is empty.
+
+    Raises:
+        yaml.YAMLError: The text is not YAML.
+    """
+    node: yaml.Node | None = RosLoader(text).get_single_node()
+    return node
+
+
 def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
     """Yield YAML node and Python value of each non-mapping value below a key, at any depth.
 

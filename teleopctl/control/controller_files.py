@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.errors import InvalidFileError
-from teleopctl.node import ParameterFile, read_parameter_file
+from teleopctl.node import ParameterFile, read_parameter_file, read_parameter_lines
 
 # Any: a parameter has one of nine types, which depends on the file.
 
@@ -45,6 +45,25 @@ def controller_load_parameters(
     settings: dict[str, Any] = {"params_file": [str(Path(file).resolve()) for file in files]}
     settings.update((name, values[name]) for name in _FROM_FILES if values.get(name))
     return settings
+
+
+def parameter_place(controller: str, manager: str, files: Sequence[str], parameter: str) -> str:
+    """Return file and line that set a controller's parameter, as ``FILE:LINE``; empty for none.
+
+    Args:
+        controller: Name of the controller.
+        manager: Full name of the manager; its namespace is that of the controller, too.
+        files: Paths of parameter files; later files have precedence.
+        parameter: Dotted name of the parameter, without the controller's name.
+    """
+    for file in reversed(files):
+        try:
+            lines = _values(read_parameter_lines(Path(file)), controller, manager)
+        except InvalidFileError:
+            continue
+        if parameter in lines:
+            return f"{file}:{lines[parameter]}"
+    return ""
 
 
 def _values(file: ParameterFile, controller: str, manager: str) -> dict[str, Any]:

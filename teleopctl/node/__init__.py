@@ -212,6 +212,7 @@ if TYPE_CHECKING:
         parameter_messages as parameter_messages,
         plain_parameter_value as plain_parameter_value,
         read_parameter_file as read_parameter_file,
+        read_parameter_lines as read_parameter_lines,
     )
     from teleopctl.node.values.parameter_value import (
         AllowableParameterValue as AllowableParameterValue,

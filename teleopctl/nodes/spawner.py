@@ -14,13 +14,15 @@ from pathlib import Path
 from types import FrameType
 from typing import NoReturn
 
+from teleopctl import plugins
 from teleopctl.base import progress
 from teleopctl.control import (
     ControllerManagerClient,
     ControllerManagerUnavailableError,
     controller_load_parameters,
+    parameter_place,
 )
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, did_you_mean
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
 
 
@@ -142,8 +144,8 @@ def _make_parser() -> argparse.ArgumentParser:
         "--keep-going",
         action=argparse.BooleanOptionalAction,
         default=False,
-        help="activate the controllers that can be, and fail at the end; claimed ones stay "
-        "inactive",
+        help="activate the controllers that can be, and fail at the end; those of an unknown type "
+        "are left out, and those whose joints are claimed stay inactive, with a warning",
     )
     return parser
 
@@ -207,12 +209,8 @@ def read_command_line(
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 
 
-# Parts of the controller manager's refusal if another controller has claimed the interface, or
-# commands the joint in another mode.
-_CLAIMED = (
-    "is currently claimed by another controller",
-    "prepare command mode switch was rejected",
-)
+# Part of the controller manager's refusal if another controller commands the joint in another mode.
+_OTHER_MODE = "prepare command mode switch was rejected"
 
 
 class SpawnError(Exception):
@@ -249,6 +247,9 @@ class Spawner:
         group: list[str] = []
         failures: list[str] = []
         for request in requests:
+            if self._options.keep_going and (reason := self._unknown_type(request)):
+                self._warn(f"Controller {request.name} is left out: {reason}")
+                continue
             try:
                 if self._prepare(request):
                     group.append(request.name)
@@ -308,14 +309,66 @@ class Spawner:
             self._fail("Failed to configure controller", request.name, fatal=False)
         if request.inactive or self._options.activate_as_group:
             return not request.inactive
+        if self._options.keep_going and (reason := self._claimed_joints(request.name)):
+            self._warn(f"Controller {request.name} stays inactive: {reason}")
+            return False
         refusal = self._switch([request.name])
         if not refusal:
             self._logger.info(self._bold(_GREEN, "Configured and activated ", request.name))
-        elif self._options.keep_going and any(reason in refusal for reason in _CLAIMED):
-            self._logger.warning(f"Controller {request.name} stays inactive")
+        elif self._options.keep_going and _OTHER_MODE in refusal:
+            self._warn(f"Controller {request.name} stays inactive: {refusal}")
         else:
             self._fail(f"Failed to activate controller : {request.name}", fatal=False, why=refusal)
         return False
+
+    def _unknown_type(self, request: SpawnRequest) -> str:
+        """Return why a controller's type is unknown, with file and line; empty if it is known."""
+        files = request.param_files
+        try:
+            settings = controller_load_parameters(request.name, self._client.name, files)
+        except TeleopctlError:
+            return ""  # `_load` reports it
+        name = str(settings.get("type") or request.type)
+        if not name or plugins.find(plugins.CONTROLLERS, name) is not None:
+            return ""
+        # The manager may run elsewhere, with other plug-ins than this process.
+        types = self._client.call("list_controller_types", "ListControllerTypes").types
+        if name in types:
+            return ""
+        place = parameter_place(request.name, self._client.name, files, "type")
+        where = f" ({place})" if place else ""
+        near = did_you_mean(name, types) or "`teleopctl control list_controller_types` lists all."
+        return f"its type '{name}'{where} is unknown. {near}"
+
+    def _claimed_joints(self, name: str) -> str:
+        """Return which active controllers claim a controller's commands; empty if none does."""
+        controllers = self._client.list_controllers()
+        wanted = {
+            interface
+            for controller in controllers
+            if controller.name == name
+            for interface in controller.required_command_interfaces
+        }
+        holders = {
+            controller.name: claimed
+            for controller in controllers
+            if controller.name != name
+            and (claimed := [one for one in controller.claimed_interfaces if one in wanted])
+        }
+        if not holders:
+            return ""
+        held = "; ".join(f"{holder} commands {', '.join(of)}" for holder, of in holders.items())
+        manager = self._client.name
+        option = "" if manager == "/controller_manager" else f" -c {manager}"
+        return (
+            f"{held}. To swap them: teleopctl control switch_controllers{option} "
+            f"--deactivate {' '.join(holders)} --activate {name}"
+        )
+
+    def _warn(self, sentence: str) -> None:
+        """Log a warning; a command that waits for this process in a launch shows it, too."""
+        self._logger.warning(sentence)
+        progress.remark(sentence)
 
     def _load(self, request: SpawnRequest) -> str:
         """Load a controller unless it is loaded; return its state."""

@@ -72,7 +72,26 @@ def test_a_failure_keeps_its_time_while_other_parts_of_the_process_report(tmp_pa
         env={progress.VARIABLE: str(progress.progress_file(log_file))},
         check=True,
     )
-    assert progress.read(log_file) == ("failed", "refused", 1000.0, "control")
+    assert progress.read(log_file) == ("failed", "refused", 1000.0, "control", ())
+
+
+def test_remarks_stay_until_the_end(tmp_path):
+    log_file = tmp_path / "a.log"
+    program = (
+        "from teleopctl.base import progress\n"
+        "progress.remark('one\\n line')\n"
+        "progress.report('ready')\n"
+        "progress.remark('two')\n"
+        "progress.report('ended', '0')\n"
+    )
+    subprocess.run(
+        [sys.executable, "-c", program],
+        env={progress.VARIABLE: str(progress.progress_file(log_file))},
+        check=True,
+    )
+    said = progress.read(log_file)
+    assert said is not None
+    assert (said.state, said.reason, said.remarks) == ("ended", None, ("one line", "two"))
 
 
 def test_what_a_process_does_is_reported_while_it_starts_and_not_later(tmp_path):

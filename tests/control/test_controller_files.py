@@ -2,7 +2,7 @@
 
 import pytest
 
-from teleopctl.control.controller_files import controller_load_parameters
+from teleopctl.control.controller_files import controller_load_parameters, parameter_place
 from teleopctl.errors import TeleopctlError
 
 TYPE = "joint_trajectory_controller/JointTrajectoryController"
@@ -56,3 +56,26 @@ def test_a_section_outside_of_the_namespace_is_a_mistake(write):
 def test_a_file_that_does_not_exist_is_named():
     with pytest.raises(TeleopctlError, match=r"Controller parameter file : nowhere\.yaml does not"):
         controller_load_parameters("arm", "/controller_manager", ["nowhere.yaml"])
+
+
+def test_a_parameter_has_file_and_line_of_the_last_file_that_sets_it(write):
+    first = write("a.yaml", "/**:\n  arm:\n    ros__parameters:\n      gains: {a: {p: 1.0}}\n")
+    second = write(
+        "b.yaml",
+        "controller_manager:\n"
+        "  ros__parameters:\n"
+        "    arm: {type: x}\n"
+        "shared: &shared\n"
+        "  joints: [a]\n"
+        "arm:\n"
+        "  ros__parameters:\n"
+        "    <<: *shared\n",
+    )
+
+    def place(parameter):
+        return parameter_place("arm", "/controller_manager", [first, second, "no"], parameter)
+
+    assert place("gains.a.p") == f"{first}:4"
+    assert place("type") == f"{second}:3"
+    assert place("joints") == f"{second}:5"
+    assert place("gains") == ""

@@ -279,9 +279,19 @@ class TestLooking:
         )
         done = spawn(ros, f"vendors second --param-file {own} --keep-going")
         ros.run_module("teleopctl.nodes", "controller_manager unspawner second")
-        assert done.returncode == 1
-        assert "(type 'vendor/Special') not found" in done.stderr
-        assert "Controller second stays inactive" in done.stderr
+        assert done.returncode == 0
+        assert (
+            f"Controller vendors is left out: its type 'vendor/Special' ({own}:2) is unknown. "
+            in done.stderr
+        )
+        assert (
+            "Controller second stays inactive: arm_controller commands joint_1/position. To swap "
+            "them: teleopctl control switch_controllers --deactivate arm_controller --activate "
+            "second\n"
+        ) in done.stderr
+        alone = spawn(ros, f"vendors --param-file {own}")
+        assert alone.returncode == 1
+        assert "(type 'vendor/Special') not found" in alone.stderr
 
 
 class TestMoving:

@@ -227,6 +227,13 @@ def parse_launch_words(words: list[str]) -> tuple[str | None, str, dict[str, str
 
 
 def _report(process: "ProcessStatus", node: str | None) -> None:
+    from pathlib import Path
+
+    from teleopctl.base import progress
+
+    said = progress.read(Path(process.log_file))
+    for remark in said.remarks if said is not None else ():
+        console.warn(f"{process.name}: {remark}")
     if process.state == "finished":
         console.out(f"{process.name} has finished")
     else:

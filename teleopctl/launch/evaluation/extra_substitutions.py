@@ -27,6 +27,14 @@ if TYPE_CHECKING:
 # Suffix of the controller manager's parameter NAME.type with the type of a controller.
 _TYPE = ".type"
 _MANAGER = "/controller_manager"
+# Classes of controllers that forward received commands. They start last: where another controller
+# claims the same joints, such as a trajectory controller, that one becomes active.
+_FORWARDING = (
+    "ForwardCommandController",
+    "JointGroupEffortController",
+    "JointGroupPositionController",
+    "JointGroupVelocityController",
+)
 
 
 def _node_exists(arguments: Sequence[str], context: LaunchContext) -> str:
@@ -68,8 +76,9 @@ def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
 
     The type of a controller is in the controller manager's section or in the controller's own
     section; ROS 2's spawner reads both. Broadcasters start first, so that states are published
-    before anything moves. A controller that commands another one (chaining), as interface names in
-    its parameters show, starts after the other one.
+    before anything moves, and forward command controllers last, so that a trajectory controller
+    claims joints before them. A controller that commands another one (chaining), as interface names
+    in its parameters show, starts after the other one.
     """
     file = read_parameters(arguments[0])
     namespace = arguments[1].rstrip("/") if len(arguments) > 1 else ""
@@ -83,8 +92,14 @@ def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
         own = file.for_node(f"{namespace}/{name}")
         if "type" in parameters and "*" not in name and "type" in own:
             types.setdefault(name, str(own["type"]))
-    names = sorted(types, key=lambda name: not types[name].endswith("Broadcaster"))
+    names = sorted(types, key=lambda name: _place_in_start_order(types[name]))
     return " ".join(_commanded_first(names, {n: file.for_node(f"{namespace}/{n}") for n in names}))
+
+
+def _place_in_start_order(type_name: str) -> int:
+    if type_name.endswith("Broadcaster"):
+        return 0
+    return 2 if type_name.endswith(_FORWARDING) else 1
 
 
 def _commanded_first(

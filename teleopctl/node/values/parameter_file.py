@@ -134,6 +134,54 @@ def _line_of_fault(text: str) -> str:
     return ""
 
 
+def read_parameter_lines(path: Path) -> ParameterFile:
+    """Read a parameter file; return it with the line number of each parameter as its value.
+
+    Raises:
+        InvalidFileError: The file cannot be read or is not YAML.
+    """
+    import yaml
+
+    from teleopctl.base import ros_yaml
+
+    text = read_text(path)
+    with ros_yaml.faults_of(path):
+        top = ros_yaml.compose(text)
+    found: list[tuple[str, dict[str, Any]]] = []
+    # Nodes to visit: the name of the section so far, and the mapping.
+    pending: list[tuple[str, yaml.Node | None]] = [("", top)]
+    while pending:
+        name, node = pending.pop(0)
+        for key, value in _mapping_entries(node):
+            if key.value == _PARAMETERS:
+                found.append((name, dict(_lines_below(value, ""))))
+            else:
+                pending.append((f"{name}/{key.value.strip('/')}", value))
+    return ParameterFile(tuple(found))
+
+
+# Any: nodes of YAML; its module is imported only by those who read files.
+def _mapping_entries(node: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield the pairs of nodes of a mapping node with plain keys, also of merged mappings (<<)."""
+    if not isinstance(node.value if node is not None else None, list) or node.id != "mapping":
+        return
+    for key, value in node.value:
+        if key.tag.endswith(":merge"):
+            for merged in value.value if value.id == "sequence" else [value]:
+                yield from _mapping_entries(merged)
+        elif key.id == "scalar":
+            yield key, value
+
+
+def _lines_below(node: Any, prefix: str) -> Iterator[tuple[str, int]]:
+    for key, value in _mapping_entries(node):
+        name = f"{prefix}{key.value}"
+        if value.id == "mapping":
+            yield from _lines_below(value, f"{name}.")
+        else:
+            yield name, key.start_mark.line + 1
+
+
 def parameter_messages(
     path: str | Path,
     use_wildcard: bool = False,

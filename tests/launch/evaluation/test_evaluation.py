@@ -210,6 +210,8 @@ def test_built_in_files_start_built_in_programs_whatever_the_folder_holds(
 def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text(
+        "/**:\n"
+        "  ros__parameters: {type: of/NoController}\n"
         "controller_manager:\n"
         "  ros__parameters:\n"
         "    update_rate: 50\n"
@@ -221,12 +223,15 @@ def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_p
         "    type: forward_command_controller/ForwardCommandController\n"
         "wrist:\n"
         "  ros__parameters: {joints: [wrist]}\n"
-        "/**:\n"
-        "  ros__parameters: {type: of/NoController}\n"
     )
     text = "launch:\n- include: {file: spawn_controllers.yaml}"
     (spawner,) = plan(text, controllers_file=str(mine)).processes
     assert spawner.command[6:9] == ["spawner", "states wrist hand", "--param-file"]
+    arm = "arm: {ros__parameters: {type: joint_trajectory_controller/JointTrajectoryController}}"
+    mine.write_text(f"{mine.read_text()}\n{arm}\n")
+    (spawner,) = plan(text, controllers_file=str(mine)).processes
+    # Forward command controllers start last: a trajectory controller claims joints before them.
+    assert spawner.command[7] == "states arm wrist hand"
     assert "--keep-going" in spawner.command
     (spawner,) = plan(text, controllers_file=str(mine), controllers="wrist").processes
     assert "--keep-going" not in spawner.command
