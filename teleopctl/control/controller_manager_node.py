@@ -25,8 +25,8 @@ from teleopctl.control.statistics_publishers import (
     IntrospectionPublisher,
     StatisticsPublisher,
 )
-from teleopctl.errors import InvalidParameterError, TeleopctlError
-from teleopctl.interfaces import get_message
+from teleopctl.errors import HardwareError, InvalidParameterError, TeleopctlError
+from teleopctl.interfaces import get_message, is_distribution_since
 from teleopctl.node import (
     AllowableParameterValue,
     Clock,
@@ -38,6 +38,7 @@ from teleopctl.node import (
 from teleopctl.robot import RobotDescription
 
 DEFAULT_UPDATE_RATE = 100
+_ENDS_ON_FAILURE = "hardware_components_initial_state.shutdown_on_initial_state_failure"
 # Part of a period by which the states' period may differ without a warning.
 _RATE_TOLERANCE = 0.01
 
@@ -254,8 +255,7 @@ class ControllerManagerNode:
         self._stop.set_limits(self._resource_manager.limits)
         self._node.destroy_timer(self._reminder)
         self._find_lockstep_hardware()
-        if not self._lockstep:
-            self._resource_manager.run_asynchronously()
+        self._resource_manager.set_lockstep(self._lockstep)
         progress.doing("activating the hardware", part=progress.CONTROL)
         self._start_hardware()
         self._logger.info(
@@ -283,7 +283,17 @@ class ControllerManagerNode:
             for state, key in ((State.UNCONFIGURED, "unconfigured"), (State.INACTIVE, "inactive"))
             for name in string_list_parameter(self, f"hardware_components_initial_state.{key}")
         }
-        self._resource_manager.start_components(initial)
+        failed = self._resource_manager.start_components(initial)
+        ends = self.parameter(_ENDS_ON_FAILURE)
+        if ends is None:
+            ends = not is_distribution_since("kilted")
+        if failed and ends:
+            name, state = failed[0]
+            raise HardwareError(
+                f"Failed to set the initial state of the component : '{name}' to '{state.label}'",
+                hint=f"The log has the cause. With {_ENDS_ON_FAILURE}: false, the default from "
+                "Kilted on, the controller manager goes on without the component.",
+            )
 
     def _find_lockstep_hardware(self) -> None:
         """Set the cycle function of hardware in lockstep, before it is started."""

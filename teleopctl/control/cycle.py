@@ -34,6 +34,7 @@ _GARBAGE = 2000
 _MUCH_GARBAGE = 200_000
 # Real-time priority of the loop's thread, as in ros2_control.
 _PRIORITY = 50
+_STOP_ON_DEACTIVATE = "defaults.deactivate_controllers_on_hardware_self_deactivate"
 # Seconds between two reports of the same kind from the loop.
 _REPORT_PERIOD = 1.0
 
@@ -223,6 +224,13 @@ class Cycle:
 
     def _component_failed(self, component: HardwareComponent, operation: str) -> None:
         withdrew = component.lifecycle_state is State.INACTIVE
+        if withdrew and self._manager.node.parameter(_STOP_ON_DEACTIVATE) is False:
+            self._manager.logger.error(
+                f"'{component.name}' is now inactive; its controllers go on, since "
+                f"{_STOP_ON_DEACTIVATE} is false"
+            )
+            self._changed = True
+            return
         users = self._manager.chains.connected(
             self._manager.users_of(component, only_commands=withdrew)
         )

@@ -181,14 +181,22 @@ class ResourceManager:
             return RatedHardwareComponent(hardware, self._logger, update_rate, rw_rate)
         return HardwareComponent(hardware, self._logger, update_rate)
 
-    def run_asynchronously(self) -> None:
-        """Use threads for asynchronous hardware components and controllers, not the control cycle.
+    def set_lockstep(self, in_lockstep: bool) -> None:
+        """Choose between the control cycle and threads for asynchronous hardware and controllers.
 
-        By default, a trigger calls them in the cycle, so that runs repeat exactly (lockstep).
+        In lockstep, the default, a trigger calls them in the cycle, so that runs repeat exactly.
         """
-        self.in_lockstep = False
+        self.in_lockstep = in_lockstep
         for component in self.components.values():
-            if component.is_async:
+            if not component.is_async:
+                continue
+            if in_lockstep:
+                self._logger.info(
+                    f"Hardware '{component.name}' is asynchronous in lockstep: the control cycle "
+                    "reads and writes it, and values pass one cycle later, so that runs repeat "
+                    "exactly"
+                )
+            else:
                 thread = component.hardware.info.async_thread
                 policy = "detached" if thread.is_detached else "synchronized"
                 self._logger.info(
@@ -399,27 +407,43 @@ class ResourceManager:
             other.leave(outcome)
         return others
 
-    def start_components(self, initial: Mapping[str, State]) -> None:
-        """Configure and activate all components, or change them to their initial states.
+    def start_components(self, initial: Mapping[str, State]) -> list[tuple[str, State]]:
+        """Configure and activate components, or set their initial states; return those that fail.
 
         Components of a group change together: all are configured before one is activated, and if
         one fails, those already active are deactivated.
 
         Args:
             initial: States of components that are not to be active, by component name.
+
+        Returns:
+            Names of the components that did not reach their state, and these states.
         """
         groups: dict[str, list[HardwareComponent]] = {}
+        failed = []
+        for name, state in initial.items():
+            if name not in self.components:
+                self._logger.warning(
+                    f"Hardware component '{name}' is unknown, therefore not set in "
+                    f"'{state.label}' state. Known are {', '.join(self.components)}"
+                )
         for name, component in self.components.items():
-            if name in initial:
-                component.change_state(initial[name])
-            elif component.group:
+            state = initial.get(name, State.ACTIVE)
+            if name not in initial and component.group:
                 groups.setdefault(component.group, []).append(component)
-            else:
-                component.change_state(State.ACTIVE)
+            elif not component.change_state(state):
+                failed.append((name, state))
+                self._logger.error(
+                    f"Failed to set the initial state of the component : '{name}' to "
+                    f"'{state.label}'"
+                )
         for group, members in groups.items():
-            self._start_group(group, members)
+            failed += self._start_group(group, members)
+        return failed
 
-    def _start_group(self, group: str, members: Sequence[HardwareComponent]) -> None:
+    def _start_group(
+        self, group: str, members: Sequence[HardwareComponent]
+    ) -> list[tuple[str, State]]:
         for target in (State.INACTIVE, State.ACTIVE):
             for component in members:
                 if component.change_state(target):
@@ -431,7 +455,8 @@ class ResourceManager:
                 for other in members:
                     if other.lifecycle_state is State.ACTIVE:
                         other.change_state(State.INACTIVE)
-                return
+                return [(component.name, target)]
+        return []
 
     def enforce_command_limits(self, period: float) -> None:
         """Clamp the claimed commands to the joints' limits, if limits are enforced."""

@@ -49,7 +49,7 @@ def threaded():
 
     def make(*components):
         stack = ControlStack(recorded_robot(*(components or (("", ""),))))
-        stack.resources.run_asynchronously()
+        stack.resources.set_lockstep(False)
         made.append(stack)
         return stack
 
@@ -114,6 +114,11 @@ class TestHardwareInLockstep:
         component(stack).change_state(State.INACTIVE)
         assert stack.state(POSITION) == 5.0
         assert stack.resources.state_interfaces[POSITION].available
+
+    def test_the_log_says_so(self):
+        stack = ControlStack(recorded_robot((ASYNC, "")))
+        stack.resources.set_lockstep(True)
+        assert stack.log.texts("info")[-1].startswith("Hardware 'H1' is asynchronous in lockstep")
 
     def test_hardware_that_triggers_the_cycles_is_read_in_them(self):
         stack = ControlStack(recorded_robot((f'{ASYNC} rw_rate="50"', ""), plugin=LOCKSTEP))

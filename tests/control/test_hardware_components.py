@@ -19,14 +19,11 @@ def states(stack):
     return [component.lifecycle_state for component in stack.resources.components.values()]
 
 
-def started(*components, prepare=None):
-    """Return a stack whose components are loaded, prepared and then started."""
+def loaded(*components):
+    """Return a stack whose components are loaded and not started."""
     stack = ControlStack()
     description = RobotDescription.from_urdf(recorded_robot(*components))
     stack.resources.load_and_initialize_components(description)
-    if prepare is not None:
-        prepare(stack)
-    stack.resources.start_components({})
     return stack
 
 
@@ -115,30 +112,60 @@ class TestGroups:
         assert [spec.name for spec in stack.manager.active_controllers] == ["watching"]
 
     def test_all_members_are_configured_before_one_is_activated(self):
+        stack = loaded(("", GROUP), ("", GROUP))
         calls: list[str] = []
-
-        def prepare(stack):
-            for name in ("H1", "H2"):
-                hardware(stack, name).calls = calls
-
-        stack = started(("", GROUP), ("", GROUP), prepare=prepare)
+        for name in ("H1", "H2"):
+            hardware(stack, name).calls = calls
+        assert stack.resources.start_components({}) == []
         assert calls == ["configure", "configure", "activate", "activate"]
         assert states(stack) == [State.ACTIVE] * 2
 
     def test_no_member_stays_active_if_one_cannot_be_activated(self):
-        stack = started(
-            ("", GROUP),
-            ("", GROUP),
-            ("", ""),
-            prepare=lambda stack: hardware(stack, "H2").outcomes.update(activate=FAILURE),
-        )
+        stack = loaded(("", GROUP), ("", GROUP), ("", ""))
+        hardware(stack, "H2").outcomes["activate"] = FAILURE
+        assert stack.resources.start_components({}) == [("H2", State.ACTIVE)]
         assert states(stack) == [State.INACTIVE, State.INACTIVE, State.ACTIVE]
         assert any("group 'arm' is not active, since 'H2'" in e for e in stack.log.texts("error"))
 
     def test_no_member_is_activated_if_one_cannot_be_configured(self):
-        stack = started(
-            ("", GROUP),
-            ("", GROUP),
-            prepare=lambda stack: hardware(stack, "H2").outcomes.update(configure=FAILURE),
-        )
+        stack = loaded(("", GROUP), ("", GROUP))
+        hardware(stack, "H2").outcomes["configure"] = FAILURE
+        assert stack.resources.start_components({}) == [("H2", State.INACTIVE)]
         assert states(stack) == [State.INACTIVE, State.UNCONFIGURED]
+
+
+class TestStart:
+    def test_components_get_their_initial_states(self):
+        stack = loaded(("", ""), ("", ""), ("", ""))
+        initial = {"H1": State.UNCONFIGURED, "H2": State.INACTIVE}
+        assert stack.resources.start_components(initial) == []
+        assert states(stack) == [State.UNCONFIGURED, State.INACTIVE, State.ACTIVE]
+
+    def test_an_unknown_component_is_named(self):
+        stack = loaded(("", ""))
+        stack.resources.start_components({"H7": State.INACTIVE})
+        (text,) = stack.log.texts("warning")
+        assert text.startswith(
+            "Hardware component 'H7' is unknown, therefore not set in 'inactive' state."
+        )
+
+    def test_a_component_that_fails_is_named_and_the_others_start(self):
+        stack = loaded(("", ""), ("", ""))
+        hardware(stack).outcomes["activate"] = FAILURE
+        assert stack.resources.start_components({}) == [("H1", State.ACTIVE)]
+        assert states(stack) == [State.INACTIVE, State.ACTIVE]
+        text = "Failed to set the initial state of the component : 'H1' to 'active'"
+        assert stack.log.texts("error")[-1] == text
+
+
+@pytest.mark.parametrize("stops", [True, False])
+def test_a_parameter_keeps_the_controllers_of_hardware_that_deactivates_itself(stops):
+    stack = ControlStack(recorded_robot(("", "")))
+    parameter = "defaults.deactivate_controllers_on_hardware_self_deactivate"
+    stack.node.declare_parameter(parameter, stops)
+    stack.load_controller("moving", TYPE, {"commands": ["joint1/position"]})
+    stack.activate("moving")
+    hardware(stack).outcomes["write"] = ReturnType.DEACTIVATE
+    stack.step()
+    assert states(stack) == [State.INACTIVE]
+    assert bool(stack.manager.active_controllers) is not stops
