@@ -58,8 +58,9 @@ _TUNED_WITHIN = 0.05
 # Least effort (N m or N) for accelerations, so that a joint with an effort limit of 0 has one too.
 _LEAST_EFFORT = 1e-6
 
-# Difference of a command that counts as rounding (rad or m, N m or N).
-_ROUNDING = 1e-9
+# Distance of a command outside the limits (rad or m, N m or N) below which it is not reported: a
+# joint that is held where it was measured at its stop is this little beyond it.
+_ROUNDING = 1e-5
 
 # Closer than this (rad or m) a set-point has arrived.
 _ARRIVED = 1e-9
