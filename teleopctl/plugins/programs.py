@@ -60,7 +60,7 @@ NODES = (
     }
     | {
         f"controller_manager/{name}{suffix}": f"teleopctl.nodes.spawner:{name}"
-        for name in ("spawner", "unspawner")
+        for name in ("spawner", "unspawner", "hardware_spawner")
         for suffix in ("", ".py")
     }
     | {

@@ -75,7 +75,9 @@ def replace_missing_shell_command(line: str, path: str | None) -> str:
 
 # Programs that end by themselves: a launch is up when they have finished.
 _PROGRAMS_THAT_END = frozenset(
-    ("controller_manager", name) for name in ("spawner", "spawner.py", "unspawner", "unspawner.py")
+    ("controller_manager", f"{name}{suffix}")
+    for name in ("spawner", "unspawner", "hardware_spawner")
+    for suffix in ("", ".py")
 )
 _CONTAINERS = "teleopctl.nodes.component_container:"
 _UNSAFE = re.compile(r"[^\w.\-]")
