@@ -172,11 +172,11 @@ class DefectError(TeleopctlError):
     """An unexpected exception: a defect of teleopctl."""
 
 
-def did_you_mean(name: str, known: Iterable[str]) -> str | None:
-    """Return a hint with up to three similarly spelt names; None if no name is similar."""
+def did_you_mean(name: str, known: Iterable[str], most: int = 3) -> str | None:
+    """Return a hint with up to three (or ``most``) similarly spelt names; None for none."""
     from difflib import get_close_matches
 
-    matches = get_close_matches(name, list(known), n=3)
+    matches = get_close_matches(name, list(known), n=most)
     return f"Did you mean {' or '.join(matches)}?" if matches else None
 
 

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+import re
+from collections.abc import Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
-from teleopctl.errors import InvalidFileError
+from teleopctl.errors import InvalidFileError, did_you_mean
 from teleopctl.node import ParameterFile, read_parameter_file, read_parameter_lines
 
 # Any: a parameter has one of nine types, which depends on the file.
@@ -15,6 +16,20 @@ from teleopctl.node import ParameterFile, read_parameter_file, read_parameter_li
 _FROM_FILES = ("type", "fallback_controllers")
 MANAGER_PARAMETERS = frozenset((*_FROM_FILES, "params_file", "node_options_args"))
 """Parameters below a controller's name that are the controller manager's own."""
+
+
+# Parameters of ros2_controllers that no controller needs here, and why.
+_RETIRED = tuple(
+    (re.compile(rf"{name}\Z"), why)
+    for name, why in (
+        ("state_publish_rate", "ros2_controllers have dropped it: each update publishes the state"),
+        (
+            r"gains\..+\.(angle_wraparound|normalize_error)",
+            "ros2_controllers have dropped it: continuous joints of the description wrap around",
+        ),
+        ("(front|rear)_wheels_radius", "steered wheels need no radius"),
+    )
+)
 
 
 def controller_load_parameters(
@@ -64,6 +79,22 @@ def parameter_place(controller: str, manager: str, files: Sequence[str], paramet
         if parameter in lines:
             return f"{file}:{lines[parameter]}"
     return ""
+
+
+def unread_parameter_sentence(parameter: str, place: str, known: Iterable[str]) -> str:
+    """Return a sentence about a parameter without effect: its place, and why or the nearest name.
+
+    Args:
+        parameter: Dotted name of the parameter.
+        place: Place as `parameter_place` returns it.
+        known: Names of the parameters that the controller reads.
+    """
+    subject = f"Parameter '{parameter}'{f' ({place})' if place else ''}"
+    for pattern, why in _RETIRED:
+        if pattern.match(parameter):
+            return f"{subject} has no effect: {why}."
+    near = did_you_mean(parameter, sorted(known), most=1)
+    return f"{subject} is unknown and has no effect.{f' {near}' if near else ''}"
 
 
 def _values(file: ParameterFile, controller: str, manager: str) -> dict[str, Any]:

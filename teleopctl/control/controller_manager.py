@@ -18,6 +18,7 @@ from teleopctl import plugins
 from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.asynchronous.update import AsyncUpdate, async_thread
 from teleopctl.control.chaining import ChainCycleError, Chains
+from teleopctl.control.controller_files import parameter_place, unread_parameter_sentence
 from teleopctl.control.controller_spec import ControllerSpec, repeated_name, required_names
 from teleopctl.control.controllers.base import (
     ControllerInterface,
@@ -201,8 +202,7 @@ class ControllerManager:
                 self._call_after_failure(controller, controller.on_cleanup)
         if outcome is CallbackReturn.SUCCESS:
             controller.lifecycle_state = State.INACTIVE
-            if unread := controller.unread_parameters():
-                controller.logger.warning(f"Parameters that have no effect: {', '.join(unread)}")
+            self._report_unread_parameters(spec)
         else:
             self.logger.error(
                 f"Could not configure the controller named '{name}'{self.cause(controller)}"
@@ -210,6 +210,20 @@ class ControllerManager:
             self.recover(controller, outcome, State.UNCONFIGURED)
         self.node.publish_activity()
         return outcome is CallbackReturn.SUCCESS
+
+    def _report_unread_parameters(self, spec: ControllerSpec) -> None:
+        """Log each parameter without effect once, with its place and the nearest known name."""
+        controller = spec.controller
+        unread = [n for n in controller.unread_parameters() if n not in spec.reported_parameters]
+        if not unread:
+            return
+        spec.reported_parameters.update(unread)
+        files = string_list_parameter(self.node, f"{spec.name}.params_file")
+        manager = f"{controller.get_node().get_namespace().rstrip('/')}/controller_manager"
+        for name in unread:
+            place = parameter_place(spec.name, manager, files, name)
+            sentence = unread_parameter_sentence(name, place, controller.known_parameters)
+            controller.logger.warning(sentence)
 
     def cleanup_controller(self, name: str) -> bool:
         """Clean up an inactive controller; return False on failure; do nothing if unconfigured."""

@@ -34,6 +34,7 @@ class ControllerSpec:
             None before the first update after activation.
         statistics: Statistics of the updates since activation.
         async_update: Updates in a thread of their own; None if the control cycle updates.
+        reported_parameters: Parameters of which the log says that they have no effect.
     """
 
     controller: ControllerInterface
@@ -46,6 +47,7 @@ class ControllerSpec:
     last_update_cycle_time_ns: int | None = None
     statistics: WorkStatistics = field(default_factory=WorkStatistics)
     async_update: AsyncUpdate | None = None
+    reported_parameters: set[str] = field(default_factory=set)
 
     @property
     def name(self) -> str:

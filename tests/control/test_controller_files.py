@@ -3,7 +3,9 @@
 import pytest
 
 from teleopctl.control.controller_files import controller_load_parameters, parameter_place
+from teleopctl.control.in_memory import ControlStack
 from teleopctl.errors import TeleopctlError
+from teleopctl.testing import serial_robot
 
 TYPE = "joint_trajectory_controller/JointTrajectoryController"
 
@@ -79,3 +81,45 @@ def test_a_parameter_has_file_and_line_of_the_last_file_that_sets_it(write):
     assert place("type") == f"{second}:3"
     assert place("joints") == f"{second}:5"
     assert place("gains") == ""
+
+
+JOINTS = {"joints": ["joint1", "joint2"], "command_interfaces": ["position"]}
+JOINTS |= {"state_interfaces": ["position"]}
+
+
+def test_an_unknown_parameter_is_reported_once_with_its_line_and_the_nearest_name(write):
+    file = write(
+        "arm.yaml",
+        "arm:\n  ros__parameters:\n    constraints:\n      joint2: {gaol: 0.1}\n",
+    )
+    stack = ControlStack(serial_robot(2))
+    stack.node.declare_parameter("arm.params_file", [file])
+    stack.load_controller("arm", TYPE, JOINTS | {"constraints.joint2.gaol": 0.1})
+    stack.activate("arm")
+    stack.deactivate("arm")
+    assert stack.manager.configure_controller("arm")
+    assert stack.nodes["arm"].log.texts("warning") == [
+        f"Parameter 'constraints.joint2.gaol' ({file}:4) is unknown and has no effect. "
+        "Did you mean constraints.joint2.goal?"
+    ]
+
+
+def test_parameters_of_other_releases_of_ros2_controllers_are_known():
+    stack = ControlStack(serial_robot(2))
+    old = {
+        "state_publish_rate": 50.0,
+        "action_monitor_rate": 20.0,
+        "allow_nonzero_velocity_at_trajectory_end": True,
+        "gains.joint1.i_clamp": 1.0,
+        "gains.joint1.angle_wraparound": True,
+        "constraints.joint1.goal": 0.1,
+        "qos_overrides./tf.publisher.depth": 3,
+    }
+    stack.load_controller("arm", TYPE, JOINTS | old)
+    stack.activate("arm")
+    assert stack.nodes["arm"].log.texts("warning") == [
+        "Parameter 'gains.joint1.angle_wraparound' has no effect: ros2_controllers have dropped "
+        "it: continuous joints of the description wrap around.",
+        "Parameter 'state_publish_rate' has no effect: ros2_controllers have dropped it: each "
+        "update publishes the state.",
+    ]

@@ -183,6 +183,11 @@ class ControllerInterface:
         value: object = node.get_parameter(name).value
         return default if value is None else cast(T, _of_type(name, value, default))
 
+    @property
+    def known_parameters(self) -> frozenset[str]:
+        """Names of the parameters that `auto_declare` has declared so far."""
+        return frozenset(self._known_parameters)
+
     def unread_parameters(self) -> list[str]:
         """Return the set parameters that a built-in controller never declared; empty for others.
 

@@ -273,10 +273,12 @@ def test_a_base_on_rollers_tells_its_wheels_speeds():
     assert speeds == pytest.approx((1.0 / RADIUS,) * 2)
 
 
-def test_parameters_that_mean_nothing_to_a_controller_are_named():
+def test_unknown_parameters_are_named_with_the_nearest_known_ones():
     base = Base(MECANUM, ROLLERS | {"odometry_rate": 5.0, "kinematics.wheel_radius": 0.1})
     assert base.node.log.texts("warning") == [
-        "Parameters that have no effect: kinematics.wheel_radius, odometry_rate"
+        "Parameter 'kinematics.wheel_radius' is unknown and has no effect. "
+        "Did you mean kinematics.wheels_radius?",
+        "Parameter 'odometry_rate' is unknown and has no effect. Did you mean odom_frame_id?",
     ]
 
 
