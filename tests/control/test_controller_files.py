@@ -5,6 +5,7 @@ import pytest
 from teleopctl.control.controller_files import controller_load_parameters, parameter_place
 from teleopctl.control.in_memory import ControlStack
 from teleopctl.errors import TeleopctlError
+from teleopctl.node import AllowableParameterValue
 from teleopctl.testing import serial_robot
 
 TYPE = "joint_trajectory_controller/JointTrajectoryController"
@@ -83,8 +84,11 @@ def test_a_parameter_has_file_and_line_of_the_last_file_that_sets_it(write):
     assert place("gains") == ""
 
 
-JOINTS = {"joints": ["joint1", "joint2"], "command_interfaces": ["position"]}
-JOINTS |= {"state_interfaces": ["position"]}
+JOINTS: dict[str, AllowableParameterValue] = {
+    "joints": ["joint1", "joint2"],
+    "command_interfaces": ["position"],
+    "state_interfaces": ["position"],
+}
 
 
 def test_an_unknown_parameter_is_reported_once_with_its_line_and_the_nearest_name(write):
@@ -106,7 +110,7 @@ def test_an_unknown_parameter_is_reported_once_with_its_line_and_the_nearest_nam
 
 def test_parameters_of_other_releases_of_ros2_controllers_are_known():
     stack = ControlStack(serial_robot(2))
-    old = {
+    old: dict[str, AllowableParameterValue] = {
         "state_publish_rate": 50.0,
         "action_monitor_rate": 20.0,
         "allow_nonzero_velocity_at_trajectory_end": True,
