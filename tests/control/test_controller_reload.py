@@ -523,3 +523,30 @@ class TestChains:
             stack.reload_controller("gentle")
         stack.step()
         assert stack.command(COMMAND) == pytest.approx(0.055)
+
+
+def test_a_reload_without_a_cycle_yet_can_be_withdrawn_for_another(stack, code, ramp):
+    code.edit(("self.value += STEP", "self.value -= STEP"))
+    first = ControllerReload(stack.manager, "ramp")
+    first.prepare()
+    first.commit()
+    assert not first.is_settled.is_set()
+    first.withdraw()
+    with pytest.raises(ReloadError, match="reloaded again"):
+        first.finish()
+    assert controller(stack) is ramp
+    code.edit(("self.value -= STEP", "self.value += 2 * STEP"))
+    stack.reload_controller("ramp")
+    assert stack.command(COMMAND) == pytest.approx(0.12)
+
+
+def test_a_controller_that_is_deactivated_before_its_first_update_is_the_new_one(stack, code, ramp):
+    code.edit(("self.value += STEP", "self.value -= STEP"))
+    reload = ControllerReload(stack.manager, "ramp")
+    reload.prepare()
+    reload.commit()
+    stack.deactivate("ramp")
+    stack.activate("ramp")
+    stack.step()
+    assert reload.finish() == "ramp"
+    assert stack.command(COMMAND) == pytest.approx(-0.01)

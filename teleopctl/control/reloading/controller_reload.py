@@ -252,6 +252,7 @@ class ControllerReload:
         if state is not State.FINALIZED:
             new.lifecycle_state = state
         if state is State.ACTIVE:
+            self._claims = new.command_interfaces
             # An attribute of the instance has precedence over the method of its class.
             new.__dict__["update"] = self._first_update
         else:
@@ -376,6 +377,9 @@ class ControllerReload:
         """Run the new instance's first update; if it fails, go back and run the old one's."""
         new = self._new
         del new.__dict__["update"]
+        if self._was_deactivated:
+            self._settle()
+            return new.update(time_ns, period)
         try:
             outcome = new.update(time_ns, period)
         except (Exception, SystemExit) as error:  # noqa: BLE001 - the old code goes on
@@ -388,6 +392,21 @@ class ControllerReload:
         self._undo.close()
         self._settle()
         return self._old.update(time_ns, period)
+
+    def withdraw(self) -> None:
+        """Go back to the old instance, unless the first update has already decided."""
+        with self._manager.cycle_lock:
+            if not self.is_settled.is_set():
+                self._new.__dict__.pop("update", None)
+                if not self._was_deactivated:
+                    self._problem = "it was reloaded again before its first update"
+                    self._undo.close()
+                self._settle()
+
+    @property
+    def _was_deactivated(self) -> bool:
+        """Whether the new instance was deactivated before its first update, so that it stays."""
+        return self._new.command_interfaces is not self._claims
 
     def _settle(self) -> None:
         self.is_settled.set()

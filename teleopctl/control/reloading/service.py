@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import threading
 from typing import TYPE_CHECKING, Any
 
@@ -40,6 +41,8 @@ class ReloadService:
         self._node = node
         self._manager = manager
         self._reloading: str | None = None
+        # Reloads whose first update is still to come.
+        self._pending: dict[str, ControllerReload] = {}
         self._service = node.create_service(
             get_service(SERVICE_TYPE), "~/reload_controller", self._reload
         )
@@ -69,6 +72,10 @@ class ReloadService:
     async def _reload_within(self, name: str, timeout_s: float) -> str:
         if self._reloading is not None:
             raise ReloadRefusedError(f"controller '{self._reloading}' is being reloaded")
+        if (pending := self._pending.pop(name, None)) is not None:
+            pending.withdraw()
+            with contextlib.suppress(ReloadError):
+                pending.finish()
         reload = ControllerReload(self._manager, name)
         self._reloading = name
         try:
@@ -82,6 +89,7 @@ class ReloadService:
         finally:
             self._reloading = None
         assert self._node.executor is not None
+        self._pending[name] = reload
         self._node.executor.create_task(self._finish_later, reload)
         return "its first update comes with the next control cycle"
 
@@ -110,6 +118,9 @@ class ReloadService:
         reload.on_settled = lambda: decided.set_result(None)
         if not reload.is_settled.is_set():
             await decided
+        if self._pending.get(reload.name) is not reload:
+            return
+        del self._pending[reload.name]
         try:
             reload.finish()
         except ReloadError as error:

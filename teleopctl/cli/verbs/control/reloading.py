@@ -88,6 +88,7 @@ def _watch(
 
     saved: queue.SimpleQueue[frozenset[Path]] = queue.SimpleQueue()
     watch = FileWatch(saved.put, console.warn)
+    watched: list[Path] = []
     try:
         while True:
             paths = sorted(Path(file) for file in files)
@@ -96,8 +97,10 @@ def _watch(
                     f"No file of controller '{name}' is on this machine",
                     hint="Its code is that of the controller manager's process: watch it there.",
                 )
-            watch.watch(paths)
-            console.note(f"Watching {', '.join(map(str, paths))}; Ctrl-C ends")
+            if paths != watched:
+                watched = paths
+                watch.watch(paths)
+                console.note(f"Watching {', '.join(map(str, paths))}; Ctrl-C ends")
             saved.get()
             while not saved.empty():
                 saved.get()
