@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import os
 import sys
+from types import CodeType
 from weakref import WeakKeyDictionary
 
 from teleopctl.base.typed import TYPE_CHECKING
@@ -24,6 +25,8 @@ _FIXED = frozenset(
 _Stamp = tuple[int, int, int]
 # Version of the file from which each module was imported, as far as `remember_sources` knows it.
 _imported_from: WeakKeyDictionary[ModuleType, _Stamp | None] = WeakKeyDictionary()
+_names_imported: WeakKeyDictionary[ModuleType, tuple[_Stamp | None, set[str]]]
+_names_imported = WeakKeyDictionary()
 
 
 class Reloaded:
@@ -189,28 +192,40 @@ def _changed(modules: set[str], *, unknown: bool) -> set[str]:
 
 
 def _imports(module: ModuleType) -> set[str]:
-    """Return the names of modules that a module's file imports, also within functions."""
-    import ast
+    """Return the names of modules that a module's code may import, also within functions."""
+    stamp = _stamp(module)
+    known = _names_imported.get(module)
+    if known is None or known[0] != stamp:
+        known = _names_imported[module] = stamp, _names_in(module)
+    return known[1]
 
+
+def _names_in(module: ModuleType) -> set[str]:
+    """Return all names in a module's compiled code, those of imported modules among them.
+
+    The compiled file is read, since compiling would keep the control loop from running: 1 ms for
+    60 lines.
+    """
+    spec = module.__spec__
     try:
-        with open(_source(module), "rb") as file:  # noqa: PTH123 -- paths of modules are texts
-            tree = ast.parse(file.read())
-    except (OSError, SyntaxError, ValueError):
+        code = None if spec is None else spec.loader.get_code(spec.name)  # type: ignore[union-attr]
+    except (ImportError, OSError, SyntaxError, ValueError, AttributeError):
         return set()
-    package = getattr(module, "__package__", None) or ""
+    waiting: list[object] = [code]
     names: set[str] = set()
-    for node in ast.walk(tree):
-        if isinstance(node, ast.Import):
-            for alias in node.names:
-                parts = alias.name.split(".")
-                names |= {".".join(parts[:count]) for count in range(1, len(parts) + 1)}
-        elif isinstance(node, ast.ImportFrom):
-            above = package.split(".")[: len(package.split(".")) - node.level + 1]
-            parts = [*(above if node.level else ()), *((node.module or "").split("."))]
-            base = ".".join(part for part in parts if part)
-            names.add(base)
-            names |= {f"{base}.{alias.name}" for alias in node.names}
-    return names
+    while waiting:
+        part = waiting.pop()
+        if isinstance(part, CodeType):
+            names.update(part.co_names)
+            waiting += part.co_consts
+        elif isinstance(part, tuple):
+            # The names after ``from … import``.
+            names.update(name for name in part if isinstance(name, str))
+    dotted = {name.rpartition(".")[0] for name in names if "." in name}
+    parts = (module.__package__ or "").split(".")
+    # Packages that a relative import may begin with.
+    above = [".".join(parts[:count]) for count in range(1, len(parts) + 1) if parts[0]]
+    return names | dotted | {f"{package}.{name}" for package in above for name in names}
 
 
 def _source(module: ModuleType | None) -> str:
