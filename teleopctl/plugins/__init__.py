@@ -191,6 +191,7 @@ CONTROLLERS = Kind(
     },
     bases=(f"{_CONTROLLERS}.base:ControllerInterface",),
     direct=True,
+    in_sources=True,
 )
 """Controllers, by the names that parameter files use as ``type``."""
 
@@ -211,6 +212,7 @@ HARDWARE = Kind(
     },
     bases=("teleopctl.control.hardware.base:HardwareComponentInterface",),
     direct=True,
+    in_sources=True,
 )
 """Hardware components, by the names that URDFs use as ``<plugin>``."""
 

@@ -15,6 +15,8 @@ if TYPE_CHECKING:
     from importlib.metadata import Distribution
     from typing import Any
 
+# Finds plug-ins in the sources of packages, which are in a higher layer.
+_SOURCES = "teleopctl.packages.source_plugins:find_source_plugin"
 # Beginnings of the group headers to read; the second one is for ROS 2's components in Python.
 _MARKS = ("[teleopctl.", "[rclpy_components]")
 
@@ -30,12 +32,22 @@ class Kind:
         bases: Base classes of plug-ins, of which one is required, as ``module:Class``; empty for
             any object.
         classes: Whether plug-ins are subclasses of ``bases``; otherwise they are instances.
-        direct: Whether ``module:object`` may be given instead of a name.
+        direct: Whether ``module:object`` or ``file.py:object`` may be given instead of a name.
+        in_sources: Whether packages that are not installed may have plug-ins, ``package/name``.
         summaries: One-line descriptions of teleopctl's own plug-ins by name, for lists that must
             not import the plug-ins; empty for most kinds.
     """
 
-    __slots__ = ("bases", "builtin", "classes", "direct", "group", "noun", "summaries")
+    __slots__ = (
+        "bases",
+        "builtin",
+        "classes",
+        "direct",
+        "group",
+        "in_sources",
+        "noun",
+        "summaries",
+    )
 
     def __init__(
         self,
@@ -46,6 +58,7 @@ class Kind:
         bases: tuple[str, ...] = (),
         classes: bool = True,
         direct: bool = False,
+        in_sources: bool = False,
         summaries: Mapping[str, str] | None = None,
     ) -> None:
         self.noun = noun
@@ -54,6 +67,7 @@ class Kind:
         self.bases = bases
         self.classes = classes
         self.direct = direct
+        self.in_sources = in_sources
         self.summaries = summaries or {}
 
 
@@ -64,25 +78,42 @@ class Plugin:
         name: Name of the plug-in.
         target: Import path ``module:object``.
         distribution: Distribution that has the plug-in; empty for teleopctl.
+        folder: Folder from which the plug-in is imported; empty for an installed one.
     """
 
-    __slots__ = ("distribution", "name", "target")
+    __slots__ = ("distribution", "folder", "name", "target")
 
-    def __init__(self, name: str, target: str, distribution: str = "") -> None:
+    def __init__(self, name: str, target: str, distribution: str = "", folder: str = "") -> None:
         self.name = name
         self.target = target
         self.distribution = distribution
+        self.folder = folder
 
 
 def find(kind: Kind, name: str) -> Plugin | None:
-    """Return a plug-in, unimported, by name or, if its kind allows, ``module:object``; or None."""
+    """Return a plug-in, unimported, by name or, if its kind allows, by its module; or None."""
     if name in kind.builtin:
         return Plugin(name, kind.builtin[name])
     if (installed := _installed_plugins(kind.group).get(name)) is not None:
         return installed
-    if kind.direct and ":" in name and "/" not in name:
-        return Plugin(name, name)
+    if kind.direct and ":" in name:
+        return _direct(name)
+    if kind.in_sources and "/" in name:
+        found = import_object(_SOURCES)(kind.group, name)
+        if found is not None:
+            target, folder = found
+            return Plugin(name, target, name.partition("/")[0], folder)
     return None
+
+
+def _direct(name: str) -> Plugin | None:
+    """Return the plug-in ``module:object`` or ``file.py:object``; None for another text."""
+    file, _, attribute = name.rpartition(":")
+    if file.endswith(".py"):
+        path = os.path.abspath(os.path.expanduser(file))  # noqa: PTH100, PTH111 -- paths are texts
+        folder, last = os.path.split(path)
+        return Plugin(name, f"{last.removesuffix('.py')}:{attribute}", folder=folder)
+    return None if "/" in name else Plugin(name, name)
 
 
 def available(kind: Kind) -> dict[str, Plugin]:
@@ -119,12 +150,20 @@ def load(kind: Kind, name: str) -> Any:
     whose = f" of {plugin.distribution}" if plugin.distribution else ""
     what = f"{kind.noun} '{name}'{whose}"
     before = set(sys.modules)
+    if plugin.folder and plugin.folder not in sys.path:
+        sys.path.insert(0, plugin.folder)
     try:
         found = import_object(plugin.target)
     except (Exception, SystemExit) as error:
         broken = broken_import(what, plugin.target, error)
         _forget_imports(since=before)
         raise broken from error
+    if plugin.folder:
+        source = getattr(sys.modules[plugin.target.partition(":")[0]], "__file__", None) or ""
+        if not source.startswith(plugin.folder + os.sep):
+            raise BrokenPluginError(
+                f"{what}: {source} has the same module name and was imported before"
+            )
     if kind.bases and not _is_one(found, kind):
         relation = "a subclass" if kind.classes else "an object"
         raise BrokenPluginError(

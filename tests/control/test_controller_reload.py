@@ -210,6 +210,24 @@ class TestReload:
         assert stack.reload_controller("ramp") == "no file has changed"
         assert stack.command(COMMAND) == pytest.approx(0.11)
 
+    @pytest.mark.parametrize("kind", ["file", "package"])
+    def test_the_code_may_be_a_file_or_a_package_that_is_not_installed(
+        self, stack, code, kind, monkeypatch
+    ):
+        monkeypatch.setattr(sys, "path", [one for one in sys.path if one != str(code.folder)])
+        type_name = f"{code.folder / 'ramp.py'}:Ramp"
+        if kind == "package":
+            code.save('<package format="3"><name>ramps</name></package>', "package.xml")
+            points = "{'teleopctl.controllers': ['ramps/Ramp = ramp:Ramp']}"
+            code.save(f"from setuptools import setup\nsetup(entry_points={points})", "setup.py")
+            monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", str(code.folder))
+            type_name = "ramps/Ramp"
+        stack.load_controller("ramp", type_name, {})
+        stack.activate("ramp")
+        code.edit(("self.value += STEP", "self.value -= STEP"))
+        assert stack.reload_controller("ramp") == "ramp"
+        assert stack.command(COMMAND) == pytest.approx(-0.01)
+
     def test_an_unknown_name_is_refused_with_those_that_are_loaded(self, stack, ramp):
         with pytest.raises(
             ReloadError, match="no controller with this name exists; loaded are: ramp"

@@ -2,6 +2,7 @@
 
 import threading
 from itertools import pairwise
+from typing import Any
 
 from teleopctl.interfaces import get_action, get_message, to_nanoseconds
 from teleopctl.node import ActionClient, GoalState
@@ -91,6 +92,11 @@ controller_manager:
 WANTED, NEW_SPEED = 0.5, 1.0
 
 
+def outcome(future: Any) -> Any:
+    assert future.wait(LONGEST_WAIT_S)
+    return future.result()
+
+
 def test_a_goal_goes_on_in_changed_code_and_no_cycle_is_missed(ros):
     code = ros.folder / "my_follow.py"
     code.write_text(CODE)
@@ -110,9 +116,8 @@ def test_a_goal_goes_on_in_changed_code_and_no_cycle_is_missed(ros):
         received.append((stamp_ns, message.feedback.desired.positions[0]))
         moves.set()
 
-    accepted = client.send_goal_async(goal, feedback_callback=on_feedback)
-    assert accepted.wait(LONGEST_WAIT_S)
-    result = accepted.result().get_result_async()
+    accepted = outcome(client.send_goal_async(goal, feedback_callback=on_feedback))
+    result = accepted.get_result_async()
     assert moves.wait(LONGEST_WAIT_S)
 
     code.write_text(CODE.replace("goal = self.goal\n", "goal = self.gaol\n"))
@@ -129,9 +134,8 @@ def test_a_goal_goes_on_in_changed_code_and_no_cycle_is_missed(ros):
     code.write_text(CODE.replace('0.05, "old"', '1.0, "new"'))
     done = ros.run("control reload follow")
     assert done.stdout == "Successfully reloaded controller follow: my_follow\n", done.stderr
-    assert result.wait(LONGEST_WAIT_S)
-    assert result.result().status == GoalState.SUCCEEDED
-    assert result.result().result.error_string == "new"
+    assert outcome(result).status == GoalState.SUCCEEDED
+    assert outcome(result).result.error_string == "new"
     eventually(lambda: abs(received[-1][1] - WANTED) < 1e-9)
     for (before_ns, before), (after_ns, after) in pairwise(received):
         seconds = (after_ns - before_ns) * 1e-9
