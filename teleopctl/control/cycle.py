@@ -5,6 +5,7 @@ In lockstep this loop does not run: the hardware calls ``Cycle.run`` for each re
 
 from __future__ import annotations
 
+import contextlib
 import gc
 import os
 import threading
@@ -35,6 +36,8 @@ _MUCH_GARBAGE = 200_000
 # Real-time priority of the loop's thread, as in ros2_control.
 _PRIORITY = 50
 _STOP_ON_DEACTIVATE = "defaults.deactivate_controllers_on_hardware_self_deactivate"
+# Longest time for which `stop` may have to wait for the sleeping loop, in seconds.
+_LONGEST_SLEEP_S = 0.02
 # Seconds between two reports of the same kind from the loop.
 _REPORT_PERIOD = 1.0
 
@@ -291,17 +294,21 @@ class WallClockLoop:
                 deadline += period
                 slack = deadline - time.monotonic()
                 if slack < 0.0:
-                    missed = int(-slack / period) + 1
-                    self._report_overrun(period - slack, missed)
-                    deadline += missed * period
+                    # The late cycle runs at once; the deadline after it is on the grid again.
+                    late = int(-slack / period)
+                    self._report_overrun(period - slack, late + 1)
+                    deadline += late * period
                     slack = deadline - time.monotonic()
                 garbage = gc.get_count()[0]
                 if garbage > (_GARBAGE if slack > period / 2 else _MUCH_GARBAGE):
                     # Cheap: objects from before the start of the loop are frozen and skipped.
                     gc.collect()
                     slack = deadline - time.monotonic()
+                if slack > _LONGEST_SLEEP_S:
+                    self._stop.wait(slack - _LONGEST_SLEEP_S)
+                    slack = deadline - time.monotonic()
                 if slack > 0.0:
-                    self._stop.wait(slack)
+                    time.sleep(slack)
         finally:
             gc.enable()
 
@@ -327,12 +334,24 @@ class WallClockLoop:
 
 
 def _request_realtime_scheduling(logger: RcutilsLogger) -> None:
-    """Request real-time scheduling for this thread; log whether the system permits it."""
+    """Request real-time scheduling for this process; log whether the system permits it.
+
+    The other threads get a priority below that of the loop's thread, but a real-time one as well:
+    the loop waits for each of them that has the interpreter's lock, and must not wait for other
+    processes through it.
+    """
     if not hasattr(os, "sched_setscheduler"):
         return
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
     except OSError:
         logger.info("Running without real-time scheduling: the system does not permit it")
-    else:
-        logger.info(f"Successful set up FIFO RT scheduling policy with priority {_PRIORITY}.")
+        return
+    logger.info(f"Successful set up FIFO RT scheduling policy with priority {_PRIORITY}.")
+    below = os.sched_param(_PRIORITY - 1)
+    for thread in threading.enumerate():
+        # A thread may have ended since, or not have begun; one may have a priority of its own.
+        if (number := thread.native_id) is not None:
+            with contextlib.suppress(OSError):
+                if os.sched_getscheduler(number) == os.SCHED_OTHER:
+                    os.sched_setscheduler(number, os.SCHED_FIFO, below)

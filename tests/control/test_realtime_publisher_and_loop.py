@@ -1,11 +1,13 @@
 """Publishing outside the control cycle, and cycles on the wall clock."""
 
+import os
 import threading
+from types import SimpleNamespace
 from typing import Any, cast
 
 import pytest
 
-from teleopctl.control import cycle_watchdog
+from teleopctl.control import cycle, cycle_watchdog
 from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.cycle_watchdog import CycleWatchdog
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
@@ -90,28 +92,81 @@ def test_the_loop_runs_cycles_until_it_is_stopped():
     assert stack.cycle.time_ns == 0
 
 
-def test_missed_cycles_are_skipped_and_reported():
-    log = RecordedLog("test")
-    enough = threading.Event()
+class StandingClock:
+    """Clock that replaces the module ``time`` and moves only by sleep."""
 
-    class Slow:
-        count = 0
+    def __init__(self) -> None:
+        self.now = 100.0
+
+    def monotonic(self) -> float:
+        return self.now
+
+    def monotonic_ns(self) -> int:
+        return round(self.now * 1e9)
+
+    time_ns = monotonic_ns
+
+    def sleep(self, seconds: float) -> None:
+        self.now += seconds
+
+
+def test_a_late_cycle_runs_at_once_and_the_next_one_on_the_grid(monkeypatch):
+    clock, log, period, done = StandingClock(), RecordedLog("test"), 0.01, threading.Event()
+    monkeypatch.setattr(cycle, "time", clock)
+    begins = []
+
+    class Late:
+        durations = iter([0.2, 1.3, 0.2, 3.5, 0.1, 0.1])
 
         def run(self, time_ns, steady_ns):
-            del time_ns, steady_ns
-            self.count += 1
-            threading.Event().wait(0.03)
-            if self.count == 3:
-                enough.set()
+            del time_ns
+            duration = next(self.durations, None)
+            if duration is None:
+                done.set()
+                return
+            begins.append((steady_ns * 1e-9 - 100.0) / period)
+            clock.now += duration * period
 
-    loop = WallClockLoop(cast(Cycle, Slow()), 100, cast(RcutilsLogger, log))
+    loop = WallClockLoop(cast(Cycle, Late()), 100, cast(RcutilsLogger, log))
     loop.start()
-    assert enough.wait(LONGEST_WAIT_S)
+    assert done.wait(LONGEST_WAIT_S)
     loop.stop()
-    (report,) = log.texts("warning")
-    assert report.startswith(
-        "Overrun detected! The controller manager missed its desired rate of 100 Hz."
+    assert begins == pytest.approx([0.0, 1.0, 2.3, 3.0, 6.5, 7.0], abs=1e-3)
+    assert log.texts("warning")[0] == (
+        "Overrun detected! The controller manager missed its desired rate of 100 Hz. The loop took "
+        "13.000 ms (missed cycles : 1)."
     )
+
+
+def test_no_thread_of_the_process_waits_for_other_processes_while_the_loop_needs_it(monkeypatch):
+    priorities, done, waiting = dict[int, int](), threading.Event(), threading.Event()
+    monkeypatch.setattr(
+        os,
+        "sched_setscheduler",
+        lambda thread, _, param: priorities.update({thread: param.sched_priority}),
+        raising=False,
+    )
+    scheduled = {threading.get_native_id(): os.SCHED_RR}
+    monkeypatch.setattr(
+        os,
+        "sched_getscheduler",
+        lambda thread: scheduled.get(thread, os.SCHED_OTHER),
+        raising=False,
+    )
+    other = threading.Thread(target=waiting.wait)
+    other.start()
+    run = cast(Cycle, SimpleNamespace(run=lambda *_: done.set()))
+    log = RecordedLog("test")
+    loop = WallClockLoop(run, 100, cast(RcutilsLogger, log))
+    loop.start()
+    assert done.wait(LONGEST_WAIT_S)
+    loop.stop()
+    waiting.set()
+    other.join()
+    assert priorities[0] == 50
+    assert priorities[cast(int, other.native_id)] == 49
+    assert threading.get_native_id() not in priorities
+    assert log.texts() == ["Successful set up FIFO RT scheduling policy with priority 50."]
 
 
 def test_a_cycle_that_fails_is_reported_and_the_next_one_runs():
@@ -152,11 +207,11 @@ def test_hardware_that_does_not_return_is_named_and_reported_once(monkeypatch, f
     monkeypatch.setattr(component.hardware, function, lambda *_: goes_on.wait(LONGEST_WAIT_S))
     watchdog = CycleWatchdog(stack.cycle, cast(RcutilsLogger, log), limit_s=0.3, on_limit=on_limit)
     watchdog.start()
-    cycle = threading.Thread(target=stack.step)
-    cycle.start()
+    step = threading.Thread(target=stack.step)
+    step.start()
     assert ended.wait(LONGEST_WAIT_S)
     goes_on.set()
-    cycle.join()
+    step.join()
     watchdog.stop()
     (report,) = log.texts("error")
     assert report.startswith(f"Hardware '{component.name}' has not returned from {function}() for")
