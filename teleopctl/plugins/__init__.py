@@ -151,6 +151,7 @@ CONTROLLERS = Kind(
             "joint_trajectory.controller": "joint_trajectory_controller/JointTrajectoryController",
             "mobile_base.diff_drive": "diff_drive_controller/DiffDriveController",
             "mobile_base.mecanum": "mecanum_drive_controller/MecanumDriveController",
+            "mobile_base.omni_wheel": "omni_wheel_drive_controller/OmniWheelDriveController",
             "mobile_base.steering": (
                 "ackermann_steering_controller/AckermannSteeringController "
                 "bicycle_steering_controller/BicycleSteeringController "

@@ -44,7 +44,7 @@ _RADII = (
     *("wheel_radius", "wheels_radius", "rear_wheels_radius", "front_wheels_radius"),
     *("traction_wheels_radius", "kinematics.wheels_radius"),
 )
-_IN_PLACE = ("DiffDriveController", "MecanumDriveController")
+_IN_PLACE = ("DiffDriveController", "MecanumDriveController", "OmniWheelDriveController")
 
 # Any stands for messages: their classes are created at run time, from definitions.
 

@@ -37,6 +37,11 @@ class MobileBaseController(ControllerInterface):
     timeout_parameter: ClassVar[str] = "cmd_vel_timeout"
     default_timeout: ClassVar[float] = 0.5
     default_publish_rate: ClassVar[float] = 50.0
+    default_window: ClassVar[int] = 10
+    covariance_parameters: ClassVar[tuple[str, str]] = (
+        "pose_covariance_diagonal",
+        "twist_covariance_diagonal",
+    )
 
     # -- overridden by kinds of bases --------------------------------------------------------------
 
@@ -103,7 +108,9 @@ class MobileBaseController(ControllerInterface):
             self.logger.error(str(error))
             return CallbackReturn.ERROR
         self._open_loop = self.auto_declare("open_loop", False)
-        self._odometry = Odometry(self.auto_declare("velocity_rolling_window_size", 10))
+        self._odometry = Odometry(
+            self.auto_declare("velocity_rolling_window_size", self.default_window)
+        )
         self._input = VelocityInput(
             self,
             self.command_topic,
@@ -115,6 +122,7 @@ class MobileBaseController(ControllerInterface):
             self.odometry_topic,
             self.transform_topic,
             self.auto_declare("publish_rate", self.default_publish_rate),
+            self.covariance_parameters,
         )
         return None
 

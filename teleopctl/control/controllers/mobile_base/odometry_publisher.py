@@ -20,18 +20,24 @@ class OdometryPublisher:
     """Realtime publisher of odometry and transform, at a rate by the controller's time.
 
     Reads the controller's parameters ``odom_frame_id``, ``base_frame_id``, ``tf_frame_prefix``
-    and ``tf_frame_prefix_enable``, ``pose_covariance_diagonal``, ``twist_covariance_diagonal`` and
-    ``enable_odom_tf``.
+    and ``tf_frame_prefix_enable``, ``enable_odom_tf`` and the covariances' diagonals.
 
     Args:
         controller: Controller of the base.
         topic: Topic of the odometry.
         transform_topic: Topic of the transform.
         publish_rate: Publishing rate in Hz; 0 to publish in every update.
+        covariance_parameters: Parameters of the diagonals of pose and twist covariance, six values
+            each.
     """
 
     def __init__(
-        self, controller: ControllerInterface, topic: str, transform_topic: str, publish_rate: float
+        self,
+        controller: ControllerInterface,
+        topic: str,
+        transform_topic: str,
+        publish_rate: float,
+        covariance_parameters: tuple[str, str],
     ) -> None:
         self._node = node = controller.get_node()
         read = controller.auto_declare
@@ -43,8 +49,8 @@ class OdometryPublisher:
         self._message: Any = odometry()
         self._message.header.frame_id = prefix + read("odom_frame_id", "odom")
         self._message.child_frame_id = prefix + read("base_frame_id", "base_link")
-        for field in ("pose", "twist"):
-            diagonal: list[float] = read(f"{field}_covariance_diagonal", [0.0] * _ROWS)
+        for field, parameter in zip(("pose", "twist"), covariance_parameters, strict=True):
+            diagonal: list[float] = read(parameter, [0.0] * _ROWS)
             covariance = [0.0] * _ROWS**2
             for row, value in enumerate(diagonal):
                 covariance[row * (_ROWS + 1)] = float(value)
