@@ -12,7 +12,8 @@ import pytest
 
 from teleopctl import plugins
 from teleopctl.interfaces.store import get_message
-from teleopctl.testing import RosGraph
+from teleopctl.plugins import lookup
+from teleopctl.testing import ControlStack, RosGraph, serial_robot
 from tests import ROOT
 from tests.distributions import install
 from tests.test_docs import blocks, calls, command_lines
@@ -101,6 +102,31 @@ def test_every_kind_of_plug_in_is_in_the_table_and_has_a_page():
         for group in tomllib.loads(files_of(page)["pyproject.toml"])["project"]["entry-points"]
     }
     assert shown == groups
+
+
+def test_a_strangers_filter_is_part_of_a_chain(tmp_path, monkeypatch):
+    files = files_of(FOLDER / "controller.md")
+    project = tomllib.loads(files["pyproject.toml"])["project"]
+    group = {plugins.FILTERS.group: project["entry-points"][plugins.FILTERS.group]}
+    install(tmp_path, project["name"], group, {"my_filters.py": files["my_filters.py"]})
+    monkeypatch.syspath_prepend(str(tmp_path))
+    lookup._installed.cache_clear()
+    stack = ControlStack(serial_robot(1, initial=(0.25,)))
+    stack.load_controller(
+        "calm",
+        "chained_filter_controller/ChainedFilter",
+        {
+            "input_interfaces": ["joint1/position"],
+            "output_interfaces": ["calm"],
+            "filter_chain.filter1.name": "deadband",
+            "filter_chain.filter1.type": "my_filters/Deadband",
+            "filter_chain.filter1.params.width": 0.5,
+        },
+    )
+    stack.activate("calm")
+    stack.step()
+    assert stack.state("calm/calm") == 0.0
+    lookup._installed.cache_clear()
 
 
 def test_a_strangers_controller_moves_a_joint(ros, use):

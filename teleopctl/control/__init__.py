@@ -39,6 +39,11 @@ if TYPE_CHECKING:
     from teleopctl.control.controllers.chainable import (
         ChainableControllerInterface as ChainableControllerInterface,
     )
+    from teleopctl.control.controllers.filters.base import (
+        FilterBase as FilterBase,
+        FilterParams as FilterParams,
+        InvalidFilterError as InvalidFilterError,
+    )
     from teleopctl.control.controllers.realtime_goal import (
         RealtimeServerGoalHandle as RealtimeServerGoalHandle,
     )

@@ -139,6 +139,7 @@ CONTROLLERS = Kind(
         name: f"{_CONTROLLERS}.{module}:{name.partition('/')[2]}"
         for module, names in {
             "battery_state_broadcaster": "battery_state_broadcaster/BatteryStateBroadcaster",
+            "chained_filter_controller": "chained_filter_controller/ChainedFilter",
             "forward_command_controller": (
                 "effort_controllers/JointGroupEffortController "
                 "forward_command_controller/ForwardCommandController "
@@ -195,6 +196,25 @@ CONTROLLERS = Kind(
     in_sources=True,
 )
 """Controllers, by the names that parameter files use as ``type``."""
+
+_FILTERS = f"{_CONTROLLERS}.filters"
+
+FILTERS = Kind(
+    "filter",
+    "teleopctl.filters",
+    {
+        "control_filters/ExponentialFilterDouble": f"{_FILTERS}.doubles:ExponentialFilter",
+        "control_filters/GravityCompensationWrench": f"{_FILTERS}.wrenches:GravityCompensation",
+        "control_filters/LowPassFilterDouble": f"{_FILTERS}.doubles:LowPassFilter",
+        "control_filters/LowPassFilterWrench": f"{_FILTERS}.wrenches:WrenchLowPassFilter",
+        "control_filters/RateLimiterDouble": f"{_FILTERS}.doubles:RateLimiterFilter",
+        "filters/MeanFilterDouble": f"{_FILTERS}.doubles:MeanFilter",
+        "filters/MedianFilterDouble": f"{_FILTERS}.doubles:MedianFilter",
+        "filters/TransferFunctionFilterDouble": f"{_FILTERS}.doubles:TransferFunctionFilter",
+    },
+    bases=(f"{_FILTERS}.base:FilterBase",),
+)
+"""Filters of measured values, by the names that parameter files use as ``type`` in chains."""
 
 _TOPIC = "teleopctl.control.hardware.topic:JointStateTopicSystem"
 

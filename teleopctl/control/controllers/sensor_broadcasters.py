@@ -11,9 +11,14 @@ from teleopctl.control.controllers.base import (
     InterfaceConfiguration,
     InterfaceConfigurationType,
 )
+from teleopctl.control.controllers.chainable import ChainableControllerInterface
+from teleopctl.control.controllers.filters.base import WRENCH, FilterChain
+from teleopctl.control.handles import StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import RealtimePublisher
+from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, set_stamp
+from teleopctl.tf import Quaternion, conjugate, multiply, quaternion_from_rpy, rotate
 
 _COVARIANCE_LENGTH = 9
 _AXES = "xyz"
@@ -118,7 +123,7 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
         roll, pitch, yaw = (
             self.auto_declare(f"rotation_offset.{name}", 0.0) for name in ("roll", "pitch", "yaw")
         )
-        self._mounting = _quaternion(roll, pitch, yaw)
+        self._mounting = quaternion_from_rpy(roll, pitch, yaw)
         self.create_publisher()
         for part, values in covariances.items():
             # The orientation's covariance is in the world frame, independent of the mounting.
@@ -140,12 +145,12 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
 
     def fill_message(self, values: Sequence[float]) -> None:
         """Copy the measured values into the Imu message, rotated by the sensor's mounting."""
-        orientation, rate, acceleration = values[:4], values[4:7], values[7:]
-        x, y, z, w = self._mounting
-        if w != 1.0:
+        qx, qy, qz, qw, wx, wy, wz, ax, ay, az = values
+        orientation, rate, acceleration = (qx, qy, qz, qw), (wx, wy, wz), (ax, ay, az)
+        if self._mounting[3] != 1.0:
             # Orientation of `frame_id`: that of the sensor, rotated back by its mounting.
-            orientation = _product(orientation, (-x, -y, -z, w))
-            rate, acceleration = (_turned(v, self._mounting) for v in (rate, acceleration))
+            orientation = multiply(orientation, conjugate(self._mounting))
+            rate, acceleration = (rotate(self._mounting, v) for v in (rate, acceleration))
         message = self._message
         for part, axes, numbers in (
             (message.orientation, "xyzw", orientation),
@@ -156,20 +161,27 @@ class IMUSensorBroadcaster(_SensorBroadcaster):
                 setattr(part, axis, number)
 
 
-class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
+class ForceTorqueSensorBroadcaster(_SensorBroadcaster, ChainableControllerInterface):
     """Controller that publishes force and torque interfaces as WrenchStamped.
 
     Plug-in type ``force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster``.
 
     The published value of each axis is ``(measured + offset) * multiplier``; NaN for an axis
-    without an interface.
+    without an interface. These values are also exported as states for other controllers. With the
+    filters of ``sensor_filter_chain``, their result is published on ``~/wrench_filtered``.
     """
 
     message_type = "geometry_msgs/msg/WrenchStamped"
     topic = "~/wrench"
 
+    def on_init(self) -> None:
+        """Declare the parameters ``sensor_name`` and ``frame_id``; register for changes."""
+        super().on_init()
+        self._chain: FilterChain[list[float]] | None = None
+        self.get_node().add_post_set_parameters_callback(self._parameters_changed)
+
     def on_configure(self) -> CallbackReturn | None:
-        """Read the parameters, and create the publisher of ``~/wrench``."""
+        """Read the parameters; create the publishers of ``~/wrench`` and ``~/wrench_filtered``."""
         sensor = self.auto_declare("sensor_name", "")
         given = [self.auto_declare(f"interface_names.{p}.{a}", "") for p, a in _WRENCH]
         if not sensor and not any(given):
@@ -184,31 +196,110 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster):
                 "not be specified together."
             )
             return CallbackReturn.ERROR
-        if not self.auto_declare("frame_id", ""):
+        frame = self.auto_declare("frame_id", "")
+        if not frame:
             self.logger.error("Parameter 'frame_id' cannot be empty")
             return CallbackReturn.ERROR
+        self._sensor = sensor
         self._names = [f"{sensor}/{p}.{a}" for p, a in _WRENCH] if sensor else given
+        self._read_calibration()
+        chain: FilterChain[list[float]] = FilterChain(self, WRENCH, "sensor_filter_chain", frame)
+        self._chain = chain
+        # As in ROS 2, the raw values are published even if the chain is invalid.
+        if chain.configure() and len(chain):
+            self.logger.info(f"Filter active with {len(chain)} filters!")
+        self.create_publisher()
+        # Any: message classes are generated at run time. The message is reused.
+        kind: Any = get_message(self.message_type)
+        self._filtered_message: Any = kind()
+        self._filtered_message.header.frame_id = frame
+        node = self.get_node()
+        self._filtered_publisher = node.create_publisher(kind, "~/wrench_filtered", 10)
+        self._realtime_filtered = RealtimePublisher(
+            self.params.publish_queue, self._publish_filtered
+        )
+        self.logger.info("configure successful")
+        return None
+
+    def _read_calibration(self) -> None:
         self._offsets = [self.auto_declare(f"offset.{p}.{a}", 0.0) for p, a in _WRENCH]
         self._factors = [self.auto_declare(f"multiplier.{p}.{a}", 1.0) for p, a in _WRENCH]
-        if any(self.get_node().has_parameter(f"sensor_filter_chain.filter{n}.type") for n in "12"):
-            self.logger.warning(
-                "Parameter 'sensor_filter_chain' has no effect: there is no ~/wrench_filtered"
-            )
-        self.create_publisher()
-        return None
+
+    # Any: parameters of any type.
+    def _parameters_changed(self, parameters: Sequence[Any]) -> None:
+        del parameters
+        if self._chain is None:
+            return
+        try:
+            self._read_calibration()
+        except TeleopctlError as error:
+            self.logger.error(f"{error}: the sensor keeps the earlier value")
+        self._chain.parameters_changed()
+
+    def on_cleanup(self) -> None:
+        """Destroy the publishers and the filters."""
+        super().on_cleanup()
+        self.get_node().destroy_publisher(self._filtered_publisher)
+        if self._chain is not None:
+            self._chain.close()
+        self._chain = None
+
+    def on_activate(self) -> None:
+        """Make the filters forget earlier values."""
+        if self._chain is not None:
+            self._chain.reset()
+
+    def on_restart(self) -> None:
+        """Make the filters forget earlier values after a simulation reset."""
+        self.on_activate()
 
     def interface_names(self) -> Sequence[str]:
         """Return the full names of the configured force and torque state interfaces."""
         return [name for name in self._names if name]
 
+    def on_export_state_interfaces_list(self) -> list[StateInterface]:
+        """Return a new state interface for each configured axis of the wrench."""
+        prefix = f"{self.name}/{self._sensor}".removesuffix("/")
+        return [
+            StateInterface(prefix, name.removeprefix(f"{self._sensor}/"))
+            for name in self._names
+            if name
+        ]
+
+    def update(self, time_ns: int, period: float) -> ReturnType | None:
+        """Export the corrected wrench, filter it, and queue both for publishing."""
+        del period
+        measured = iter([state.value for state in self.state_interfaces])
+        wrench = [
+            ((next(measured) if name else math.nan) + offset) * factor
+            for name, offset, factor in zip(self._names, self._offsets, self._factors, strict=True)
+        ]
+        exported = iter(self.exported_state_interfaces)
+        for name, value in zip(self._names, wrench, strict=True):
+            if name:
+                next(exported).value = value
+        self._realtime_publisher.try_publish((time_ns, wrench))
+        if self._chain:
+            filtered = self._chain.update(wrench)
+            if filtered is not None:
+                self._realtime_filtered.try_publish((time_ns, filtered))
+        return None
+
     def fill_message(self, values: Sequence[float]) -> None:
-        """Copy the measured values into the wrench, with offsets and multipliers applied."""
-        measured = iter(values)
-        for (part, axis), name, offset, factor in zip(
-            _WRENCH, self._names, self._offsets, self._factors, strict=True
-        ):
-            value = next(measured) if name else math.nan
-            setattr(getattr(self._message.wrench, part), axis, (value + offset) * factor)
+        """Copy the corrected values into the wrench message."""
+        _fill_wrench(self._message.wrench, values)
+
+    def _publish_filtered(self, value: tuple[int, Sequence[float]]) -> None:
+        time_ns, values = value
+        set_stamp(self._filtered_message.header.stamp, time_ns)
+        _fill_wrench(self._filtered_message.wrench, values)
+        self._filtered_publisher.publish(self._filtered_message)
+
+
+# Any: message classes are generated at run time.
+def _fill_wrench(wrench: Any, values: Sequence[float]) -> None:
+    for (part, axis), value in zip(_WRENCH, values, strict=True):
+        setattr(getattr(wrench, part), axis, value)
 
 
 class RangeSensorBroadcaster(_SensorBroadcaster):
@@ -343,40 +434,12 @@ def whole_number(value: float, lowest: int, highest: int, *, otherwise: int) -> 
     return int(value) if lowest <= value <= highest else otherwise
 
 
-def _quaternion(roll: float, pitch: float, yaw: float) -> tuple[float, float, float, float]:
-    """Return the quaternion (x y z w) of rotations about fixed axes x, then y, then z."""
-    (sr, cr), (sp, cp), (sy, cy) = (
-        (math.sin(angle / 2.0), math.cos(angle / 2.0)) for angle in (roll, pitch, yaw)
-    )
-    return (
-        sr * cp * cy - cr * sp * sy,
-        cr * sp * cy + sr * cp * sy,
-        cr * cp * sy - sr * sp * cy,
-        cr * cp * cy + sr * sp * sy,
-    )
-
-
-def _product(a: Sequence[float], b: Sequence[float]) -> tuple[float, float, float, float]:
-    """Return the quaternion (x y z w) of rotation b followed by a."""
-    ax, ay, az, aw = a
-    bx, by, bz, bw = b
-    return (
-        aw * bx + ax * bw + ay * bz - az * by,
-        aw * by - ax * bz + ay * bw + az * bx,
-        aw * bz + ax * by - ay * bx + az * bw,
-        aw * bw - ax * bx - ay * by - az * bz,
-    )
-
-
-def _turned(vector: Sequence[float], rotation: Sequence[float]) -> Sequence[float]:
-    x, y, z, w = rotation
-    return _product(_product(rotation, (*vector, 0.0)), (-x, -y, -z, w))[:3]
-
-
-def _turned_matrix(matrix: Sequence[float], rotation: Sequence[float]) -> Sequence[float]:
+def _turned_matrix(matrix: Sequence[float], rotation: Quaternion) -> Sequence[float]:
     """Return ``R M R^T`` of a 3 by 3 matrix M, row by row."""
     columns = [
-        _turned([matrix[3 * row + column] for row in range(3)], rotation) for column in range(3)
+        rotate(rotation, (matrix[column], matrix[3 + column], matrix[6 + column]))
+        for column in range(3)
     ]
-    rows = [_turned([columns[column][row] for column in range(3)], rotation) for row in range(3)]
+    x, y, z = columns
+    rows = [rotate(rotation, (x[row], y[row], z[row])) for row in range(3)]
     return [value for row in rows for value in row]

@@ -40,15 +40,18 @@ class RateLimiter:
 
     Args:
         limits: Limits of the velocity component.
+
+    Attributes:
+        limits: Limits of the velocity component, which may be replaced.
     """
 
     def __init__(self, limits: RateLimits) -> None:
-        self._limits = limits
+        self.limits = limits
         self.reset()
 
-    def reset(self) -> None:
-        """Reset the stored previous speeds to zero."""
-        self._last = self._before = 0.0
+    def reset(self, speed: float = 0.0) -> None:
+        """Reset the stored previous speeds, by default to zero."""
+        self._last = self._before = speed
 
     def limit(self, speed: float, period: float) -> float:
         """Return a speed within the limits of speed, acceleration and jerk, and store it.
@@ -57,7 +60,7 @@ class RateLimiter:
             speed: Requested speed.
             period: Seconds since the last call.
         """
-        last, limits = self._last, self._limits
+        last, limits = self._last, self.limits
         step, last_step = speed - last, last - self._before
         # A shrinking step is not limited in jerk, else the speed would oscillate about the request.
         if (step - last_step) * step > 0.0:

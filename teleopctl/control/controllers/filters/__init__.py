@@ -1,0 +1,1 @@
+"""Filters of measured values, as in ``filters`` and ``control_filters``."""
