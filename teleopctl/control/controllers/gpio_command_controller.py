@@ -140,13 +140,6 @@ class GpioCommandController(ControllerInterface):
         """Discard the last command after a simulation reset."""
         self._forget()
 
-    def on_stop(self) -> None:
-        """Discard received commands; commands are refused while the robot is stopped."""
-        self._forget()
-
-    def on_release(self) -> None:
-        """Do nothing: the outputs keep their values until the next command."""
-
     def _forget(self) -> None:
         self._incoming.clear()
         self._command = []
@@ -154,8 +147,6 @@ class GpioCommandController(ControllerInterface):
     # Any: message classes are generated at run time.
     def _received(self, message: Any) -> None:
         """Keep a message as pairs of an interface's place and value; or the text of its mistake."""
-        if self.is_refused("The command on ~/commands"):
-            return
         groups, given = list(message.interface_groups), list(message.interface_values)
         if len(groups) != len(given):
             self.logger.error(

@@ -104,20 +104,6 @@ def test_a_command_is_not_repeated_after_a_deactivation():
     assert math.isnan(gpios.outputs[0])
 
 
-def test_a_stopped_robot_keeps_its_outputs_and_refuses_commands():
-    gpios = Gpios()
-    gpios.stack.activate("gpio")
-    gpios.command(pins={"dig.1": 1.0})
-    gpios.stack.step()
-    gpios.stack.manager.robot_stop.hold("/a_node")
-    gpios.command(pins={"dig.1": 0.0})
-    gpios.stack.step()
-    gpios.stack.manager.robot_stop.hold("")
-    gpios.stack.step()
-    assert gpios.outputs[0] == 1.0
-    assert "The command on ~/commands is refused" in gpios.node.log.texts("warning")[0]
-
-
 def test_names_without_values_end_the_controller():
     gpios = Gpios()
     gpios.stack.activate("gpio")
