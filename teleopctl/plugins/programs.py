@@ -59,8 +59,12 @@ NODES = (
         }.items()
     }
     | {
-        f"controller_manager/{name}{suffix}": f"teleopctl.nodes.spawner:{name}"
-        for name in ("spawner", "unspawner", "hardware_spawner")
+        f"controller_manager/{name}{suffix}": f"teleopctl.nodes.{function}"
+        for name, function in {
+            "hardware_spawner": "hardware_spawner:main",
+            "spawner": "spawner:spawner",
+            "unspawner": "spawner:unspawner",
+        }.items()
         for suffix in ("", ".py")
     }
     | {

@@ -7,7 +7,7 @@ import pytest
 from teleopctl.control.lifecycle import State
 from teleopctl.control.services import ControllerManagerServices
 from teleopctl.interfaces import get_service
-from teleopctl.nodes.spawner import hardware_spawner, set_hardware_state
+from teleopctl.nodes.hardware_spawner import main, set_hardware_state
 from teleopctl.testing import ControlStack, serial_robot
 
 
@@ -72,6 +72,6 @@ def test_hardware_that_refuses_is_reported_with_the_text_of_ros_2(manager):
 @pytest.mark.parametrize("words", [["a"], ["--activate"], ["--activate", "--configure", "a"]])
 def test_a_component_and_one_state_are_needed(words, capsys):
     with pytest.raises(SystemExit) as stopped:
-        hardware_spawner(words)
+        main(words)
     assert stopped.value.code == 2
     assert "usage: hardware_spawner" in capsys.readouterr().err
