@@ -220,6 +220,7 @@ def test_a_message_that_is_compressed_for_itself_is_not_unpacked_without_end(tmp
     assert "are unpacked" in said
 
 
+@pytest.mark.nightly
 def test_messages_that_are_within_bounds_one_by_one_are_not_unpacked_without_end(tmp_path):
     with BagWriter(tmp_path / "bag") as writer:
         writer.add_topic(topic("/x"))
@@ -249,6 +250,7 @@ def test_a_chunk_of_ros_1_is_not_unpacked_without_end(tmp_path, form):
     assert f"a chunk of {len(bomb):,} bytes" in line
 
 
+@pytest.mark.nightly
 def test_what_is_written_can_be_read(tmp_path):
     """A message of a gigabyte of zeros stays as it is, and one of 100 MB is compressed."""
     for size in (100 * 10**6, 140 * 2**20):

@@ -133,6 +133,7 @@ def run(ros, urdf, count, *, hosted=False):
     return states, report
 
 
+@pytest.mark.nightly
 def test_two_runs_with_the_same_commands_are_byte_for_byte_the_same(ros, urdf):
     first, report = run(ros, urdf, 40)
     second, _ = run(ros, urdf, 40)

@@ -14,6 +14,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.tf import Transform
 from teleopctl.viewer import Display
 from teleopctl.viewer.displays.base import ERROR, OK, WARN
+from tests.samples import sample
 from tests.viewer.absurd.messages import Absurd, WithoutNumbers
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import Draw, look, put_frame
@@ -101,7 +102,7 @@ def publish(page: FakePage, display: Display, made: Absurd, number: int) -> None
         page.publish(topic, message)
 
 
-@pytest.mark.parametrize("rviz_class", DISPLAYS)
+@pytest.mark.parametrize("rviz_class", sample(DISPLAYS, 2))
 @given(seed=seeds)
 @several
 def test_no_message_ends_the_picture(
@@ -148,7 +149,7 @@ odd = (
 )
 
 
-@pytest.mark.parametrize("rviz_class", DISPLAYS)
+@pytest.mark.parametrize("rviz_class", sample(DISPLAYS[::-1], 2))
 @given(data=strategies.data())
 @several
 def test_no_property_of_a_file_ends_the_picture(
