@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Container, Iterable, Sequence
 from typing import Any
 
 from teleopctl.base import progress
@@ -38,6 +38,21 @@ from teleopctl.node import (
 from teleopctl.robot import RobotDescription
 
 DEFAULT_UPDATE_RATE = 100
+# Prefixes of parameters of the manager; below other prefixes are parameters of controllers.
+_OF_MANAGER = frozenset(
+    ("defaults", "hardware_components_initial_state", "hardware_synchronization", "overruns")
+)
+# Parameters that are read when they are needed, or that every node has.
+_READ_LATER = frozenset(
+    (
+        "defaults.allow_controller_activation_with_inactive_hardware",
+        "defaults.deactivate_controllers_on_hardware_self_deactivate",
+        "defaults.switch_controller.strictness",
+        "cycle_timeout",
+        "use_sim_time",
+        "start_type_description_service",
+    )
+)
 _ENDS_ON_FAILURE = "hardware_components_initial_state.shutdown_on_initial_state_failure"
 # Part of a period by which the states' period may differ without a warning.
 _RATE_TOLERANCE = 0.01
@@ -66,6 +81,7 @@ class ControllerManagerNode:
         self._executor = executor
         self._ros_arguments = without_node_name(ros_arguments)
         self._logger = node.get_logger()
+        self._read: set[str] = set()
         rate = self.parameter("update_rate")
         if rate is None:
             rate = DEFAULT_UPDATE_RATE
@@ -138,6 +154,7 @@ class ControllerManagerNode:
 
     def parameter(self, name: str) -> AllowableParameterValue:
         """Return the value of a parameter of the manager's node; None if undeclared."""
+        self._read.add(name)
         if not self._node.has_parameter(name):
             return None
         value: AllowableParameterValue = self._node.get_parameter(name).value
@@ -265,6 +282,8 @@ class ControllerManagerNode:
         self._services = ControllerManagerServices(self._node, self.manager)
         self._start_cycling()
         self.publish_activity()
+        if unread := unread_manager_parameters(self._node.get_parameter_overrides(), self._read):
+            self._logger.warning(f"Parameters that have no effect: {', '.join(unread)}")
         progress.report(progress.READY, part=progress.CONTROL)
         StatisticsPublisher(self._node, self.manager, self._cycle)
         introspection = IntrospectionPublisher(
@@ -348,6 +367,23 @@ class ControllerManagerNode:
             component.hardware.set_cycle(_no_cycle)
         self.manager.shutdown()
         self._publish_queue.close()
+
+
+def unread_manager_parameters(given: Iterable[str], read: Container[str]) -> list[str]:
+    """Return the parameters of a manager that have no effect, sorted.
+
+    Args:
+        given: Names of the parameters from files and the command line. Those below the name of a
+            controller are the controller's.
+        read: Names of the parameters that were read at the start.
+    """
+    return sorted(
+        name
+        for name in given
+        if ("." not in name or name.partition(".")[0] in _OF_MANAGER)
+        and name not in read
+        and name not in _READ_LATER
+    )
 
 
 def _no_cycle(time_ns: int) -> None:
