@@ -230,8 +230,13 @@ def create(
         str, Option("--destination-directory", help="Folder in which the package is created.")
     ] = ".",
     build_type: Annotated[
-        str, Option("--build-type", help="Build type.", choices=BUILD_TYPES)
-    ] = "ament_cmake",
+        str | None,
+        Option(
+            "--build-type",
+            help="Build type; by default ament_python with --controller, else ament_cmake.",
+            choices=BUILD_TYPES,
+        ),
+    ] = None,
     dependencies: Annotated[
         list[str] | None,
         Option("--dependencies", help="Packages that it depends on.", complete="packages"),
@@ -249,6 +254,14 @@ def create(
     ] = None,
     library_name: Annotated[
         str | None, Option("--library-name", help="Name of a library to create.")
+    ] = None,
+    controller: Annotated[
+        str | None,
+        Option(
+            "--controller",
+            help="Name of a controller to create, with parameters and a test.",
+            metavar="NAME",
+        ),
     ] = None,
     as_json: AsJson = False,
 ) -> None:
@@ -276,7 +289,7 @@ def create(
         )
     package = NewPackage(
         package_name,
-        build_type,
+        build_type or ("ament_python" if controller else "ament_cmake"),
         int(package_format),
         description,
         license,
@@ -285,6 +298,7 @@ def create(
         tuple(dependencies or ()),
         node_name,
         library_name,
+        controller,
     )
     check_package(package, destination_directory)
     directory = os.path.abspath(destination_directory)  # noqa: PTH100 - as it was named
@@ -297,6 +311,7 @@ def create(
                 "build_type": package.build_type,
                 "node": package.node_name,
                 "library": package.library_name,
+                "controller": package.controller,
             }
         )
     else:
@@ -328,6 +343,8 @@ def _summary(package: "NewPackage", directory: str) -> list[str]:
         lines.append(f"node_name: {package.node_name}")
     if package.library_name:
         lines.append(f"library_name: {package.library_name}")
+    if package.controller:
+        lines.append(f"controller: {package.controller}")
     return lines
 
 

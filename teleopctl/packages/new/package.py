@@ -33,6 +33,7 @@ class NewPackage(NamedTuple):
         dependencies: Names of the packages that the package depends on.
         node_name: Name of a program to create, or None.
         library_name: Name of a library to create, or None.
+        controller: Name of a controller to create, or None.
     """
 
     name: str
@@ -45,6 +46,7 @@ class NewPackage(NamedTuple):
     dependencies: tuple[str, ...] = ()
     node_name: str | None = None
     library_name: str | None = None
+    controller: str | None = None
 
 
 def check_names(package: NewPackage) -> None:
@@ -71,7 +73,16 @@ def check_names(package: NewPackage) -> None:
     for name in (*package.dependencies, package.node_name, package.library_name):
         if name is not None and _PROGRAM_NAME.fullmatch(name) is None:
             raise UsageError(f"'{name}' is not a valid name of a package, a node or a library")
-    for name, kind in ((package.node_name, "node"), (package.library_name, "library")):
+    if package.controller is not None and not is_python:
+        raise UsageError(
+            f"A controller is written in Python, and the build type is {package.build_type}",
+            hint="--controller goes with --build-type ament_python.",
+        )
+    for name, kind in (
+        (package.node_name, "node"),
+        (package.library_name, "library"),
+        (package.controller, "controller"),
+    ):
         if is_python and name is not None:
             _check_module(name, kind)
 
@@ -162,6 +173,12 @@ _TEST_DEPENDENCIES: Final = {
 }
 
 
+def _test_dependencies(package: NewPackage) -> tuple[str, ...]:
+    if package.controller is not None:
+        return ("python3-pytest",)
+    return _TEST_DEPENDENCIES.get(package.build_type, ())
+
+
 def package_xml(package: NewPackage) -> str:
     """Return the text of a new package's ``package.xml``."""
     from xml.sax.saxutils import escape, quoteattr
@@ -185,7 +202,7 @@ def package_xml(package: NewPackage) -> str:
     for tag, names in (
         ("buildtool_depend", tools),
         ("depend", package.dependencies),
-        ("test_depend", _TEST_DEPENDENCIES.get(package.build_type, ())),
+        ("test_depend", _test_dependencies(package)),
     ):
         lines += [f"  <{tag}>{name}</{tag}>" for name in names]
         lines += [""] if names else []

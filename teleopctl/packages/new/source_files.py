@@ -5,6 +5,11 @@ from __future__ import annotations
 from collections.abc import Iterator
 from typing import Final
 
+from teleopctl.packages.new.controller_files import (
+    controller_entry_point,
+    controller_files,
+    controller_names,
+)
 from teleopctl.packages.new.package import (
     AMENT_CMAKE,
     File,
@@ -28,8 +33,8 @@ setup(
         ('share/ament_index/resource_index/packages',
             ['resource/' + package_name]),
         ('share/' + package_name, ['package.xml']),
-    ],
-    install_requires=['setuptools'],
+{data}    ],
+    install_requires=[{requires}],
     zip_safe=True,
     maintainer={maintainer_name!r},
     maintainer_email={maintainer_email!r},
@@ -40,7 +45,7 @@ setup(
     }},
     entry_points={{
         'console_scripts': [{scripts}],
-    }},
+{points}    }},
 )
 """
 
@@ -89,10 +94,16 @@ def python_files(package: NewPackage, folder: str) -> Iterator[Step]:
     yield File(join_path(folder, "resource", package.name), "")
     yield File(join_path(source, "__init__.py"), "")
     yield Folder(join_path(folder, "test"))
+    if package.controller:
+        yield from controller_files(package, folder)
     for linter, main, skip, check in (
-        ("copyright", "main", _SKIP, _CHECK),
-        ("flake8", "main_with_errors", "", _CHECK_FLAKE8),
-        ("pep257", "main", "", _CHECK),
+        ()
+        if package.controller
+        else (
+            ("copyright", "main", _SKIP, _CHECK),
+            ("flake8", "main_with_errors", "", _CHECK_FLAKE8),
+            ("pep257", "main", "", _CHECK),
+        )
     ):
         text = _LINTER_TEST.format(linter=linter, main=main, skip=skip, check=check)
         yield File(join_path(folder, "test", f"test_{linter}.py"), text)
@@ -108,7 +119,19 @@ def _setup_py(package: NewPackage) -> str:
     name = package.node_name
     script = f"{name} = {package.name}.{name}:main"
     scripts = f"\n            '{script}',\n        " if name else "\n        "
-    return _SETUP_PY.format(scripts=scripts, **package._asdict())
+    data = points = ""
+    requires = "'setuptools'"
+    if package.controller:
+        file = f"config/{controller_names(package.controller)[0]}.yaml"
+        data = f"        ('share/' + package_name + '/config', ['{file}']),\n"
+        points = (
+            "        'teleopctl.controllers': [\n"
+            f"            '{controller_entry_point(package)}',\n        ],\n"
+        )
+        requires += ", 'teleopctl'"
+    return _SETUP_PY.format(
+        scripts=scripts, data=data, points=points, requires=requires, **package._asdict()
+    )
 
 
 _CPP_MAIN: Final = """\

@@ -7,6 +7,7 @@ from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
+import yaml
 
 from teleopctl.packages import BUILD_TYPES, NewPackage, create_package, license_names
 from teleopctl.packages.setup_script import setup_arguments
@@ -155,6 +156,24 @@ def test_a_package_in_rust_is_made(ros_without_router):
     assert cargo["dependencies"] == {"rclrs": "*"}
 
 
+def test_a_controller_is_made_with_a_test_that_passes(ros_without_router):
+    ros = ros_without_router
+    made = ros.run("pkg create arm_control --controller GentleArm")
+    assert made.returncode == 0, made.stderr
+    assert "build type: ament_python\n" in made.stdout
+    folder = ros.folder / "arm_control"
+    tested = ros.run_module("pytest", ["-q", "-p", "no:cacheprovider"], cwd=folder)
+    assert "1 passed" in tested.stdout, tested.stdout
+    parameters = yaml.safe_load((folder / "config/gentle_arm.yaml").read_text())
+    manager = parameters["controller_manager"]["ros__parameters"]
+    assert manager["gentle_arm"] == {"type": "arm_control/GentleArm"}
+    points = setup_arguments((folder / "setup.py").read_text())["entry_points"]
+    assert isinstance(points, dict)
+    assert points["teleopctl.controllers"] == [
+        "arm_control/GentleArm = arm_control.gentle_arm:GentleArm"
+    ]
+
+
 def test_licenses_are_listed_for_a_question_mark(ros_without_router):
     listed = ros_without_router.run("pkg create x --license ?").stdout.splitlines()
     assert listed == ["Supported licenses:", *license_names()]
@@ -174,6 +193,11 @@ def test_licenses_are_listed_for_a_question_mark(ros_without_router):
         ("arm --dependencies ../x", "'../x' is not a valid name"),
         ("", "Missing argument 'PACKAGE_NAME'"),
         ("arm --build-type catkin", "'catkin' is not one of"),
+        (
+            "arm --controller go --build-type cmake",
+            "written in Python, and the build type is cmake",
+        ),
+        ("arm --controller 9", "'9' cannot be imported in Python, where the controller becomes"),
     ],
 )
 def test_a_name_that_cannot_be_used_is_refused(ros_without_router, line, told):
