@@ -63,6 +63,11 @@ class ControllerManagerClient:
         )
         self._parameters = AsyncParameterClient(node, self.name)
 
+    @property
+    def node(self) -> Node:
+        """Node that sends the requests."""
+        return self._node
+
     def _client(self, service: str, type_name: str) -> Client[Any, Any]:
         if service not in self._clients:
             self._clients[service] = self._node.create_client(

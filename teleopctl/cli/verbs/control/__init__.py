@@ -49,6 +49,11 @@ GROUP = VerbGroup(
             f"{__name__}.controllers:view_controller_chains",
             "Draw controllers and their interfaces.",
         ),
+        "top": Verb(
+            f"{__name__}.top:top",
+            "Watch rates and execution times of controllers and hardware.",
+            examples=("teleopctl control top", "teleopctl control top --once --json"),
+        ),
         "view_hardware_status": Verb(
             f"{__name__}.hardware:view_hardware_status",
             "Print the status that hardware reports.",
