@@ -5,7 +5,7 @@ import math
 import pytest
 from hypothesis import given, settings, strategies as st
 
-from teleopctl.cli.verbs.control.top import Row, StatisticsWindow, percentile, table
+from teleopctl.cli.verbs.control.top import StatisticsWindow, UpdateTimes, percentile, table
 from teleopctl.control.statistics_publishers import statistics_entries
 from teleopctl.testing import ControlStack, serial_robot
 from tests.control.fakes import TYPE
@@ -46,9 +46,9 @@ def test_a_percentile_is_a_measured_value_that_its_share_does_not_exceed(values,
 def test_rates_are_of_the_managers_clock_and_the_longest_time_is_since_the_activation():
     rows = measured([float(n) for n in range(1, 101)]).rows(2.0)
     assert [row._replace(rate=None) for row in rows] == [
-        Row("cm", "cycle", None, 100.0, 100.0, 198.0, 200.0, 0, 100),
-        Row("Arm read", "hardware", None, 100.0, 50.0, 99.0, 500.0, 0, 100),
-        Row("quick", "controller", None, None, 50.0, 99.0, 500.0, 0, 100),
+        UpdateTimes("cm", "cycle", None, 100.0, 100.0, 198.0, 200.0, 0, 100),
+        UpdateTimes("Arm read", "hardware", None, 100.0, 50.0, 99.0, 500.0, 0, 100),
+        UpdateTimes("quick", "controller", None, None, 50.0, 99.0, 500.0, 0, 100),
     ]
     assert [row.rate for row in rows] == pytest.approx([100.0] * 3)
 

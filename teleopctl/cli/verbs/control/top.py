@@ -73,7 +73,7 @@ def top(
                 return
 
 
-class Row(NamedTuple):
+class UpdateTimes(NamedTuple):
     """Rate and execution times of a controller, of hardware or of the whole cycle.
 
     Attributes:
@@ -157,7 +157,7 @@ class StatisticsWindow:
         if count > 0.0 and not (kept and count == kept[-1][2]):
             kept.append((now_s, stamp_ns, count, value))
 
-    def rows(self, now_s: float) -> list[Row]:
+    def rows(self, now_s: float) -> list[UpdateTimes]:
         """Return the cycle, then hardware, then controllers, in the order of the statistics."""
         rows = []
         for work, samples in self._samples.items():
@@ -166,7 +166,7 @@ class StatisticsWindow:
             rows.append(self._row(work, samples))
         return sorted(map(_with_rate(rows), rows), key=lambda row: _KINDS.index(row.kind))
 
-    def _row(self, work: str, samples: _Samples) -> Row:
+    def _row(self, work: str, samples: _Samples) -> UpdateTimes:
         kept = samples.kept
         durations = sorted(sample[3] for sample in kept)
         name, kind, suffix, rate = work.removesuffix(_CYCLE), "cycle", "", None
@@ -180,7 +180,7 @@ class StatisticsWindow:
                 rate = (kept[-1][2] - kept[0][2]) / (kept[-1][1] - kept[0][1]) * 1e9
         nominal = self.rates.get(name)
         limit = _US_PER_S / nominal if nominal else math.inf
-        return Row(
+        return UpdateTimes(
             f"{name}{suffix}",
             kind,
             rate,
@@ -193,10 +193,10 @@ class StatisticsWindow:
         )
 
 
-def _with_rate(rows: Sequence[Row]) -> Callable[[Row], Row]:
+def _with_rate(rows: Sequence[UpdateTimes]) -> Callable[[UpdateTimes], UpdateTimes]:
     """Return a function that gives a cycle the rate of hardware that is read in each cycle."""
 
-    def completed(row: Row) -> Row:
+    def completed(row: UpdateTimes) -> UpdateTimes:
         if row.kind != "cycle":
             return row
         every = (
@@ -212,7 +212,7 @@ def _with_rate(rows: Sequence[Row]) -> Callable[[Row], Row]:
 _TITLES = ("RATE [Hz]", "SET", "P50 [us]", "P99 [us]", "MAX [us]", "OVERRUNS", "SAMPLES")
 
 
-def table(rows: Sequence[Row], manager: str) -> Iterator[str]:
+def table(rows: Sequence[UpdateTimes], manager: str) -> Iterator[str]:
     """Yield the lines of a table of execution times, and one if no cycle runs.
 
     Args:
@@ -293,7 +293,7 @@ class _Watch:
         """Wait while measurements arrive."""
         time.sleep(seconds)
 
-    def rows(self) -> list[Row]:
+    def rows(self) -> list[UpdateTimes]:
         """Return what was measured in the window; ask for nominal rates if names have changed."""
         with self._lock:
             names = next(iter(self._names.values()), [])
