@@ -25,6 +25,10 @@ START_HOOK = os.path.join(_HERE, "start_hook")  # noqa: PTH118
 PROGRAMS = os.path.join(_HERE, "programs")  # noqa: PTH118
 """Folder with the programs ``ros2``, ``teleopctl`` and ``xacro``, which start teleopctl."""
 
+# Search paths that a sourced ROS 2 with Gazebo always sets: launch files read them, and append to
+# them, without asking whether they are there.
+_PATHS = ("LD_LIBRARY_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH")
+
 
 def activate() -> None:
     """Make ROS 2's Python packages importable in this process. Idempotent.
@@ -61,10 +65,12 @@ def set_variables() -> None:
     """Set the environment variables of a sourced ROS 2, for this process and its children.
 
     Idempotent. teleopctl's programs are at the end of ``PATH``, so that installed programs of the
-    same names have precedence.
+    same names have precedence. Paths of libraries and of Gazebo's models are empty unless set.
     """
     os.environ.setdefault("ROS_VERSION", "2")
     os.environ.setdefault("ROS_PYTHON_VERSION", "3")
+    for name in _PATHS:
+        os.environ.setdefault(name, "")
     if not os.environ.get("ROS_DISTRO"):
         from teleopctl.interfaces import distribution
 

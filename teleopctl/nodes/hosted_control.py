@@ -12,6 +12,7 @@ import threading
 from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from teleopctl.base import progress
 from teleopctl.control import (
     JOINT_STATE_FIELDS,
     ReceivedJointStates,
@@ -21,6 +22,7 @@ from teleopctl.control import (
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException
 from teleopctl.nodes.controller_manager import controller_manager
+from teleopctl.nodes.single_instance import AlreadyRunningError
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -120,7 +122,11 @@ class MemoryChannel:
 
 @contextlib.contextmanager
 def hosted_control(
-    simulator: MujocoSim, channel: MemoryChannel, arguments: Sequence[str]
+    simulator: MujocoSim,
+    channel: MemoryChannel,
+    arguments: Sequence[str],
+    *,
+    unless_running: bool = False,
 ) -> Iterator[None]:
     """Context manager that runs a controller manager beside a simulator, on a thread of its own.
 
@@ -128,6 +134,8 @@ def hosted_control(
         simulator: The simulator's node; an exception in the manager is raised where it spins.
         channel: Channel between the two.
         arguments: Command line with the manager's ROS arguments.
+        unless_running: Whether another controller manager of that name, if one runs, controls the
+            robot; otherwise it is an error.
     """
     ended = threading.Event()
     stop: list[Callable[[], object]] = []
@@ -146,6 +154,15 @@ def hosted_control(
                 stop.append(executor.shutdown)
                 if not ended.is_set():
                     executor.spin()
+        except AlreadyRunningError as error:
+            if not unless_running:
+                simulator.fail(error)
+                return
+            simulator.get_logger().warning(
+                "A controller manager of this name runs already: it controls the robot, and none "
+                "is started here. A launch file for Gazebo needs no ros2_control_node"
+            )
+            progress.report(progress.READY, part=progress.CONTROL)
         except Exception as error:  # noqa: BLE001 - raised where the simulator spins
             simulator.fail(error)
 

@@ -17,7 +17,8 @@ and ``friction_scale`` (factors on the described values), ``joint_states_topic``
 ``joint_commands_topic``.
 
 ``--controller-manager 'ARGUMENTS'`` hosts a controller manager in this process, with these ROS
-arguments; see `teleopctl.nodes.hosted_control`.
+arguments; see `teleopctl.nodes.hosted_control`. With ``--unless-running``, one that runs already
+controls the robot instead.
 """
 
 from __future__ import annotations
@@ -46,7 +47,7 @@ def main(args: list[str] | None = None) -> int:
     from teleopctl.sim import MujocoSim
 
     arguments = sys.argv if args is None else args
-    hosted = _manager_arguments(list(parse_ros_arguments(arguments).program[1:]))
+    hosted, unless_running = _manager_arguments(list(parse_ros_arguments(arguments).program[1:]))
     with contextlib.ExitStack() as stack:
         stack.enter_context(contextlib.suppress(KeyboardInterrupt, ExternalShutdownException))
         stack.enter_context(init(args=arguments, publishes_after_signal=True))
@@ -61,13 +62,15 @@ def main(args: list[str] | None = None) -> int:
             node = stack.enter_context(MujocoSim(channel))
             channel.set_simulator(node)
             require_single_instance(node)
-            stack.enter_context(hosted_control(node, channel, hosted))
+            stack.enter_context(
+                hosted_control(node, channel, hosted, unless_running=unless_running)
+            )
         spin(node)
     return 0
 
 
-def _manager_arguments(words: list[str]) -> list[str] | None:
-    """Return the command line of the controller manager to host; None for none.
+def _manager_arguments(words: list[str]) -> tuple[list[str] | None, bool]:
+    """Return the command line of the manager to host, None for none, and ``--unless-running``.
 
     Raises:
         UsageError: There are other arguments, or the command line has an open quotation mark.
@@ -79,9 +82,15 @@ def _manager_arguments(words: list[str]) -> list[str] | None:
         default="",
         help="host a controller manager in this process, with these ROS arguments; empty for none",
     )
-    given = parser.parse_args(words).controller_manager
+    parser.add_argument(
+        "--unless-running",
+        action="store_true",
+        help="let a controller manager of that name, if one runs already, control the robot",
+    )
+    options = parser.parse_args(words)
+    given = options.controller_manager
     try:
         hosted = shlex.split(given)
     except ValueError as error:
         raise UsageError(f"Cannot split --controller-manager={given!r}: {error}") from error
-    return ["controller_manager", *hosted] if hosted else None
+    return (["controller_manager", *hosted] if hosted else None), options.unless_running

@@ -210,9 +210,12 @@ mine = shutil.copy(shutil.which("ros2"), {str(tmp_path)!r})
 os.environ["PATH"] = {str(tmp_path)!r} + os.pathsep + os.environ["PATH"]
 print(shutil.which("ros2") == mine)
 print(os.environ["ROS_VERSION"], os.environ["ROS_DISTRO"])
+# Launch files append to these without asking whether they are set.
+paths = ("LD_LIBRARY_PATH", "GZ_SIM_RESOURCE_PATH", "IGN_GAZEBO_RESOURCE_PATH")
+print(all(name in os.environ for name in paths))
 """
-    *shown, variables = output(code, ROS_DISTRO="humble").splitlines()
-    assert variables == "2 humble"
+    *shown, variables, has_paths = output(code, ROS_DISTRO="humble").splitlines()
+    assert (variables, has_paths) == ("2 humble", "True")
     first, definition, second, robot, third = shown
     assert (first, second, third) == ("True", "True", "True")
     assert definition == "['string', 'data']"

@@ -252,6 +252,16 @@ class TestLooking:
         assert second.wait() == 1
         assert "A node named /controller_manager is already running" in second.stderr
 
+    def test_a_simulator_for_gazebos_launch_files_leaves_the_robot_to_the_one_that_runs(
+        self, looked_at
+    ):
+        ros, _, _ = looked_at
+        options = ["--controller-manager=--ros-args", "--unless-running"]
+        simulator = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim", *options])
+        simulator.wait_for_line("this name runs already: it controls the robot")
+        simulator.interrupt()
+        assert simulator.wait() == 0
+
     def test_active_controllers_are_spawned_again_only_on_request(self, looked_at):
         ros, _, _ = looked_at
         assert spawn(ros, "arm_controller").returncode == 1

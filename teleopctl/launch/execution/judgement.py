@@ -62,10 +62,12 @@ def find_up_processes(
     up = _in_graph(statuses, new_nodes)
     # A spawner usually ends by itself, but may stay (``--stay``).
     up.update((process.name, None) for process in statuses if _stays(process, said[process.name]))
+    # A program that a shell started, such as a spawner, may leave its last step in the file.
+    finished = {process.name for process in statuses if process.state == "finished"}
     waiting: dict[str, str] = {}
     for name in list(up):
         words = said[name]
-        if words is None:
+        if words is None or name in finished:
             continue
         # A node that has failed stays in the graph until its process has ended.
         has_failed = words.exit_status not in (None, 0)

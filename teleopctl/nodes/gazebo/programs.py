@@ -88,7 +88,8 @@ def programs_for(
                 "mujoco_sim",
                 elsewhere,
                 parameters=simulator,
-                program=[f"--controller-manager={hosted}"],
+                # A launch file may start one itself, which Gazebo's would not let command the robot.
+                program=[f"--controller-manager={hosted}", "--unless-running"],
             )
         ]
         if plugins.controllers:

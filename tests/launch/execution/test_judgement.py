@@ -7,8 +7,8 @@ import pytest
 
 from teleopctl.base import progress
 from teleopctl.base.background import StartTime
-from teleopctl.launch.execution.judgement import find_up_processes
-from teleopctl.launch.execution.status import ProcessStatus
+from teleopctl.launch.execution.judgement import UpProcesses, find_up_processes
+from teleopctl.launch.execution.status import ProcessStatus, State
 from teleopctl.wire import Graph
 
 
@@ -28,15 +28,25 @@ from teleopctl.wire import Graph
 def test_a_node_in_the_graph_is_up_unless_it_reports_that_it_starts_or_has_failed(
     tmp_path: Path, reported: str | None, is_up: bool
 ) -> None:
-    log_file = tmp_path / "arm.log"
+    up = _up_by(tmp_path, reported, "running")
+    assert up.names == ({"arm-1": "/arm"} if is_up else {})
+    assert up.waiting == {}
+
+
+def test_a_process_that_finished_is_up_whatever_step_it_reported_last(tmp_path: Path) -> None:
+    assert _up_by(tmp_path, "starting activating arm", "finished").names == {"arm-1": None}
+
+
+def _up_by(folder: Path, reported: str | None, state: State) -> UpProcesses:
+    log_file = folder / "arm.log"
     if reported is not None:
         progress.progress_file(log_file).write_text(f"{reported}\n")
     status = ProcessStatus(
         name="arm-1",
         pid=1,
         start=StartTime(time.time()),
-        state="running",
-        exit_status=None,
+        state=state,
+        exit_status=None if state == "running" else 0,
         ended_at=0.0,
         log_file=str(log_file),
         command=["arm"],
@@ -44,6 +54,4 @@ def test_a_node_in_the_graph_is_up_unless_it_reports_that_it_starts_or_has_faile
         is_node=True,
         ends_by_itself=False,
     )
-    up = find_up_processes([status], {"session": ["/arm"]}, Graph())
-    assert up.names == ({"arm-1": "/arm"} if is_up else {})
-    assert up.waiting == {}
+    return find_up_processes([status], {"session": ["/arm"]}, Graph())
