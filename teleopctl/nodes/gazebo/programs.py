@@ -88,7 +88,7 @@ def programs_for(
                 "mujoco_sim",
                 elsewhere,
                 parameters=simulator,
-                # A launch file may start one itself, which Gazebo's would not let command the robot.
+                # A launch file may start one itself, as for a robot without Gazebo.
                 program=[f"--controller-manager={hosted}", "--unless-running"],
             )
         ]
