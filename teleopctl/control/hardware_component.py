@@ -67,6 +67,12 @@ class HardwareComponent:
         self._logger.info(f"Successful initialization of hardware '{self.name}'")
         return True
 
+    def pause(self) -> None:
+        """Wait until an asynchronous component is neither read nor written, until `resume`."""
+
+    def resume(self) -> None:
+        """Read and write again after `pause`."""
+
     def before_mode_switch(self) -> None:
         """Called before the plug-in prepares or performs a command mode switch; does nothing."""
 

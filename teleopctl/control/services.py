@@ -230,21 +230,29 @@ class ControllerManagerServices:
             )
             response.ok = False
             return response
-        with manager.cycle_lock:
-            if target is not State.ACTIVE:
-                users = manager.chains.connected(
-                    manager.users_of(component, only_commands=target is State.INACTIVE)
-                )
-                if users:
-                    manager.logger.warning(
-                        f"Deactivating the controllers that use hardware '{component.name}': "
-                        f"[ {' '.join(spec.name for spec in users)} ]"
-                    )
-                    manager.stop_controllers(users)
-            response.ok = component.change_state(target)
+        # The control loop does not wait for a slow read.
+        component.pause()
+        try:
+            with manager.cycle_lock:
+                if target is not State.ACTIVE:
+                    self._stop_users(component, only_commands=target is State.INACTIVE)
+                response.ok = component.change_state(target)
+        finally:
+            component.resume()
         response.state = lifecycle_state_message(component.lifecycle_state)
         manager.node.publish_activity()
         return response
+
+    def _stop_users(self, component: HardwareComponent, *, only_commands: bool) -> None:
+        """Deactivate the controllers that use a component, before it leaves its state."""
+        manager = self._manager
+        users = manager.chains.connected(manager.users_of(component, only_commands=only_commands))
+        if users:
+            manager.logger.warning(
+                f"Deactivating the controllers that use hardware '{component.name}': "
+                f"[ {' '.join(spec.name for spec in users)} ]"
+            )
+            manager.stop_controllers(users)
 
     def _reload(self, request: Any, response: Any) -> Any:
         manager = self._manager

@@ -300,8 +300,11 @@ def _controllers(manager: ControllerManager, parameter: Parameter) -> Diagnostic
             continue
         rate = round(spec.controller.update_rate)
         work = spec.statistics
-        values.append(thresholds.judge(spec.name, work.execution_time, "execution_time", 0.0))
-        if rate != manager.update_rate:
+        # An asynchronous update may take the whole period.
+        longest_us = 0.0 if spec.async_update is None else 1e6 / rate
+        measured = thresholds.judge(spec.name, work.execution_time, "execution_time", longest_us)
+        values.append(measured)
+        if rate != manager.update_rate or spec.async_update is not None:
             values.append(thresholds.judge(spec.name, work.periodicity, "periodicity", rate))
     return thresholds.status("Controllers Activity", "controllers", specs, values)
 
@@ -314,9 +317,13 @@ def _hardware(manager: ControllerManager, parameter: Parameter) -> DiagnosticSta
         values.append((f"{component.name}.state", component.lifecycle_state.label))
         if component.lifecycle_state is not State.ACTIVE:
             continue
+        rate = component.rw_rate
+        longest_us = 1e6 / rate if component.is_async else 0.0
         for part, work in (("read_cycle", component.reads), ("write_cycle", component.writes)):
             name = f"{component.name}.{part}"
-            values.append(thresholds.judge(name, work.execution_time, "execution_time", 0.0))
+            values.append(thresholds.judge(name, work.execution_time, "execution_time", longest_us))
+            if rate != manager.update_rate or component.is_async:
+                values.append(thresholds.judge(name, work.periodicity, "periodicity", rate))
     return thresholds.status(
         "Hardware Components Activity", "hardware components", components, values
     )
@@ -374,7 +381,7 @@ class _Thresholds:
             f"Avg: {measured.average:.2f} "
             f"[{measured.minimum:.2f} - {measured.maximum:.2f}] {unit}, "
             f"StdDev: {measured.standard_deviation:.2f}"
-            + (f" -> Desired : {expected:g} Hz" if expected else ""),
+            + (f" -> Desired : {expected:g} {unit}" if expected else ""),
         )
 
     def _level(self, quantity: str, value: float) -> DiagnosticLevel:

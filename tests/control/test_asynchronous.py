@@ -5,13 +5,22 @@ Without threads, as in simulation, what they compute in a cycle holds from the n
 
 import math
 import threading
+from typing import TYPE_CHECKING, cast
 
 import pytest
 
 from teleopctl.control.lifecycle import ReturnType, State
-from teleopctl.control.services import controller_state, hardware_component_state
+from teleopctl.control.services import (
+    ControllerManagerServices,
+    controller_state,
+    hardware_component_state,
+)
+from teleopctl.interfaces import get_service
 from teleopctl.testing import ControlStack
 from tests.control.fakes import FOLLOWER, LOCKSTEP, TYPE, recorded_robot
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
 
 ASYNC = 'is_async="true"'
 POSITION = "joint1/position"
@@ -162,6 +171,29 @@ class TestHardwareInThreads:
         change.join(10.0)
         assert hardware(stack).calls[-1] == "deactivate"
         assert component(stack).lifecycle_state is State.INACTIVE
+
+    def test_cycles_go_on_while_a_request_for_a_state_waits_for_a_read(self, threaded):
+        stack = threaded((ASYNC, ""))
+        ControllerManagerServices(cast("Node", stack.node), stack.manager)
+        hardware(stack).gate.clear()
+        stack.step()
+        service = get_service("controller_manager_msgs/srv/SetHardwareComponentState")
+        request = service.Request(name="H1")
+        request.target_state.label = "inactive"
+        response = service.Response()
+        call = threading.Thread(
+            target=stack.node.call,
+            args=["~/set_hardware_component_state", request, response],
+        )
+        call.start()
+        stack.step(5)
+        hardware(stack).gate.set()
+        call.join(10.0)
+        assert response.ok
+        assert component(stack).lifecycle_state is State.INACTIVE
+        stack.step()
+        assert component(stack).wait_until_idle()
+        assert len(hardware(stack).reads) == 2
 
     def test_the_thread_ends_when_the_component_is_unconfigured(self, threaded):
         stack = threaded((ASYNC, ""))

@@ -13,7 +13,7 @@ from teleopctl.control.statistics_publishers import (
 )
 from teleopctl.interfaces import to_nanoseconds
 from teleopctl.testing import ControlStack, serial_robot
-from tests.control.fakes import CHAINABLE, TYPE
+from tests.control.fakes import CHAINABLE, TYPE, recorded_robot
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -110,6 +110,19 @@ def test_all_is_well(stack):
     }
     assert hardware.name == "Hardware Components Activity"
     assert dict(manager.values)["update_rate"] == "100"
+
+
+def test_hardware_with_a_rate_of_its_own_is_compared_with_it():
+    robot = recorded_robot(('rw_rate="50"', ""), ('is_async="true"', ""), ("", ""))
+    stack = ControlStack(robot)
+    stack.step(8)
+    _, hardware, _ = diagnosed(stack, **GENEROUS)
+    values = dict(hardware.values)
+    assert values["H1.read_cycle.periodicity"].endswith("Desired : 50 Hz")
+    assert values["H2.write_cycle.periodicity"].endswith("Desired : 100 Hz")
+    assert values["H2.read_cycle.execution_time"].endswith("Desired : 10000 us")
+    assert "H3.read_cycle.periodicity" not in values
+    assert hardware.level is DiagnosticLevel.OK
 
 
 def test_what_is_not_active_is_told_and_is_no_fault(stack):

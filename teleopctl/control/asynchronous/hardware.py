@@ -57,6 +57,7 @@ class AsyncHardwareComponent(HardwareComponent):
         self._measured: list[float] | None = None
         self._given: list[tuple[float, str | None]] = []
         self._failed_in = "read"
+        self._is_paused = False
         self._has_write = hardware.info.type != "sensor"
         self._pace = Pace(rw_rate, update_rate)
         self._handler = AsyncFunctionHandler(
@@ -105,7 +106,7 @@ class AsyncHardwareComponent(HardwareComponent):
             self.leave(outcome)
             return outcome
         elapsed = self._pace.elapsed(period)
-        if not elapsed:
+        if not elapsed or self._is_paused:
             return ReturnType.OK
         if handler.is_busy:
             self._pace.postpone(elapsed)
@@ -125,6 +126,15 @@ class AsyncHardwareComponent(HardwareComponent):
         """Return OK: the thread writes, and `read` returns its failures."""
         del time_ns, period
         return ReturnType.OK
+
+    def pause(self) -> None:
+        """Trigger no more, and wait for the running read and write."""
+        self._is_paused = True
+        self._handler.wait_until_idle()
+
+    def resume(self) -> None:
+        """Trigger again in the next cycle."""
+        self._is_paused = False
 
     def wait_until_idle(self) -> bool:
         """Wait for the running read and write; return False if they take too long."""
