@@ -48,12 +48,16 @@ class ControllerManagerClient:
         manager: Name of the controller manager; a relative name is in the node's namespace.
         call_timeout: Timeout of each attempt of a call, in seconds.
         attempts: Number of attempts for each call.
+
+    Attributes:
+        node: Node that sends the requests.
+        name: Full name of the controller manager.
     """
 
     def __init__(
         self, node: Node, manager: str, *, call_timeout: float = 10.0, attempts: int = 3
     ) -> None:
-        self._node = node
+        self.node = node
         self._call_timeout = call_timeout
         self._attempts = attempts
         self._clients: dict[str, Client[Any, Any]] = {}
@@ -70,7 +74,7 @@ class ControllerManagerClient:
 
     def _client(self, service: str, type_name: str) -> Client[Any, Any]:
         if service not in self._clients:
-            self._clients[service] = self._node.create_client(
+            self._clients[service] = self.node.create_client(
                 get_service(type_name), f"{self.name}/{service}"
             )
         return self._clients[service]
@@ -89,7 +93,7 @@ class ControllerManagerClient:
         """
         client, service = self._list_client, f"{self.name}/list_controllers"
         deadline = time.monotonic() + timeout if timeout else None
-        logger = self._node.get_logger()
+        logger = self.node.get_logger()
         while True:
             if client.service_is_ready():
                 return
@@ -99,7 +103,7 @@ class ControllerManagerClient:
             left = 10.0 if deadline is None else min(10.0, deadline - time.monotonic())
             if self._is_ready_within(left, client, log):
                 return
-            if not self._node.context.ok():
+            if not self.node.context.ok():
                 raise ExternalShutdownException
             if deadline is not None and time.monotonic() >= deadline:
                 raise ControllerManagerUnavailableError(
@@ -119,7 +123,7 @@ class ControllerManagerClient:
                 raise ControllerManagerUnavailableError(
                     f"{self.name} has not accepted the robot description: {log.refusal}"
                 )
-            if left <= 0 or not self._node.context.ok():
+            if left <= 0 or not self.node.context.ok():
                 return False
 
     @property
@@ -129,7 +133,7 @@ class ControllerManagerClient:
     def sessions(self) -> frozenset[str]:
         """Return the ids of the Zenoh sessions that offer the manager's services."""
         client = self._list_client
-        servers = self._node.graph().servers(client.service_name, client.type_name)
+        servers = self.node.graph().servers(client.service_name, client.type_name)
         return frozenset(server.zid for server in servers)
 
     def wait_for_restart(self, sessions: frozenset[str]) -> None:
@@ -138,14 +142,14 @@ class ControllerManagerClient:
         Raises:
             ExternalShutdownException: The context was shut down while waiting.
         """
-        context = self._node.context
+        context = self.node.context
         while not context.wait_for_change(lambda: bool(self.sessions() - sessions), _WAKE_PERIOD_S):
             if not context.ok():
                 raise ExternalShutdownException
 
     @cached_property
     def _log(self) -> ManagerLog:
-        return ManagerLog(self._node, self.name)
+        return ManagerLog(self.node, self.name)
 
     def cause(self, controller: str) -> str | None:
         """Wait up to 3 s for an error logged about a controller since the last call; else None."""
@@ -156,21 +160,22 @@ class ControllerManagerClient:
         return self._log.last_error(NOT_RELOADED, self._called_ns)
 
     def _why_unavailable(self) -> str:
-        names = self._node.graph().node_names(include_hidden=True)
+        names = self.node.graph().node_names(include_hidden=True)
         if self.name in names:
             topic = f"{self.name.rpartition('/')[0]}/robot_description"
-            if self._node.graph().publishers(topic):
+            if self.node.graph().publishers(topic):
                 return (
                     f"{self.name} runs but has no services: it has not accepted the robot "
                     f"description on {topic}; its log says why"
                 )
             return (
                 f"{self.name} runs but has no services yet: it is waiting for a robot description "
-                f"on {topic}"
+                f"on {topic}, as `teleopctl run robot_state_publisher robot_state_publisher FILE` "
+                "publishes it"
             )
         managers = sorted(
             token.name.removesuffix("/list_controllers")
-            for token in self._node.graph().endpoints
+            for token in self.node.graph().endpoints
             if token.kind.name == "SS" and token.name.endswith("/list_controllers")
         )
         if managers:
@@ -204,7 +209,7 @@ class ControllerManagerClient:
             response = self._response(service, send, self._call_timeout)
             if response is not None:
                 return response
-            self._node.get_logger().warning(
+            self.node.get_logger().warning(
                 f"Failed getting a result from calling {self.name}/{service} in "
                 f"{self._call_timeout}. (Attempt {attempt} of {self._attempts}.)"
             )

@@ -240,6 +240,23 @@ class TestLooking:
         assert (result.returncode, result.stdout) == (2, "")
         assert "left" in result.stderr
 
+    def test_the_doctor_finds_nothing_and_a_controller_that_is_not_there(self, looked_at):
+        ros, _, _ = looked_at
+        well = ros.run("control doctor")
+        assert (well.returncode, well.stdout, well.stderr) == (0, "\nAll 7 checks passed\n\n", "")
+        ill = ros.run("control doctor arm_controler")
+        assert (ill.returncode, ill.stdout) == (
+            1,
+            "\n1/7 check(s) failed\n\nFailed modules: controllers\n",
+        )
+        assert ill.stderr == (
+            f"teleopctl: Controller 'arm_controler' is not loaded; loaded are {', '.join(ALL)}. "
+            "Did you mean arm_controller?\n"
+            "  teleopctl run controller_manager spawner arm_controler --param-file FILE\n"
+        )
+        absent = ros.run("control doctor -c /nobody")
+        assert (absent.returncode, "running: /controller_manager" in absent.stderr) == (1, True)
+
     def test_an_unknown_controller_is_named(self, looked_at):
         ros, _, _ = looked_at
         result = ros.run("control set_controller_state nobody active")

@@ -45,6 +45,11 @@ GROUP = VerbGroup(
             f"{__name__}.reloading:reload",
             "Run a controller's changed code without stopping it.",
         ),
+        "doctor": Verb(
+            f"{__name__}.doctor:doctor",
+            "Find what keeps controllers from activation or joints from motion.",
+            examples=("teleopctl control doctor", "teleopctl control doctor arm_controller"),
+        ),
         "view_controller_chains": Verb(
             f"{__name__}.controllers:view_controller_chains",
             "Draw controllers and their interfaces.",

@@ -7,7 +7,12 @@ from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.doctor import checks, reports
-from teleopctl.cli.verbs.doctor.checks import Finding
+from teleopctl.cli.verbs.doctor.findings import (
+    Finding,
+    Found,
+    print_findings,
+    print_findings_as_json,
+)
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.wire import Graph
 
@@ -42,16 +47,16 @@ def check(
         return 0
     chosen = _checks(graph, exclude_packages)
     failed: list[str] = []
-    found: list[tuple[str, str, Finding]] = []
+    found: list[Found] = []
     for category, subject, one in chosen:
         findings = list(_careful(one))
-        found += [(category, subject, finding) for finding in findings]
+        found += [Found(category, subject, finding) for finding in findings]
         if any(finding.is_error or include_warnings for finding in findings):
             failed.append(category)
     if as_json:
-        _print_json(chosen, found)
+        print_findings_as_json(found, [subject for _, subject, _ in chosen])
     else:
-        _print(found, failed, len(chosen))
+        print_findings(found, failed, len(chosen))
         if report_failed and failed:
             _print_reports(dict.fromkeys(failed), graph or Graph(), exclude_packages)
     return int(exit_status and bool(failed))
@@ -95,41 +100,6 @@ def _careful(one: _Check) -> Iterator[Finding]:
         yield from one()
     except TeleopctlError as error:
         yield Finding(error.message, error.hint or "")
-
-
-def _print(found: list[tuple[str, str, Finding]], failed: list[str], total: int) -> None:
-    for _, _, finding in found:
-        hint = f"\n  {finding.hint}" if finding.hint else ""
-        if finding.is_error:
-            console.error(TeleopctlError(finding.text, hint=finding.hint or None))
-        else:
-            console.warn(finding.text + hint)
-    if failed:
-        modules = " ".join(dict.fromkeys(failed))
-        lines = [f"{len(failed)}/{total} check(s) failed", "", f"Failed modules: {modules}"]
-    else:
-        lines = [f"All {total} checks passed", ""]
-    console.out_lines(["", *lines])
-
-
-def _print_json(
-    chosen: list[tuple[str, str, _Check]], found: list[tuple[str, str, Finding]]
-) -> None:
-    console.out_json(
-        {
-            "checks": [subject for _, subject, _ in chosen],
-            "findings": [
-                {
-                    "category": category,
-                    "check": subject,
-                    "severity": "error" if finding.is_error else "warning",
-                    "text": finding.text,
-                    "hint": finding.hint,
-                }
-                for category, subject, finding in found
-            ],
-        }
-    )
 
 
 def _print_reports(categories: Iterable[str], graph: Graph, exclude_packages: bool) -> None:

@@ -9,7 +9,8 @@ import time
 from collections import Counter
 from collections.abc import Callable, Iterator, Sequence
 
-from teleopctl.base.typed import TYPE_CHECKING, NamedTuple
+from teleopctl.base.typed import TYPE_CHECKING
+from teleopctl.cli.verbs.doctor.findings import Finding, warning
 from teleopctl.errors import TeleopctlError
 from teleopctl.wire import (
     EndpointToken,
@@ -25,25 +26,6 @@ if TYPE_CHECKING:
     import zenoh
 
     from teleopctl.cli.verbs.topic.endpoints import QosPair
-
-
-class Finding(NamedTuple):
-    """Error or warning of a check of ``doctor``, with a hint for the remedy.
-
-    Attributes:
-        text: Description of the fault and its place.
-        hint: Remedy for the fault; may be empty.
-        is_error: Whether the finding is an error, which fails the check, or a warning.
-    """
-
-    text: str
-    hint: str = ""
-    is_error: bool = True
-
-
-def warning(text: str, hint: str = "") -> Finding:
-    """Return a finding of a possible fault, which is printed as a warning."""
-    return Finding(text, hint, is_error=False)
 
 
 def check_router() -> Iterator[Finding]:
