@@ -67,11 +67,6 @@ class ControllerManagerClient:
         )
         self._parameters = AsyncParameterClient(node, self.name)
 
-    @property
-    def node(self) -> Node:
-        """Node that sends the requests."""
-        return self._node
-
     def _client(self, service: str, type_name: str) -> Client[Any, Any]:
         if service not in self._clients:
             self._clients[service] = self.node.create_client(
