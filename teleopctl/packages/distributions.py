@@ -24,7 +24,7 @@ _DATA_PACKAGES: Final = {
         name: f"teleopctl/share/{name}"
         for name in (
             *("demo_nodes_cpp", "demo_nodes_py", "gazebo_ros", "ros_gz_bridge", "ros_gz_sim"),
-            *("teleopctl", "urdf_launch", "urdf_tutorial"),
+            *("ros_ign_gazebo", "teleopctl", "urdf_launch", "urdf_tutorial"),
         )
     },
 }

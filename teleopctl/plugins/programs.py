@@ -56,6 +56,10 @@ NODES = (
             "ros_gz_sim/gz": "server:gz",
             "ros_gz_sim/gzserver": "server:server_of_gz",
             "ros_gz_sim/remove": "spawning:remove",
+            # The names of Humble and before.
+            "ros_ign_bridge/parameter_bridge": "bridges:parameter_bridge",
+            "ros_ign_gazebo/create": "spawning:create",
+            "ros_ign_image/image_bridge": "bridges:image_bridge",
         }.items()
     }
     | {

@@ -235,3 +235,7 @@ def test_the_arguments_of_gazebos_launch_files_reach_its_program(tmp_path):
     arguments = "<arg name='gz_args' value='-r'/><arg name='gz_version' value='7'/>"
     (sim,) = plan_of(here.format("ros_gz_sim", "gz_sim", arguments), tmp_path)
     assert sim_request(sim[sim.index("sim") + 1 :]).unserved == ("--force-version 7",)
+    older = "<arg name='ign_args' value='-r empty.sdf'/>"
+    (sim,) = plan_of(here.format("ros_ign_gazebo", "ign_gazebo", older), tmp_path)
+    request = sim_request(sim[sim.index("sim") + 1 :])
+    assert (request.world, request.paused) == ("empty.sdf", False)
