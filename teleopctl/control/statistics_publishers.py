@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
 
+from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.cycle import Cycle
 from teleopctl.control.handles import CommandInterface, StateInterface
@@ -120,7 +122,7 @@ class StatisticsPublisher:
 
 
 class IntrospectionPublisher:
-    """Publisher of all interfaces' values on ``~/introspection_data/…`` after each cycle.
+    """Publisher of interfaces and registered values on ``~/introspection_data/…`` in each cycle.
 
     Nothing is read or published while these topics have no subscription.
 
@@ -140,6 +142,7 @@ class IntrospectionPublisher:
         self._states: Mapping[str, StateInterface] = {}
         self._commands: Mapping[str, CommandInterface] = {}
         self._names: Sequence[str] = ()
+        self._reported: set[str] = set()
         self._publisher = RealtimePublisher(publish_queue, self._publish)
 
     def follow_subscriptions(self) -> None:
@@ -156,14 +159,41 @@ class IntrospectionPublisher:
         if states is not self._states or commands is not self._commands:
             self._states, self._commands = states, commands
             self._names = introspection_names(states, commands)
-        names, values = self._names, [state.value for state in states.values()]
+        names, values = [*self._names], [state.value for state in states.values()]
         for command in commands.values():
             values += (command.value, float(command.is_limited))
         for spec in list(self._manager.controllers.values()):
             if (update := spec.async_update) is not None:
-                names = [*names, f"{spec.name}.total_triggers", f"{spec.name}.failed_triggers"]
+                names += (f"{spec.name}.total_triggers", f"{spec.name}.failed_triggers")
                 values += (float(update.total_triggers), float(update.failed_triggers))
+            if spec.lifecycle_state is State.ACTIVE:
+                self._add_registered(spec.name, spec.controller.introspected, names, values)
+        for component in resources.components.values():
+            if component.lifecycle_state is State.ACTIVE:
+                self._add_registered(component.name, component.hardware.introspected, names, values)
         self._publisher.try_publish((self._cycle.time_ns, names, values))
+
+    def _add_registered(
+        self,
+        owner: str,
+        functions: Mapping[str, Callable[[], float]],
+        names: list[str],
+        values: list[float],
+    ) -> None:
+        """Append the values that a controller or hardware has registered; NaN if one raises."""
+        for name, function in functions.items():
+            full_name = f"{owner}.{name}"
+            try:
+                value = float(function())
+            except Exception as error:  # noqa: BLE001 - a plug-in's failure must not end the cycle
+                value = math.nan
+                if full_name not in self._reported:
+                    self._reported.add(full_name)
+                    self._cycle.report(
+                        f"The value '{full_name}' of introspection data raised {with_origin(error)}"
+                    )
+            names.append(full_name)
+            values.append(value)
 
     def _publish(self, collected: tuple[int, Sequence[str], list[float]]) -> None:
         stamp_ns, names, values = collected

@@ -1,5 +1,6 @@
 """What is measured in real cycles, under ros2_control's names, and what is diagnosed of it."""
 
+import math
 from typing import TYPE_CHECKING, cast
 
 import pytest
@@ -213,6 +214,43 @@ class TestIntrospection:
         }
         assert self.published(stack, "values")[-1].names_version == changed.names_version
         assert changed.names_version != names.names_version
+
+    def registered(self, stack):
+        (message,) = self.published(stack, "full")
+        values = {one.name: one.value for one in message.statistics}
+        return {name: value for name, value in values.items() if "_interface." not in name}
+
+    def test_values_that_a_controller_or_hardware_registers_are_published(self, stack, publisher):
+        publisher.follow_subscriptions()
+        stack.manager.controllers["quick"].controller.register_introspection("gain", lambda: 2.5)
+        stack.resources.components["Hardware"].hardware.register_introspection("load", lambda: 1)
+        stack.step()
+        assert self.registered(stack) == {"quick.gain": 2.5, "Hardware.load": 1.0}
+
+    def test_registered_values_are_published_while_their_owner_is_active(self, stack, publisher):
+        stack.manager.controllers["quick"].controller.register_introspection("gain", lambda: 2.5)
+        stack.deactivate("quick")
+        publisher.follow_subscriptions()
+        stack.step()
+        assert self.registered(stack) == {}
+
+    def test_a_registered_value_that_raises_is_nan_and_named_once(self, stack, publisher):
+        publisher.follow_subscriptions()
+        controller = stack.manager.controllers["quick"].controller
+        controller.register_introspection("gain", lambda: 1 / 0)
+        stack.step()
+        assert math.isnan(self.registered(stack)["quick.gain"])
+        stack.step(3)
+        (text,) = (text for text in stack.log.texts("warning") if "'quick.gain'" in text)
+        assert "raised ZeroDivisionError" in text
+
+    def test_triggers_of_asynchronous_controllers_are_counted(self, stack, publisher):
+        publisher.follow_subscriptions()
+        stack.load_controller("slow", TYPE, {"is_async": True})
+        stack.activate("slow")
+        stack.step(3)
+        values = {one.name: one.value for one in self.published(stack, "full")[-1].statistics}
+        assert (values["slow.total_triggers"], values["slow.failed_triggers"]) == (3.0, 0.0)
 
     def test_nothing_is_collected_without_a_subscription(self, stack, publisher, monkeypatch):
         publisher.follow_subscriptions()

@@ -14,7 +14,7 @@ from teleopctl.control.robot_stop import RobotStop
 from teleopctl.errors import InvalidParameterError
 
 if TYPE_CHECKING:
-    from collections.abc import Callable, Sequence
+    from collections.abc import Callable, Mapping, Sequence
 
     from teleopctl.control.realtime_publisher import PublishQueue
     from teleopctl.interfaces import ActionType, FeedbackT, GoalT, ResultT
@@ -127,6 +127,7 @@ class ControllerInterface:
             ``command_interface_configuration``, while active.
         lifecycle_state: Lifecycle state of the controller.
         update_rate: Rate of ``update`` in Hz; never above the manager's.
+        introspected: Functions of the values that `register_introspection` has registered.
 
     Example:
         >>> class Hold(ControllerInterface):
@@ -150,6 +151,7 @@ class ControllerInterface:
         self.update_rate = params.update_rate
         self._known_parameters: set[str] = set()
         self._reported_refusals: set[tuple[int, str]] = set()
+        self.introspected: Mapping[str, Callable[[], float]] = {}
 
     def get_node(self) -> Node:
         """Return the controller's node."""
@@ -187,6 +189,17 @@ class ControllerInterface:
     def known_parameters(self) -> frozenset[str]:
         """Names of the parameters that `auto_declare` has declared so far."""
         return frozenset(self._known_parameters)
+
+    def register_introspection(self, name: str, value: Callable[[], float]) -> None:
+        """Publish a value on the manager's ``~/introspection_data`` topics while active.
+
+        The counterpart of ros2_control's ``REGISTER_ROS2_CONTROL_INTROSPECTION``.
+
+        Args:
+            name: Name of the value, published as ``controller.name``.
+            value: Function called in each control cycle while the topics have subscribers.
+        """
+        self.introspected = {**self.introspected, name: value}
 
     def unread_parameters(self) -> list[str]:
         """Return the set parameters that a built-in controller never declared; empty for others.

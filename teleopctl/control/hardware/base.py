@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import TYPE_CHECKING
 
 from teleopctl.control.handles import CommandInterface, StateInterface
@@ -48,6 +49,7 @@ class HardwareComponentInterface:
         command_interfaces: Command interfaces by full name.
         drives_cycle: Whether the hardware triggers the control cycles (lockstep) by calling the
             function passed to ``set_cycle``.
+        introspected: Functions of the values that `register_introspection` has registered.
         applies_transmissions: Whether ``actuator_interfaces`` was called.
         state_jumped: Set to True by ``read`` when the robot was moved other than by commands, for
             example by a simulation reset: active controllers then discard their plans.
@@ -56,6 +58,7 @@ class HardwareComponentInterface:
     drives_cycle = False
     state_jumped = False
     applies_transmissions = False
+    introspected: Mapping[str, Callable[[], float]] = MappingProxyType({})
 
     def __init__(self, params: HardwareComponentParams) -> None:
         self.params = params
@@ -79,6 +82,17 @@ class HardwareComponentInterface:
     def get_node(self) -> Node:
         """Return the controller manager's node."""
         return self.params.node
+
+    def register_introspection(self, name: str, value: Callable[[], float]) -> None:
+        """Publish a value on the manager's ``~/introspection_data`` topics while active.
+
+        The counterpart of ros2_control's ``REGISTER_ROS2_CONTROL_INTROSPECTION``.
+
+        Args:
+            name: Name of the value, published as ``component.name``.
+            value: Function called in each control cycle while the topics have subscribers.
+        """
+        self.introspected = {**self.introspected, name: value}
 
     def actuator_interfaces(self) -> ActuatorInterfaces:
         """Return interfaces of the actuators, with the description's ``<transmission>`` tags.
