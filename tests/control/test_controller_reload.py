@@ -2,6 +2,7 @@
 
 import sys
 import threading
+from importlib.util import cache_from_source
 from pathlib import Path
 
 import pytest
@@ -143,6 +144,16 @@ class TestReload:
         assert stack.reload_controller("ramp") == "ramp, ramp_step"
         assert stack.command(COMMAND) == pytest.approx(0.13)
         assert sys.modules["ramp_bus"] is bus, "an unchanged module keeps its state"
+
+    def test_a_large_module_is_compiled_outside_of_the_process(self, stack, code, ramp):
+        code.save("STEP = 0.02\n" + "# a comment\n" * 1000, "ramp_step.py")
+        compiled = Path(cache_from_source(str(code.folder / "ramp_step.py")))
+        stack.reload_controller("ramp")
+        assert stack.command(COMMAND) == pytest.approx(0.12)
+        assert compiled.read_bytes()[4] == 3, "by the hash of the source"
+        code.edit(("0.02", "0.03"), file="ramp_step.py")
+        stack.reload_controller("ramp")
+        assert stack.command(COMMAND) == pytest.approx(0.15)
 
     def test_the_old_code_is_released_but_not_deactivated(self, stack, code, ramp):
         code.edit(('"~/start"', '"~/begin"'))

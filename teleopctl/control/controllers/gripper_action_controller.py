@@ -128,6 +128,19 @@ class _GripperController(ControllerInterface):
         self._abort_latest()
         self._goal = None
 
+    # Attributes that new code takes over; some are set by the first goal.
+    _KEPT = ("_command", "_goal", "_latest", "_effort", "_moved_ns")
+
+    def export_state(self) -> dict[str, Any]:
+        """Return the command and the goals."""
+        kept = {name: vars(self)[name] for name in self._KEPT if name in vars(self)}
+        return {"attributes": kept, "incoming": list(self._incoming)}
+
+    def import_state(self, state: dict[str, Any]) -> None:
+        """Go on with the command and the goals of the replaced instance."""
+        vars(self).update(state["attributes"])
+        self._incoming.extend(state["incoming"])
+
     def on_restart(self) -> None:
         """Hold the present position and abort the goal, after a simulation reset."""
         position = self.state_interfaces[0].value
@@ -318,6 +331,15 @@ class EffortGripperActionController(_GripperCommandController):
         clamp = abs(read(f"gains.{self._joint}.i_clamp", 0.0))
         p, i, d = (read(f"gains.{self._joint}.{name}", 0.0) for name in "pid")
         self._pid = Pid(PidGains(p, i, d, i_clamp_max=clamp, i_clamp_min=-clamp))
+
+    def export_state(self) -> dict[str, Any]:
+        """Return the command, the goals, and the state of the PID."""
+        return super().export_state() | {"pid": self._pid.export_state()}
+
+    def import_state(self, state: dict[str, Any]) -> None:
+        """Go on with command, goals and integral of the replaced instance."""
+        super().import_state(state)
+        self._pid.import_state(state["pid"])
 
     def on_restart(self) -> None:
         """Hold the present position and reset the PID, after a simulation reset."""

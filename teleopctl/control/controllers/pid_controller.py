@@ -154,6 +154,7 @@ class PidController(ChainableControllerInterface):
         latest = QoSProfile(depth=1, reliability=ReliabilityPolicy.BEST_EFFORT)
         kind = get_message("control_msgs/msg/MultiDOFCommand")
         self._incoming: deque[tuple[Sequence[float], Sequence[float]]] = deque(maxlen=1)
+        self._measured: Sequence[float] = ()
         self._subscriptions = [
             node.create_subscription(kind, "~/reference", self._reference_received, latest)
         ]
@@ -218,6 +219,23 @@ class PidController(ChainableControllerInterface):
         for pid, options in zip(self._pids, self._options, strict=True):
             pid.reset(keep_integral=options.save_i_term)
 
+    def export_state(self) -> dict[str, Any]:
+        """Return the state of the PIDs, and what was received; references are kept anyway."""
+        return {
+            "pids": [pid.export_state() for pid in self._pids],
+            "feedforward": self._feedforward,
+            "measured": self._measured,
+            "incoming": list(self._incoming),
+        }
+
+    def import_state(self, state: dict[str, Any]) -> None:
+        """Go on with the integrals of the replaced instance."""
+        for pid, of_pid in zip(self._pids, state["pids"], strict=True):
+            pid.import_state(of_pid)
+        self._feedforward = state["feedforward"]
+        self._measured = state["measured"]
+        self._incoming.extend(state["incoming"])
+
     def on_restart(self) -> None:
         """Set the references to measured values or NaN, and reset the PIDs with integrals."""
         self._begin()
@@ -227,7 +245,7 @@ class PidController(ChainableControllerInterface):
     def _begin(self) -> None:
         self._incoming.clear()
         unknown = [math.nan] * len(self.reference_interfaces)
-        self._measured: Sequence[float] = unknown
+        self._measured = unknown
         values = unknown
         if self._first_setpoint and not self._external:
             values = [state.value for state in self.state_interfaces]

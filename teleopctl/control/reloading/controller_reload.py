@@ -262,8 +262,9 @@ class ControllerReload:
         """Give the exported interfaces of the old instance to the new one, with their values."""
         resources, old, new = self._manager.resource_manager, self._old, self._new
         before, after = _exported(old), _exported(new)
-        kept = {interface.name: interface for interface in before}
-        names = {interface.name for interface in after}
+        # A reference and an exported state may have the same name.
+        kept = {(type(interface), interface.name): interface for interface in before}
+        names, gone = ({interface.name for interface in each} for each in (after, before))
         users = [
             user
             for user in self._manager.chains.users(self._spec)
@@ -271,10 +272,10 @@ class ControllerReload:
         ]
         for user in users:
             for name in (*user.required_command_interfaces, *user.required_state_interfaces):
-                if name in kept and name not in names:
+                if name in gone and name not in names:
                     raise ReloadError(f"it no longer exports '{name}', which '{user.name}' uses")
         # The users' handles stay, so the new instance gets the same.
-        same = {id(one): kept[one.name] for one in after if type(one) is type(kept.get(one.name))}
+        same = {id(one): kept[key] for one in after if (key := (type(one), one.name)) in kept}
         if isinstance(new, ChainableControllerInterface):
             # Any: the lists have interfaces of two classes.
             exports: list[list[Any]] = [new.reference_interfaces, new.exported_state_interfaces]

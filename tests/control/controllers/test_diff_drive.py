@@ -265,3 +265,17 @@ class TestLimits:
         limiter = RateLimiter(RateLimits(highest_jerk=10.0, lowest_jerk=-10.0))
         assert [limiter.limit(1.0, 0.1) for _ in range(3)] == pytest.approx([0.1, 0.3, 0.6])
         assert limiter.limit(0.7, 0.1) == pytest.approx(0.7)
+
+
+def test_reloaded_code_goes_on_with_velocity_limits_and_odometry():
+    bases = [Base(linear__x__max_acceleration=1.0, publish_rate=100.0) for _ in range(2)]
+    for base in bases:
+        base.drive(1.0, 0.5, 0.3)
+    reloaded, other = bases
+    reloaded.stack.reload_controller("base")
+    other.stack.step()
+    assert reloaded.wheels == other.wheels
+    for base in bases:
+        base.stack.step(20)
+    assert reloaded.wheels == other.wheels
+    assert reloaded.pose == other.pose

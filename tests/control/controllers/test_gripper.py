@@ -154,3 +154,22 @@ def test_the_parallel_gripper_tells_the_hardware_its_limits():
     gripper.stack.step()
     commands = [gripper.stack.command(f"joint1/{n}") for n in ("position", "effort", "velocity")]
     assert commands == [0.5, 4.0, 0.3]
+
+
+@pytest.mark.parametrize(("kind", "commands"), [(POSITION, ["position"]), (EFFORT, ["effort"])])
+def test_reloaded_code_keeps_the_grip_on_an_object_and_the_goal(kind, commands):
+    gains = {f"gains.joint1.{name}": 10.0 for name in ("p", "i", "i_clamp")}
+    grippers = [Gripper(kind, commands, **gains) for _ in range(2)]
+    reloaded, other = grippers
+    goals = [gripper.send(0.6) for gripper in grippers]
+    for gripper in grippers:
+        gripper.measure(0.3)
+        gripper.stack.step(5)
+    reloaded.stack.reload_controller("gripper")
+    other.stack.step()
+    for gripper in grippers:
+        gripper.stack.step(200)
+    assert reloaded.stack.commands(commands[0]) == other.stack.commands(commands[0])
+    assert [gripper.outcome(goal) for gripper, goal in zip(grippers, goals, strict=True)] == [
+        (GoalState.ABORTED, False, True)
+    ] * 2

@@ -383,3 +383,19 @@ class TestParameters:
     def test_every_parameter_of_ros_2_means_something(self):
         pid = Pid(**GAINS, antiwindup=True, feedforward_gain=0.95, error_deadband=0.1)
         assert not [text for text in pid.node.log.texts("warning") if "no effect" in text]
+
+
+def test_reloaded_code_keeps_reference_and_integral():
+    reloaded, other = (
+        Pid(command="effort", p=2.0, i=5.0, antiwindup_strategy="none") for _ in "ab"
+    )
+    for pid in (reloaded, other):
+        pid.step(2.0)
+        pid.stack.step(30)
+    reloaded.stack.reload_controller("pid")
+    other.stack.step()
+    assert reloaded.stack.command("joint1/effort") == other.stack.command("joint1/effort")
+    assert other.stack.command("joint1/effort") > 2.0 * 0.9
+    reloaded.stack.step(5)
+    other.stack.step(5)
+    assert reloaded.stack.command("joint1/effort") == other.stack.command("joint1/effort")

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import ClassVar
+from typing import Any, ClassVar
 
 from teleopctl.control.controllers.base import (
     ControllerInterface,
@@ -14,9 +14,13 @@ from teleopctl.control.controllers.base import (
 from teleopctl.control.controllers.chainable import ChainableControllerInterface
 from teleopctl.control.controllers.mobile_base.odometry import Odometry
 from teleopctl.control.controllers.mobile_base.odometry_publisher import OdometryPublisher
+from teleopctl.control.controllers.mobile_base.rate_limiter import RateLimiter
 from teleopctl.control.controllers.mobile_base.velocity_input import BaseVelocity, VelocityInput
 from teleopctl.control.handles import POSITION, VELOCITY, CommandInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+
+# Attributes of steered bases with the last steering angles, which new code takes over.
+_STEERING = ("_angle", "_angles")
 
 
 class InvalidBaseError(Exception):
@@ -152,6 +156,33 @@ class MobileBaseController(ControllerInterface):
         self._publisher.restart()
         self._last: list[float] | None = None
         self._input.active = True
+
+    # Any, here and below: attributes of any type.
+    def export_state(self) -> dict[str, Any]:
+        """Return the odometry, the last velocity, and the states of limiters and steering."""
+        return {
+            "odometry": self._odometry.export_state(),
+            "velocity": self._input.latest,
+            "last": self._last,
+            "limiters": [limiter.export_state() for limiter in self._rate_limiters()],
+            "steering": {name: vars(self)[name] for name in _STEERING if name in vars(self)},
+        }
+
+    def import_state(self, state: dict[str, Any]) -> None:
+        """Go on with the odometry and the velocity of the replaced instance."""
+        self._odometry.import_state(state["odometry"])
+        self._input.latest, self._last = state["velocity"], state["last"]
+        for limiter, of_limiter in zip(self._rate_limiters(), state["limiters"], strict=True):
+            limiter.import_state(of_limiter)
+        vars(self).update(state["steering"])
+
+    def _rate_limiters(self) -> list[RateLimiter]:
+        """Return the rate limiters among the attributes, by the attributes' names."""
+        found: list[RateLimiter] = []
+        for _, value in sorted(vars(self).items()):
+            several = value if isinstance(value, list) else [value]
+            found += [one for one in several if isinstance(one, RateLimiter)]
+        return found
 
     def on_restart(self) -> None:
         """Discard velocity commands and reset the odometry, after a simulation reset."""

@@ -36,6 +36,16 @@ class Odometry:
         self.linear_x = self.linear_y = self.angular = 0.0
         self._steps.clear()
 
+    def export_state(self) -> dict[str, object]:
+        """Return pose and velocities by attribute, and the last steps."""
+        return vars(self) | {"_steps": list(self._steps)}
+
+    def import_state(self, state: dict[str, object]) -> None:
+        """Set the state to that of `export_state` of another odometry."""
+        window = self._steps.maxlen
+        vars(self).update(state)
+        self._steps = deque(self._steps, maxlen=window)
+
     def advance(self, forwards: float, turned: float, period: float, sideways: float = 0.0) -> None:
         """Move the pose along an arc and update the mean velocity; ignore periods below 0.1 ms.
 

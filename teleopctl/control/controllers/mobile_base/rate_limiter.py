@@ -53,6 +53,14 @@ class RateLimiter:
         """Reset the stored previous speeds, by default to zero."""
         self._last = self._before = speed
 
+    def export_state(self) -> tuple[float, float]:
+        """Return the last speed and that before."""
+        return self._last, self._before
+
+    def import_state(self, state: tuple[float, float]) -> None:
+        """Set the state to that of `export_state` of another limiter."""
+        self._last, self._before = state
+
     def limit(self, speed: float, period: float) -> float:
         """Return a speed within the limits of speed, acceleration and jerk, and store it.
 

@@ -46,6 +46,7 @@ class VelocityInput:
         self, controller: ControllerInterface, topic: str, unstamped_topic: str, timeout: float
     ) -> None:
         self.active = False
+        self._latest: tuple[int, BaseVelocity] | None = None
         self._node = node = controller.get_node()
         self._controller = controller
         self._logger = controller.logger
@@ -53,7 +54,6 @@ class VelocityInput:
         self._timeout_ns = round(timeout * NANOSECONDS_PER_SECOND)
         self._log = realtime_log(controller.params.publish_queue)
         self._warned_about_stamp = False
-        self.clear()
         if controller.auto_declare("use_stamped_vel", True):
             self._subscription = node.create_subscription(
                 get_message("geometry_msgs/msg/TwistStamped"), topic, self._stamped, 10
@@ -67,9 +67,18 @@ class VelocityInput:
         """Destroy the subscription to velocity commands."""
         self._node.destroy_subscription(self._subscription)
 
+    @property
+    def latest(self) -> tuple[int, BaseVelocity] | None:
+        """Last received velocity with its time in nanoseconds; None if there is none."""
+        return self._latest
+
+    @latest.setter
+    def latest(self, latest: tuple[int, BaseVelocity] | None) -> None:
+        self._latest = latest
+
     def clear(self) -> None:
         """Discard the last received velocity command."""
-        self._latest: tuple[int, BaseVelocity] | None = None
+        self._latest = None
 
     def read(self, time_ns: int) -> BaseVelocity:
         """Return the last velocity command at a time; zero without one or after its timeout."""
