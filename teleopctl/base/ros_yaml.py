@@ -217,7 +217,9 @@ def compose(text: str) -> yaml.Node | None:
 
 
 def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
-    """Yield YAML node and Python value of each non-mapping value below a key, at any depth.
+    """Yield YAML node and Python value of each value below a key, at any depth.
+
+    Mappings, and lists of mappings, are no values themselves.
 
     Args:
         text: One YAML document.
@@ -235,8 +237,14 @@ def values_below(text: str, name: str) -> Iterator[tuple[yaml.Node, Any]]:
             pending += [
                 (value, is_below or key.value == name) for key, value in reversed(node.value)
             ]
+        elif isinstance(node, yaml.SequenceNode) and _are_mappings(node.value):
+            pending += [(item, is_below) for item in reversed(node.value)]
         elif is_below:
             yield node, loader.construct_object(node, deep=True)
+
+
+def _are_mappings(nodes: Sequence[yaml.Node]) -> bool:
+    return bool(nodes) and all(isinstance(node, yaml.MappingNode) for node in nodes)
 
 
 def load_value(text: str) -> Any:

@@ -63,11 +63,18 @@ def _matches(section: str, full_name: str) -> bool:
 
 # Any: as above.
 def flatten_parameters(values: Mapping[str, Any], prefix: str = "") -> Iterator[tuple[str, Any]]:
-    """Yield dotted parameter names and their values from nested mappings."""
+    """Yield dotted parameter names and their values from nested mappings.
+
+    A list of mappings counts as one mapping, as in ROS 2's parser: the files of gpio_controllers
+    have ``- interfaces: […]`` below the name of a GPIO.
+    """
     for key, value in values.items():
         name = f"{prefix}{key}"
         if isinstance(value, Mapping):
             yield from flatten_parameters(value, f"{name}.")
+        elif isinstance(value, list) and value and all(isinstance(i, Mapping) for i in value):
+            for item in value:
+                yield from flatten_parameters(item, f"{name}.")
         else:
             yield name, value
 
@@ -176,8 +183,10 @@ def _mapping_entries(node: Any) -> Iterator[tuple[Any, Any]]:
 def _lines_below(node: Any, prefix: str) -> Iterator[tuple[str, int]]:
     for key, value in _mapping_entries(node):
         name = f"{prefix}{key.value}"
-        if value.id == "mapping":
-            yield from _lines_below(value, f"{name}.")
+        items = value.value if value.id == "sequence" else [value]
+        if items and all(item.id == "mapping" for item in items):
+            for item in items:
+                yield from _lines_below(item, f"{name}.")
         else:
             yield name, key.start_mark.line + 1
 

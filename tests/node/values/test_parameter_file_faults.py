@@ -3,7 +3,7 @@
 import pytest
 
 from teleopctl.errors import InvalidFileError
-from teleopctl.node import read_parameter_file
+from teleopctl.node import read_parameter_file, read_parameter_lines
 
 SECTION = b"/talker:\n  ros__parameters:\n    fine: [1, 2.5]\n"
 
@@ -23,6 +23,7 @@ SECTION = b"/talker:\n  ros__parameters:\n    fine: [1, 2.5]\n"
         ),
         (SECTION + b"    x: !!set {a, b}", ":4: parameter 'x' cannot be {"),
         (SECTION + b"    x: [[1, 2]]", ":4: parameter 'x' cannot be [[1, 2]]: "),
+        (SECTION + b"    x:\n    - a: [1, b]", ":5: parameter 'x.a' cannot be [1, 'b']: "),
         (SECTION + b"    x: [1, a]", ":4: parameter 'x' cannot be [1, 'a']: "),
         (
             SECTION + b"    x: 9223372036854775808",
@@ -37,3 +38,24 @@ def test_what_is_no_parameter_file_is_told_with_its_place(tmp_path, content, sai
     with pytest.raises(InvalidFileError) as error:
         read_parameter_file(file)
     assert f"{file}{said}" in error.value.message
+
+
+GPIOS = """gpio_controller:
+  ros__parameters:
+    command_interfaces:
+      flange:
+        - interfaces:
+          - output1
+        - more: 1
+    empty: []
+"""
+
+
+def test_a_list_of_mappings_counts_as_one_mapping_as_in_ros_2(tmp_path):
+    file = tmp_path / "parameters.yaml"
+    file.write_text(GPIOS, encoding="utf-8")
+    names = ("command_interfaces.flange.interfaces", "command_interfaces.flange.more", "empty")
+    values = read_parameter_file(file).for_node("/gpio_controller")
+    assert values == dict(zip(names, (["output1"], 1, []), strict=True))
+    lines = read_parameter_lines(file).for_node("/gpio_controller")
+    assert lines == dict(zip(names, (5, 7, 8), strict=True))
