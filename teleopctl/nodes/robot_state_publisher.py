@@ -9,14 +9,22 @@ from __future__ import annotations
 
 import contextlib
 import math
+import struct
 import sys
+import threading
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.base import progress
 from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidParameterError, TeleopctlError
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import (
+    NANOSECONDS_PER_SECOND,
+    PreparedMessage,
+    deserialize,
+    get_message,
+)
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
@@ -28,8 +36,9 @@ from teleopctl.node import (
     qos_profile_sensor_data,
     spin,
 )
-from teleopctl.robot import Joint, Joints, RobotDescription, SegmentTree
+from teleopctl.robot import Joint, Joints, MovingSegments, RobotDescription, SegmentTree
 from teleopctl.tf import (
+    PreparedTransforms,
     StaticTransformBroadcaster,
     Transform,
     TransformBroadcaster,
@@ -40,9 +49,13 @@ from teleopctl.tf import (
 
 if TYPE_CHECKING:
     from geometry_msgs.msg import TransformStamped
-    from sensor_msgs.msg import JointState
 
 _MAX_FREQUENCY = 1000.0
+
+_LITTLE_ENDIAN = b"\x00\x01\x00\x00"
+_STAMP = struct.Struct("<iI")
+# Place behind the header of the CDR and the stamp of a joint state, in bytes.
+_STATE_STAMP_END = 12
 
 
 class JointTransforms:
@@ -59,23 +72,29 @@ class JointTransforms:
         # Created once per moving frame: at 1 kHz, creating messages would be most of the work.
         self._messages: dict[str, TransformStamped] = {}
 
-    def moving(self, state: JointState, stamp_ns: int) -> list[TransformStamped]:
-        """Return TransformStamped messages for a JointState's joints, reused by the next call.
+    def moving(
+        self, names: Sequence[str], positions: Sequence[float], stamp_ns: int
+    ) -> list[TransformStamped]:
+        """Return TransformStamped messages for joints and positions, reused by the next call.
 
         Args:
-            state: Joint state with as many positions as names; joints whose position is not finite
-                are left out.
+            names: Names of the joints.
+            positions: Their positions, rad or m; joints whose position is not finite are left out.
             stamp_ns: Stamp of the messages, in nanoseconds.
         """
         measured = {
             name: value
-            for name, value in zip(state.name, state.position, strict=True)
+            for name, value in zip(names, positions, strict=True)
             if math.isfinite(value)
         }
         return [
             self._moved(joint, transform, stamp_ns)
             for joint, transform in self._tree.transforms(measured)
         ]
+
+    def prepared(self, names: Sequence[str]) -> PreparedJointTransforms:
+        """Return a serialized tf message of the transforms that follow from the given joints."""
+        return PreparedJointTransforms(self._tree.moving_segments(names), self._prefix)
 
     def fixed(self, stamp_ns: int) -> list[TransformStamped]:
         """Return TransformStamped messages of the fixed joints, with the given stamp."""
@@ -95,6 +114,80 @@ class JointTransforms:
         else:
             move_transform(message, stamp_ns, transform)
         return message
+
+
+class PreparedJointTransforms:
+    """Serialized tf message of joints whose positions come in the same order each time.
+
+    Args:
+        segments: Segments that move with the joints.
+        prefix: Prefix of all frame names.
+    """
+
+    def __init__(self, segments: MovingSegments, prefix: str) -> None:
+        self._segments = segments
+        self._message = PreparedTransforms(
+            [(prefix + parent, prefix + child) for parent, child in segments.frames]
+        )
+
+    def serialized(self, positions: Sequence[float], stamp_ns: int) -> bytearray:
+        """Return the message for joint positions (rad or m) and a stamp (ns); empty if none moves.
+
+        The next call changes the returned data.
+        """
+        if not self._segments.frames:
+            return bytearray()
+        self._message.set(stamp_ns, self._segments.numbers(positions))
+        return self._message.data
+
+
+class JointStateReader:
+    """Reader of serialized joint states, faster for those with the same joints as the last one.
+
+    Attributes:
+        names: Joints of the last joint state.
+        positions: Positions of these joints, rad or m.
+        stamp_ns: Stamp of the last joint state, in nanoseconds.
+        has_same_names: Whether the last joint state had the joints of the one before.
+    """
+
+    def __init__(self) -> None:
+        self._type = get_message("sensor_msgs/msg/JointState")
+        # The bytes between stamp and positions: frame, names, and the number of positions.
+        self._between = b""
+        self._positions = struct.Struct("")
+        self.names: list[str] = []
+        self.positions: Sequence[float] = ()
+        self.stamp_ns = 0
+        self.has_same_names = False
+
+    def read(self, payload: bytes) -> None:
+        """Read a joint state in CDR.
+
+        Raises:
+            TeleopctlError: The data is no joint state.
+        """
+        between = self._between
+        end = _STATE_STAMP_END + len(between)
+        self.has_same_names = (
+            bool(between)
+            and payload.startswith(between, _STATE_STAMP_END)
+            and payload[:4] == _LITTLE_ENDIAN
+            and len(payload) >= end + self._positions.size
+        )
+        if self.has_same_names:
+            self.positions = self._positions.unpack_from(payload, end)
+            sec, nanosec = _STAMP.unpack_from(payload, 4)
+            self.stamp_ns = sec * NANOSECONDS_PER_SECOND + nanosec
+            return
+        state: Any = deserialize(payload, self._type)
+        self.names, self.positions = list(state.name), list(state.position)
+        self.stamp_ns = stamp_of(state.header.stamp)
+        self._between = b""
+        if payload[:4] == _LITTLE_ENDIAN and len(self.positions):
+            start = PreparedMessage(state, ["position"]).offsets["position"]
+            self._between = payload[_STATE_STAMP_END:start]
+            self._positions = struct.Struct(f"<{len(self.positions)}d")
 
 
 class RobotStatePublisher(Node):
@@ -130,6 +223,10 @@ class RobotStatePublisher(Node):
         )
         self._moving = TransformBroadcaster(self)
         self._fixed = StaticTransformBroadcaster(self)
+        # Joint states arrive on a thread of Zenoh, parameters on the one that spins.
+        self._lock = threading.Lock()
+        self._reader = JointStateReader()
+        self._prepared: PreparedJointTransforms | None = None
         self._last_published: dict[str, int] = {}
         self._last_stamp = 0
         self._tree = self._segments(urdf)
@@ -142,6 +239,8 @@ class RobotStatePublisher(Node):
             "joint_states",
             self._take_joint_state,
             qos_profile_sensor_data,
+            raw=True,
+            immediate=True,
             qos_overriding_options=QoSOverridingOptions.with_default_policies(),
         )
         self.get_logger().info("Robot initialized")
@@ -163,23 +262,27 @@ class RobotStatePublisher(Node):
         stamp = self.get_clock().now().nanoseconds
         self._fixed.sendTransform(self._transforms.fixed(stamp))
 
-    def _take_joint_state(self, state: Any) -> None:
-        names, values = list(state.name), list(state.position)
-        if len(names) != len(values):
-            if values:
-                self.get_logger().error(
-                    "Robot state publisher ignored an invalid JointState message",
+    def _take_joint_state(self, payload: bytes) -> None:
+        with self._lock:
+            try:
+                self._reader.read(payload)
+            except TeleopctlError as error:
+                self.get_logger().warning(
+                    f"A message on joint_states is ignored: {error.message}",
                     throttle_duration_sec=1.0,
                 )
-            else:
-                # Velocities or efforts without positions do not determine transforms.
-                self.get_logger().warning(
-                    "Robot state publisher ignored a JointState message about joint(s) "
-                    f"{', '.join(names)}: it has no positions",
-                    throttle_duration_sec=10.0,
-                )
-            return
-        stamp = stamp_of(state.header.stamp)
+                return
+            self._publish_moving()
+
+    def _publish_moving(self) -> None:
+        """Publish the transforms of the last joint state, if they are due."""
+        reader = self._reader
+        names, positions, stamp = reader.names, reader.positions, reader.stamp_ns
+        if not reader.has_same_names:
+            self._prepared = None
+            if len(names) != len(positions):
+                self._refuse(names, positions)
+                return
         if stamp < self._last_stamp:
             self.get_logger().warning(
                 "Moved backwards in time, re-publishing joint transforms!",
@@ -187,12 +290,34 @@ class RobotStatePublisher(Node):
             )
             self._last_published.clear()
         self._last_stamp = stamp
-        oldest = min((self._last_published.get(name, 0) for name in names), default=0)
+        published = self._last_published
+        oldest = min([published.get(name, 0) for name in names], default=0)
         if oldest and not self._ignores_stamps and stamp - self._interval_ns < oldest:
             return
-        if transforms := self._transforms.moving(state, stamp):
+        if all(map(math.isfinite, positions)) and len(set(names)) == len(names):
+            if self._prepared is None:
+                self._prepared = self._transforms.prepared(names)
+            if data := self._prepared.serialized(positions, stamp):
+                self._moving.pub_tf.publish(data)
+        elif transforms := self._transforms.moving(names, positions, stamp):
             self._moving.sendTransform(transforms)
-        self._last_published.update(dict.fromkeys(names, stamp))
+        for name in names:
+            published[name] = stamp
+
+    def _refuse(self, names: Sequence[str], positions: Sequence[float]) -> None:
+        """Log why a joint state with another number of positions than names is ignored."""
+        if positions:
+            self.get_logger().error(
+                "Robot state publisher ignored an invalid JointState message",
+                throttle_duration_sec=1.0,
+            )
+        else:
+            # Velocities or efforts without positions do not determine transforms.
+            self.get_logger().warning(
+                "Robot state publisher ignored a JointState message about joint(s) "
+                f"{', '.join(names)}: it has no positions",
+                throttle_duration_sec=10.0,
+            )
 
     def _check_parameters(self, parameters: list[Parameter]) -> Any:
         """Reject an invalid ``robot_description`` or ``publish_frequency``."""
@@ -209,6 +334,11 @@ class RobotStatePublisher(Node):
 
     def _take_parameters(self, parameters: list[Parameter]) -> None:
         values = {parameter.name: parameter.value for parameter in parameters}
+        with self._lock:
+            self._prepared = None
+            self._set_parameters(values)
+
+    def _set_parameters(self, values: dict[str, Any]) -> None:
         if "publish_frequency" in values:
             self._interval_ns = publish_interval_ns(values["publish_frequency"])
         if "ignore_timestamp" in values:

@@ -40,7 +40,10 @@ if TYPE_CHECKING:
         read_acceleration_limits as read_acceleration_limits,
         stop_decelerations as stop_decelerations,
     )
-    from teleopctl.robot.kinematics import SegmentTree as SegmentTree
+    from teleopctl.robot.kinematics import (
+        MovingSegments as MovingSegments,
+        SegmentTree as SegmentTree,
+    )
     from teleopctl.robot.mesh_textures import (
         MOST_TEXTURE_BYTES as MOST_TEXTURE_BYTES,
         check_picture as check_picture,

@@ -7,7 +7,7 @@ Units are radians or metres, and their derivatives; effort in N m or N.
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -144,16 +144,31 @@ class Joints(Mapping[str, JointModel]):
             given: Positions by joint name. With all independent joints the result is complete.
         """
         complete = dict(given)
+        for name, leader, multiplier, offset in self.followers(given):
+            complete[name] = (multiplier * given[leader] if leader else 0.0) + offset
+        return complete
+
+    def followers(self, given: Collection[str]) -> Iterator[tuple[str, str, float, float]]:
+        """Yield each mimic joint whose position follows from those of given joints.
+
+        Args:
+            given: Names of the joints whose positions are given.
+
+        Yields:
+            Name of the mimic joint, name of its nearest leader among the given joints, multiplier
+            and offset; an empty name for a leader that is always at 0.
+        """
         for name, leaders in self._followers:
             if name in given:
                 continue
             for mimic in leaders:
                 # a joint without a single axis, such as a fixed joint, is at zero
-                leader = given.get(mimic.joint, None if mimic.joint in self._models else 0.0)
-                if leader is not None:
-                    complete[name] = mimic.multiplier * leader + mimic.offset
+                if mimic.joint in given:
+                    yield name, mimic.joint, mimic.multiplier, mimic.offset
                     break
-        return complete
+                if mimic.joint not in self._models:
+                    yield name, "", mimic.multiplier, mimic.offset
+                    break
 
 
 def _in_control(description: RobotDescription) -> tuple[dict[str, JointLimits], dict[str, Mimic]]:

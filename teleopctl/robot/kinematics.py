@@ -3,31 +3,47 @@
 Transforms are plain floats: arrays are slower for a few rotations per message.
 """
 
-from collections.abc import Mapping
+import math
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.joints import Joints
 from teleopctl.robot.urdf import Joint
 from teleopctl.tf import (
+    Pose7,
+    Quaternion,
     Transform,
+    Vector3,
     multiply,
-    quaternion_from_axis_angle,
     quaternion_from_rpy,
+    rotate,
 )
 
 
 @dataclass(frozen=True, slots=True)
 class Segment:
-    """Joint as a transform from parent to child link that depends on the joint's position."""
+    """Joint as a transform from parent to child link that depends on the joint's position.
+
+    Attributes:
+        joint: Joint of the URDF.
+        origin: Pose of the child link in the parent link's frame at position 0.
+        direction: Unit vector of a prismatic joint's axis in the parent link's frame.
+        turned: Product of the origin's rotation and the axis as a quaternion: the rotation at an
+            angle is ``cos(angle / 2) origin.rotation + sin(angle / 2) turned``.
+    """
 
     joint: Joint
     origin: Transform
+    direction: Vector3
+    turned: Quaternion
 
     @classmethod
     def of(cls, joint: Joint) -> "Segment":
         """Return the segment that corresponds to a URDF joint."""
-        return cls(joint, Transform(joint.origin.xyz, quaternion_from_rpy(*joint.origin.rpy)))
+        origin = Transform(joint.origin.xyz, quaternion_from_rpy(*joint.origin.rpy))
+        turned = multiply(origin.rotation, (*joint.axis, 0.0))
+        return cls(joint, origin, rotate(origin.rotation, joint.axis), turned)
 
     def at(self, position: float) -> Transform:
         """Return the child link's pose in the parent link's frame at a joint position.
@@ -35,12 +51,73 @@ class Segment:
         Args:
             position: Joint position in radians, or metres for prismatic joints.
         """
-        joint = self.joint
-        if joint.type == "prismatic":
-            x, y, z = joint.axis
-            return self.origin @ Transform((x * position, y * position, z * position))
-        turn = quaternion_from_axis_angle(joint.axis, position)
-        return Transform(self.origin.translation, multiply(self.origin.rotation, turn))
+        x, y, z, *rotation = self.numbers_at(position)
+        return Transform((x, y, z), (rotation[0], rotation[1], rotation[2], rotation[3]))
+
+    def numbers_at(self, position: float) -> Pose7:
+        """Return translation (m) and rotation (x, y, z, w) of `at` as seven numbers.
+
+        Args:
+            position: Joint position in radians, or metres for prismatic joints.
+        """
+        origin = self.origin
+        x, y, z = origin.translation
+        if self.joint.type == "prismatic":
+            dx, dy, dz = self.direction
+            return (
+                *(x + dx * position, y + dy * position, z + dz * position),
+                *origin.rotation,
+            )
+        sine, cosine = math.sin(position / 2), math.cos(position / 2)
+        ax, ay, az, aw = origin.rotation
+        bx, by, bz, bw = self.turned
+        return (
+            *(x, y, z),
+            cosine * ax + sine * bx,
+            cosine * ay + sine * by,
+            cosine * az + sine * bz,
+            cosine * aw + sine * bw,
+        )
+
+
+class MovingSegments:
+    """Poses of the links that move, for joint positions that come in the same order each time.
+
+    Args:
+        segments: Segments of the joints with one axis, by joint name.
+        joints: Joints of the robot.
+        names: Names of the joints whose positions are given; no name twice.
+
+    Attributes:
+        frames: Names of parent and child link of each pose.
+    """
+
+    def __init__(
+        self, segments: Mapping[str, Segment], joints: Joints, names: Sequence[str]
+    ) -> None:
+        places = {name: place for place, name in enumerate(names)}
+        self._given = [
+            (segments[name], place) for name, place in places.items() if name in segments
+        ]
+        self._followers = [
+            (segments[name], places.get(leader), multiplier, offset)
+            for name, leader, multiplier, offset in joints.followers(places)
+            if name in segments
+        ]
+        moving = [each[0].joint for each in (*self._given, *self._followers)]
+        self.frames = [(joint.parent, joint.child) for joint in moving]
+
+    def numbers(self, positions: Sequence[float]) -> list[Pose7]:
+        """Return each link's pose in its parent link's frame, as `Segment.numbers_at`.
+
+        Args:
+            positions: Position of each joint, rad or m.
+        """
+        numbers = [segment.numbers_at(positions[place]) for segment, place in self._given]
+        for segment, place, multiplier, offset in self._followers:
+            leader = 0.0 if place is None else multiplier * positions[place]
+            numbers.append(segment.numbers_at(leader + offset))
+        return numbers
 
 
 class SegmentTree:
@@ -84,6 +161,14 @@ class SegmentTree:
             for name, position in self._joints.positions(positions).items()
             if (segment := self._moving.get(name)) is not None
         ]
+
+    def moving_segments(self, names: Sequence[str]) -> MovingSegments:
+        """Return the segments that move with the given joints, and with their mimic joints.
+
+        Args:
+            names: Names of joints, none of them twice; unknown names are ignored.
+        """
+        return MovingSegments(self._moving, self._joints, names)
 
     def link_poses(self, positions: Mapping[str, float]) -> dict[str, Transform]:
         """Return the pose of every link in the frame of the root link.

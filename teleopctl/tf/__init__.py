@@ -66,7 +66,9 @@ if TYPE_CHECKING:
         MonitorResults as MonitorResults,
         monitor_transforms as monitor_transforms,
     )
+    from teleopctl.tf.prepared_transforms import PreparedTransforms as PreparedTransforms
     from teleopctl.tf.transforms import (
+        Pose7 as Pose7,
         Quaternion as Quaternion,
         Transform as Transform,
         Vector3 as Vector3,

@@ -9,6 +9,8 @@ from dataclasses import dataclass
 
 Vector3 = tuple[float, float, float]
 Quaternion = tuple[float, float, float, float]
+# Translation and rotation.
+Pose7 = tuple[float, float, float, float, float, float, float]
 Matrix3 = tuple[Vector3, Vector3, Vector3]
 
 IDENTITY_ROTATION: Quaternion = (0.0, 0.0, 0.0, 1.0)

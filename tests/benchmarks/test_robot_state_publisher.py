@@ -78,8 +78,6 @@ def test_a_kilohertz_of_joint_states(ros: RosGraph, figures: list[Figure]):
     description.write_text(
         "robot_state_publisher:\n  ros__parameters:\n    publish_frequency: 1000.0\n"
         "    ignore_timestamp: true\n"
-        # By itself it keeps five, as in ROS 2: what other work on the machine holds up is lost.
-        "    qos_overrides./joint_states.subscription.depth: 100\n"
         f"    robot_description: '{seven_joints()}'\n"
     )
     publisher = ros.spawn_module(

@@ -31,6 +31,7 @@ class PreparedMessage:
     Attributes:
         data: Serialized message, to be published.
         numbers: Writable memoryviews of the numbers of each sequence, by field name; format ``d``.
+        offsets: Place of the first number of each sequence in the data, by field name.
     """
 
     def __init__(self, message: Message, sequences: Iterable[str]) -> None:
@@ -44,6 +45,7 @@ class PreparedMessage:
             seen.append(serialize(probe))
         self._stamp, _ = _changed(*seen)
         self.numbers: dict[str, memoryview[float]] = {}
+        self.offsets: dict[str, int] = {}
         for name in sequences:
             size = 8 * len(getattr(probe, name))
             seen = []
@@ -52,6 +54,7 @@ class PreparedMessage:
                 seen.append(serialize(probe))
             first, end = _changed(*seen)
             self.numbers[name] = view[first:end].cast("d")
+            self.offsets[name] = first
 
     def set_stamp(self, nanoseconds: int) -> None:
         """Set the stamp of the header in the serialized bytes."""

@@ -84,7 +84,13 @@ class FrameReplay:
         if len(message.name) != len(message.position):
             return None
         self._last_ns = time_ns
-        now = bytes(serialize(self._message(transforms=self._transforms.moving(message, time_ns))))
+        now = bytes(
+            serialize(
+                self._message(
+                    transforms=self._transforms.moving(message.name, message.position, time_ns)
+                )
+            )
+        )
         stream.take(time_ns, now)
         return now
 
