@@ -104,8 +104,9 @@ class MovingSegments:
             for name, leader, multiplier, offset in joints.followers(places)
             if name in segments
         ]
-        moving = [each[0].joint for each in (*self._given, *self._followers)]
-        self.frames = [(joint.parent, joint.child) for joint in moving]
+        moving = [segment for segment, _ in self._given]
+        moving += [segment for segment, *_ in self._followers]
+        self.frames = [(segment.joint.parent, segment.joint.child) for segment in moving]
 
     def numbers(self, positions: Sequence[float]) -> list[Pose7]:
         """Return each link's pose in its parent link's frame, as `Segment.numbers_at`.
