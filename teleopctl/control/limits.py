@@ -253,7 +253,8 @@ class JointSoftLimiter(JointLimiter):
     With the last commanded position p (the measured one before the first command), the soft
     limits s- and s+ and the measured velocity v, all within the joint's other limits:
 
-    - velocity between -k_position (p - s-) and -k_position (p - s+),
+    - velocity between -k_position (p - s-) and -k_position (p - s+), and no further from v than
+      the acceleration limit allows in a period,
     - position within the soft limits, and no further from p than that velocity allows,
     - effort between -k_velocity (v - v-) and -k_velocity (v - v+), with that velocity's ends v-
       and v+.
@@ -309,6 +310,10 @@ class JointSoftLimiter(JointLimiter):
 
     def _velocity_band(self, period: float) -> tuple[float, float]:
         lower, upper = super()._velocity_band(period)
+        velocity, step = self._velocity.value, self._limits.acceleration * period
+        if velocity == velocity and not math.isinf(step):
+            lower = max(lower, min(upper, velocity - step))
+            upper = min(upper, max(lower, velocity + step))
         slowest, fastest = self._soft_velocities()
         # The joint brakes for a soft limit as hard as its other limits allow.
         lower = max(lower, min(slowest, upper))

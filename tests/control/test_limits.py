@@ -288,6 +288,12 @@ class TestSoftLimits:
         joint.state["position"].value, joint.state["velocity"].value = position, velocity
         assert joint.limit("effort", wanted, 1.0) == pytest.approx(limited)
 
+    def test_velocities_stay_near_the_measured_one_by_the_acceleration_limit(self):
+        joint = Joint(soft(-4.0, 4.0, 1.0, velocity=9.0, acceleration=2.0), "velocity")
+        assert [joint.limit("velocity", 5.0, 0.1) for _ in range(3)] == [0.2] * 3
+        joint.state["velocity"].value = 0.2
+        assert joint.limit("velocity", 5.0, 0.1) == pytest.approx(0.4)
+
     def test_a_k_velocity_of_zero_limits_nothing(self):
         joint = Joint(soft(-4.0, 4.0, 1.0, 0.0, velocity=1.0, effort=200.0), "effort")
         assert joint.limit("effort", 150.0) == 150.0

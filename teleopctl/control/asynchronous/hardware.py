@@ -54,7 +54,9 @@ class AsyncHardwareComponent(HardwareComponent):
         self._own_states, self._own_commands = self.state_interfaces, self.command_interfaces
         self.state_interfaces = [copy.copy(state) for state in self._own_states]
         self.command_interfaces = [copy.copy(command) for command in self._own_commands]
+        # Values of the last read, replaced by the thread; and those that `read` has taken over.
         self._measured: list[float] | None = None
+        self._taken: list[float] | None = None
         self._given: list[tuple[float, str | None]] = []
         self._failed_in = "read"
         self._is_paused = False
@@ -95,8 +97,9 @@ class AsyncHardwareComponent(HardwareComponent):
         """
         if self.lifecycle_state not in _ACCESSIBLE:
             return ReturnType.OK
-        measured, self._measured = self._measured, None
-        if measured is not None:
+        measured = self._measured
+        if measured is not None and measured is not self._taken:
+            self._taken = measured
             for state, value in zip(self.state_interfaces, measured, strict=True):
                 state.value = value
         handler = self._handler
