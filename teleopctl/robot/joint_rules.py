@@ -236,9 +236,17 @@ def _position(
             f"{safety.soft_lower}, {safety.soft_upper} and within {list(band)}"
         )
         soft = _EVERYWHERE
-    if soft == _EVERYWHERE and not safety.k_velocity:
+    gains = []
+    for name, gain in (("k_position", safety.k_position), ("k_velocity", safety.k_velocity)):
+        if gain < 0.0:
+            warnings.append(
+                f"Joint '{joint.name}': {name} {gain:g} is ignored, a negative gain would move the "
+                "joint away from its limits"
+            )
+        gains.append(max(gain, 0.0))
+    if soft == _EVERYWHERE and not gains[1]:
         return band, None
-    return band, SoftLimits(*soft, safety.k_position, safety.k_velocity, band)
+    return band, SoftLimits(*soft, *gains, band)
 
 
 def _meet(band: tuple[float, float], lower: float, upper: float) -> tuple[float, float] | None:

@@ -345,6 +345,19 @@ def test_soft_limits_keep_their_gains_and_the_limits_around_them(
     assert found.mechanical.soft is None
 
 
+def test_negative_gains_of_soft_limits_are_reported_and_ignored():
+    tag = (
+        '<safety_controller soft_lower_limit="-1" soft_upper_limit="1" k_position="-7" '
+        'k_velocity="-2"/>'
+    )
+    found = component(joint("a") + joint("b"), mimic=tag)
+    assert found.joints[1].limits.soft == SoftLimits(-1, 1, 0, 0, (-2, 2))
+    assert [text.split(" is ignored")[0] for text in found.warnings] == [
+        "Joint 'b': k_position -7",
+        "Joint 'b': k_velocity -2",
+    ]
+
+
 def test_a_continuous_joint_has_only_the_limits_of_its_interfaces():
     assert limits("", "c")[0] == UNLIMITED
     found, _ = limits(interface("position", -7, 7), "c")
