@@ -246,7 +246,7 @@ def _position(
         gains.append(max(gain, 0.0))
     if soft == _EVERYWHERE and not gains[1]:
         return band, None
-    return band, SoftLimits(*soft, *gains, band)
+    return band, SoftLimits(*soft, gains[0], gains[1], band)
 
 
 def _meet(band: tuple[float, float], lower: float, upper: float) -> tuple[float, float] | None:
