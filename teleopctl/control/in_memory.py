@@ -197,11 +197,13 @@ class RecordedNode:
         """Return the parameter values given to the constructor."""
         return {name: Parameter(name, value=value) for name, value in self._given.items()}
 
-    def set_parameters(self, parameter_list: Sequence[Parameter]) -> None:
-        """Set parameters, and call the callbacks registered for changed parameters."""
+    def set_parameters(self, parameter_list: Sequence[Parameter]) -> list[Any]:
+        """Set parameters, call the callbacks for changed ones, and return successful results."""
         self._parameters.update((parameter.name, parameter.value) for parameter in parameter_list)
         for callback in self._post_set:
             callback(list(parameter_list))
+        result = get_message("rcl_interfaces/msg/SetParametersResult")
+        return [result(successful=True) for _ in parameter_list]
 
     def add_post_set_parameters_callback(  # noqa: D102
         self, callback: Callable[[list[Parameter]], None]

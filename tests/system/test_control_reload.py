@@ -83,6 +83,7 @@ class Follow(ControllerInterface):
             goal.try_succeed(error_string=CODE)
             self.goal = None
 """
+BEGIN = "    def on_configure(self):\n"
 CONTROLLERS = """\
 controller_manager:
   ros__parameters:
@@ -131,9 +132,20 @@ def test_a_goal_goes_on_in_changed_code_and_no_cycle_is_missed(ros):
     assert f"({code}:{line})" in refused.stderr
     assert not result.ended()
 
+    hanging = CODE.replace(BEGIN, f"{BEGIN}        __import__('threading').Event().wait()\n")
+    code.write_text(hanging)
+    refused = ros.run("control reload follow --timeout 0.2")
+    assert refused.returncode == 1
+    line = 2 + CODE[: CODE.index(BEGIN)].count("\n")
+    assert f"after 0.2 s, on_configure has not returned ({code}:{line})" in refused.stderr
+
+    code.write_text(CODE)
+    watch = ros.spawn("control reload follow --watch")
+    watch.wait_for_line("Watching ")
     code.write_text(CODE.replace('0.05, "old"', '1.0, "new"'))
-    done = ros.run("control reload follow")
-    assert done.stdout == "Successfully reloaded controller follow: my_follow\n", done.stderr
+    watch.wait_for_line("Successfully reloaded controller follow: my_follow")
+    watch.interrupt()
+    assert watch.wait() == 130
     assert outcome(result).status == GoalState.SUCCEEDED
     assert outcome(result).result.error_string == "new"
     eventually(lambda: abs(received[-1][1] - WANTED) < 1e-9)

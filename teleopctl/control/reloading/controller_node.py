@@ -335,9 +335,11 @@ class ControllerNode:
             with contextlib.suppress(Exception):  # read-only, or undeclared by its own code
                 self._node.undeclare_parameter(name)
         for name, parameter in list(successor._changed_defaults.items()):
-            results = self._node.set_parameters([parameter])
+            results = None
+            with contextlib.suppress(Exception):  # a callback of its own code
+                results = self._node.set_parameters([parameter])
             # A refused value, of a read-only parameter, stays what this instance reads.
-            if results is None or results[0].successful:
+            if results and results[0].successful:
                 del successor._changed_defaults[name]
 
     def close(self) -> None:

@@ -216,19 +216,22 @@ class ControllerReload:
         Raises:
             ReloadError: The new instance cannot take over; the old one goes on.
         """
-        manager = self._manager
-        if not manager.cycle_lock.acquire(timeout=_LONGEST_CYCLE_S):
+        try:
+            self._commit()
+        except BaseException:
             self._release_new()
+            raise
+
+    def _commit(self) -> None:
+        lock = self._manager.cycle_lock
+        if not lock.acquire(timeout=_LONGEST_CYCLE_S):
             raise ReloadError(f"a control cycle has not ended for {_LONGEST_CYCLE_S:g} seconds")
         try:
             with ExitStack() as undo:
                 self._exchange(undo)
                 self._undo = undo.pop_all()
-        except ReloadError:
-            self._release_new()
-            raise
         finally:
-            manager.cycle_lock.release()
+            lock.release()
 
     def _exchange(self, undo: ExitStack) -> None:
         manager, spec, old, new = self._manager, self._spec, self._old, self._new

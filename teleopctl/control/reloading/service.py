@@ -7,6 +7,7 @@ import threading
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
+from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.reloading.controller_reload import (
     ControllerReload,
@@ -53,7 +54,7 @@ class ReloadService:
         timeout_s = to_nanoseconds(request.timeout) / NANOSECONDS_PER_SECOND
         try:
             words = await self._reload_within(name, timeout_s if timeout_s > 0 else TIMEOUT_S)
-        except ReloadError as error:
+        except Exception as error:  # noqa: BLE001 - a failure must not end the manager
             response.message = self._report(name, error)
         else:
             response.ok = True
@@ -63,9 +64,10 @@ class ReloadService:
             response.files = plugins.source_files(plugins.CONTROLLERS, spec.type)
         return response
 
-    def _report(self, name: str, error: ReloadError) -> str:
+    def _report(self, name: str, error: Exception) -> str:
         goes_on = "" if isinstance(error, ReloadRefusedError) else ", its running code goes on"
-        message = f"Could not reload controller '{name}'{goes_on}: {error}"
+        reason = error if isinstance(error, ReloadError) else with_origin(error)
+        message = f"Could not reload controller '{name}'{goes_on}: {reason}"
         self._manager.logger.error(message)
         return message
 
@@ -95,12 +97,12 @@ class ReloadService:
 
     async def _prepare(self, reload: ControllerReload, timeout_s: float) -> None:
         prepared = Future[None](executor=self._node.executor)
-        failures: list[ReloadError] = []
+        failures: list[Exception] = []
 
         def prepare() -> None:
             try:
                 reload.prepare()
-            except ReloadError as error:
+            except Exception as error:  # noqa: BLE001 - raised in the service's callback
                 failures.append(error)
             finally:
                 prepared.set_result(None)
@@ -123,7 +125,7 @@ class ReloadService:
         del self._pending[reload.name]
         try:
             reload.finish()
-        except ReloadError as error:
+        except Exception as error:  # noqa: BLE001 - as above
             self._report(reload.name, error)
 
 
