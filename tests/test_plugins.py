@@ -6,7 +6,7 @@ import pytest
 
 from teleopctl import plugins
 from teleopctl.errors import BrokenPluginError, TeleopctlError, UnknownPluginError
-from teleopctl.plugins import lookup
+from teleopctl.plugins import lookup, reloading
 from tests.distributions import install
 
 KINDS = [kind for kind in vars(plugins).values() if isinstance(kind, plugins.Kind)]
@@ -129,3 +129,27 @@ def test_ours_win_over_a_strangers_of_the_same_name(site):
 def test_the_errors_are_of_the_kind_that_a_program_catches():
     assert issubclass(BrokenPluginError, TeleopctlError)
     assert not issubclass(BrokenPluginError, UnknownPluginError)
+
+
+def test_of_ours_changed_files_are_read_again_with_their_dependents_but_not_base_classes(
+    monkeypatch,
+):
+    kind, name = plugins.CONTROLLERS, "effort_controllers/GripperActionController"
+    folder = "teleopctl.control.controllers"
+    old = plugins.load(kind, name)
+    plugins.remember_sources(kind, name)
+    assert plugins.reload(kind, [name]).modules == []
+    changed = [sys.modules[f"{folder}.{module}"] for module in ("base", "realtime_goal")]
+    for module in changed:
+        monkeypatch.setitem(reloading._imported_from, module, (0, 0, 0))
+    reloaded = plugins.reload(kind, [name])
+    try:
+        assert {
+            f"{folder}.{module}" for module in ("gripper_action_controller", "realtime_goal")
+        } <= {*reloaded.modules}
+        assert f"{folder}.base" not in reloaded.modules
+        assert f"{folder}.pid" not in reloaded.modules
+        assert plugins.load(kind, name) is not old
+    finally:
+        reloaded.undo()
+    assert plugins.load(kind, name) is old

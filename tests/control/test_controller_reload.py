@@ -579,3 +579,26 @@ def test_a_controller_that_is_deactivated_before_its_first_update_is_the_new_one
     stack.step()
     assert reload.finish() == "ramp"
     assert stack.command(COMMAND) == pytest.approx(-0.01)
+
+
+def test_while_the_robot_is_stopped_the_new_code_is_stopped_as_well(stack, code, ramp):
+    stack.manager.robot_stop.hold("operator")
+    stack.step(50)
+    before = stack.command(COMMAND)
+    code.edit(("self.value += STEP", "self.value += 10 * STEP"))
+    stack.reload_controller("ramp")
+    stack.step(10)
+    assert stack.command(COMMAND) == before
+
+
+def test_an_asynchronous_controller_has_to_be_deactivated_before(stack, code):
+    stack.load_controller("ramp", "ramp:Ramp", {"is_async": True})
+    stack.activate("ramp")
+    with pytest.raises(ReloadError, match=r"is_async.*deactivate it before"):
+        stack.reload_controller("ramp")
+    stack.deactivate("ramp")
+    code.edit(("self.value = 0.0", "self.value = 0.5"))
+    stack.reload_controller("ramp")
+    stack.activate("ramp")
+    stack.step(3)
+    assert stack.command(COMMAND) > 0.5
