@@ -138,6 +138,7 @@ CONTROLLERS = Kind(
     {
         name: f"{_CONTROLLERS}.{module}:{name.partition('/')[2]}"
         for module, names in {
+            "admittance.controller": "admittance_controller/AdmittanceController",
             "battery_state_broadcaster": "battery_state_broadcaster/BatteryStateBroadcaster",
             "chained_filter_controller": "chained_filter_controller/ChainedFilter",
             "forward_command_controller": (

@@ -109,6 +109,10 @@ if TYPE_CHECKING:
         RaySweep as RaySweep,
         SensorTag as SensorTag,
     )
+    from teleopctl.robot.serial_chain import (
+        ChainFrame as ChainFrame,
+        SerialChain as SerialChain,
+    )
     from teleopctl.robot.simulated_hardware import (
         COMMANDS_TOPIC as COMMANDS_TOPIC,
         RESET_FRAME as RESET_FRAME,

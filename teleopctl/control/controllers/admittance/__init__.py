@@ -1,0 +1,1 @@
+"""Admittance controller: joints that give way to measured forces."""
