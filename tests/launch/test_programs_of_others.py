@@ -12,6 +12,7 @@ from teleopctl.errors import InvalidDescriptionError, LaunchError, UsageError
 from teleopctl.launch.evaluation.evaluation import evaluate
 from teleopctl.launch.evaluation.processes import (
     COMMANDS,
+    ends_by_itself,
     find_command,
     replace_missing_command,
     replace_missing_shell_command,
@@ -64,6 +65,21 @@ def test_the_display_of_the_urdf_tutorial_shows_any_robot(tmp_path):
         names = [process.name.rpartition("-")[0] for process in plan.processes]
         sliders = "joint_state_publisher" if arguments else "joint_state_publisher_gui"
         assert names == ["robot_state_publisher", sliders, "rviz2"]
+
+
+@pytest.mark.parametrize(
+    ("words", "ends"),
+    [
+        ("ros2 control load_controller --set-state active arm_controller", True),
+        ("/opt/ros/jazzy/bin/ros2 run controller_manager spawner arm_controller", True),
+        ("ros2 run controller_manager ros2_control_node", False),
+        ("ros2 topic echo /joint_states", False),
+        ("control load_controller", False),
+    ],
+)
+def test_a_launch_is_up_when_its_commands_that_load_controllers_have_ended(words, ends):
+    ours = replace_missing_command(words.split(), "")
+    assert ends_by_itself(ours) is ends_by_itself([words], shell=True) is ends
 
 
 def test_ours_stands_for_a_command_that_the_path_lacks(tmp_path):

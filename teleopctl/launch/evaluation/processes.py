@@ -79,10 +79,29 @@ _PROGRAMS_THAT_END = frozenset(
     for name in ("spawner", "unspawner", "hardware_spawner")
     for suffix in ("", ".py")
 )
+# What stands for `ros2` in a command line without it.
+_OUR_ROS2 = [sys.executable, "-P", "-m", *COMMANDS["ros2"]]
 _CONTAINERS = "teleopctl.nodes.component_container:"
 _UNSAFE = re.compile(r"[^\w.\-]")
 
 Value = TypeVar("Value")
+
+
+def ends_by_itself(command: Sequence[str], *, shell: bool = False) -> bool:
+    """Return whether a command line is ``ros2 control``, or ``ros2 run`` with a spawner.
+
+    Args:
+        command: Words of the command line; a single one for a shell.
+        shell: Whether a shell runs it.
+    """
+    words = command[0].split() if shell else list(command)
+    if words[: len(_OUR_ROS2)] == _OUR_ROS2:
+        words = ["ros2", *words[len(_OUR_ROS2) :]]
+    if Path(words[0]).name != "ros2":
+        return False
+    return words[1:2] == ["control"] or (
+        words[1:2] == ["run"] and tuple(words[2:4]) in _PROGRAMS_THAT_END
+    )
 
 
 class ProcessBuilder:
@@ -132,6 +151,7 @@ class ProcessBuilder:
         if action.node is not None:
             ros_arguments, node_name = self._ros_arguments(action.node, name)
             command += [*ros_arguments, *self._requested_ros_arguments(program)]
+        ends = (package, program) in _PROGRAMS_THAT_END or ends_by_itself(command, shell=shell)
         command = self._with_prefix(command, action.prefix, shell=shell)
         environment = dict(self._context.scope.environment)
         if action.clean_environment:
@@ -151,7 +171,7 @@ class ProcessBuilder:
             is_node=action.node is not None,
             node_name=node_name,
             loads_components=target.startswith(_CONTAINERS),
-            ends_by_itself=(package, program) in _PROGRAMS_THAT_END,
+            ends_by_itself=ends,
             respawn=self._value(action.respawn, "respawn", values.boolean, default=False),
             respawn_delay=self._value(
                 action.respawn_delay, "respawn_delay", values.number, default=0.0

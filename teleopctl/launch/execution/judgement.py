@@ -114,7 +114,7 @@ def _in_graph(
 
 def _outlived_its_start(process: ProcessStatus) -> bool:
     """Return whether a program without a node runs longer than one with an error would."""
-    if process.state != "running" or process.is_node:
+    if process.state != "running" or process.is_node or process.ends_by_itself:
         return False
     age_s = time.time() - process.start.time
     return not 0.0 <= age_s < _OUTLIVES_AFTER_S  # below 0 the clock has been set

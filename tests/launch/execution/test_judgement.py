@@ -2,6 +2,7 @@
 
 import time
 from pathlib import Path
+from typing import Any
 
 import pytest
 
@@ -37,7 +38,13 @@ def test_a_process_that_finished_is_up_whatever_step_it_reported_last(tmp_path: 
     assert _up_by(tmp_path, "starting activating arm", "finished").names == {"arm-1": None}
 
 
-def _up_by(folder: Path, reported: str | None, state: State) -> UpProcesses:
+def test_a_command_that_loads_a_controller_is_up_only_when_it_has_ended(tmp_path: Path) -> None:
+    loads = {"is_node": False, "ends_by_itself": True, "start": StartTime(0.0)}
+    assert _up_by(tmp_path, None, "running", **loads).names == {}
+    assert _up_by(tmp_path, None, "finished", **loads).names == {"arm-1": None}
+
+
+def _up_by(folder: Path, reported: str | None, state: State, **more: Any) -> UpProcesses:
     log_file = folder / "arm.log"
     if reported is not None:
         progress.progress_file(log_file).write_text(f"{reported}\n")
@@ -53,5 +60,5 @@ def _up_by(folder: Path, reported: str | None, state: State) -> UpProcesses:
         node_name="/arm",
         is_node=True,
         ends_by_itself=False,
-    )
+    )._replace(**more)
     return find_up_processes([status], {"session": ["/arm"]}, Graph())
