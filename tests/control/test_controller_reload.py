@@ -281,6 +281,20 @@ class TestFailure:
         stack.step()
         assert stack.command(COMMAND) == pytest.approx(before + 0.03)
 
+    def test_a_new_helper_that_is_broken_is_among_the_files_to_watch(self, stack, code, ramp):
+        code.save("def (", "ramp_new.py")
+        code.edit(("import STEP", "import STEP\nimport ramp_new"))
+        with pytest.raises(ReloadError, match="SyntaxError") as failure:
+            stack.reload_controller("ramp")
+        assert failure.value.file == str(code.folder / "ramp_new.py")
+
+    def test_what_new_code_has_created_is_destroyed_if_it_fails(self, stack, code, ramp):
+        code.edit(('"~/start", self.start, 10)', '"~/begin", self.start, 10)\n        1 / 0'))
+        before = dict(stack.nodes["ramp"].endpoints)
+        with pytest.raises(ReloadError, match="on_configure raised ZeroDivisionError"):
+            stack.reload_controller("ramp")
+        assert stack.nodes["ramp"].endpoints == before
+
     def test_a_class_that_was_renamed_is_named_with_its_file(self, stack, code, ramp):
         code.edit(("class Ramp(", "class Ramps("))
         with pytest.raises(ReloadError, match="no attribute 'Ramp'") as failure:

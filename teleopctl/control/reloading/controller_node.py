@@ -144,6 +144,13 @@ class ControllerNode:
             _TIMER, None, (), lambda: self._node.create_timer(*arguments, **options)
         )
 
+    # Called by action servers and clients that a controller creates by their classes.
+    def add_endpoint(self, endpoint: Any) -> Any:
+        """Register an endpoint, which is destroyed with this instance; return it."""
+        self._node.add_endpoint(endpoint)
+        self._entities.append(_Entity(_SERVICE, None, endpoint))
+        return endpoint
+
     # Without the node, for `ControllerInterfaceParams.action_server`: it is always this one.
     def create_action_server(
         self,

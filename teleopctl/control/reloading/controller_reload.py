@@ -37,11 +37,25 @@ T = TypeVar("T")
 
 # Longest wait for the end of the running cycle, in seconds of wall time.
 _LONGEST_CYCLE_S = 5.0
+# Number of modules that are named in a message.
+_MOST_NAMED = 5
 _CONFIGURED = (State.INACTIVE, State.ACTIVE)
 
 
 class ReloadError(Exception):
-    """Raised when a controller is not reloaded; the message says why, with file and line."""
+    """Raised when a controller is not reloaded; the message says why, with file and line.
+
+    Args:
+        text: Message of the error.
+        file: File that cannot be imported, or None.
+
+    Attributes:
+        file: File that cannot be imported, or None.
+    """
+
+    def __init__(self, text: str, file: str | None = None) -> None:
+        super().__init__(text)
+        self.file = file
 
 
 class ReloadRefusedError(ReloadError):
@@ -137,7 +151,9 @@ class ControllerReload:
                 raise
         except (BrokenPluginError, UnknownPluginError) as error:
             near = f" ({error.hint})" if error.hint else ""
-            raise ReloadError(f"{error.message}{near}") from error
+            file, _, line = (error.place or "").rpartition(":")
+            file = file if line.isdigit() else line
+            raise ReloadError(f"{error.message}{near}", file or None) from error
 
     def _create(self, controller_class: type[ControllerInterface]) -> None:
         """Create the new instance, and configure it if the old one is configured."""
@@ -434,6 +450,8 @@ class ControllerReload:
         self._old_view.close()
         plugins.remember_sources(plugins.CONTROLLERS, self._spec.type)
         modules = self._reloaded.modules if self._reloaded is not None else []
+        if len(modules) > _MOST_NAMED:
+            return f"{', '.join(modules[:_MOST_NAMED])} and {len(modules) - _MOST_NAMED} others"
         return ", ".join(modules) or "no file has changed"
 
     def _release_new(self) -> None:

@@ -52,16 +52,20 @@ class ReloadService:
     async def _reload(self, request: Any, response: Any) -> Any:
         name, manager = request.name, self._manager
         timeout_s = to_nanoseconds(request.timeout) / NANOSECONDS_PER_SECOND
+        broken: list[str] = []
         try:
             words = await self._reload_within(name, timeout_s if timeout_s > 0 else TIMEOUT_S)
         except Exception as error:  # noqa: BLE001 - a failure must not end the manager
             response.message = self._report(name, error)
+            if isinstance(error, ReloadError) and error.file is not None:
+                broken.append(error.file)
         else:
             response.ok = True
             response.message = f"Successfully reloaded controller {name}: {words}"
             manager.logger.info(response.message)
         if (spec := manager.controllers.get(name)) is not None:
-            response.files = plugins.source_files(plugins.CONTROLLERS, spec.type)
+            files = plugins.source_files(plugins.CONTROLLERS, spec.type)
+            response.files = sorted({*files, *broken})
         return response
 
     def _report(self, name: str, error: Exception) -> str:
