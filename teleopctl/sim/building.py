@@ -82,7 +82,7 @@ def simulate(
     place = gps_origin or (surroundings and surroundings.origin) or ()
     sensors = make_sensors(description.gazebo.sensors, warn, seed, GeoPoint(*place))
     sensors += ground_truth(plugins.truths)
-    interfaces = sensor_interfaces(description, sensors, warn, seed)
+    interfaces = sensor_interfaces(description, sensors, warn, seed, GeoPoint(*place))
     measuring = list(dict.fromkeys((*sensors, *interfaces.sensors)))
 
     def extend(spec: mujoco.MjSpec) -> None:

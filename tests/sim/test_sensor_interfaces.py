@@ -23,7 +23,13 @@ def sensor(name: str, interfaces: str, frame: str = "") -> str:
 class Hand:
     """A rod that is held at an angle, with a tip of 0.2 kg, 0.1 m out along its x axis."""
 
-    def __init__(self, *parts: str, sensors: str = "", angle: float = 0.0) -> None:
+    def __init__(
+        self,
+        *parts: str,
+        sensors: str = "",
+        angle: float = 0.0,
+        gps_origin: tuple[float, ...] = (),
+    ) -> None:
         self.warnings: list[str] = []
         tags = "".join(
             (
@@ -47,6 +53,7 @@ class Hand:
             control_period_ns=10_000_000,
             timestep_ns=1_000_000,
             warn=self.warnings.append,
+            gps_origin=gps_origin,
         )
         self.robot.simulation.step(300)
 
@@ -144,4 +151,39 @@ def test_the_pose_of_a_link_is_measured_in_the_world() -> None:
     assert next(iter(hand.values)) == "mocap/position.x"
     assert values[:3] == pytest.approx(truth.position, abs=1e-9)
     assert values[3:] == pytest.approx([math.sin(angle / 2), 0, 0, math.cos(angle / 2)], abs=1e-3)
+    assert not hand.warnings
+
+
+def test_a_magnetometer_and_a_gps_are_known_by_their_interfaces() -> None:
+    fix = "status service latitude longitude altitude latitude_covariance altitude_covariance"
+    field = " ".join(f"magnetic_field.{axis}" for axis in "xyz")
+    hand = Hand(
+        sensors=sensor("gps", fix, frame="base") + sensor("compass", field, frame="base"),
+        gps_origin=(52.0, 4.0, 10.0),
+    )
+    assert hand.values == pytest.approx(
+        {
+            "gps/status": 0.0,
+            "gps/service": 1.0,
+            "gps/latitude": 52.0,
+            "gps/longitude": 4.0,
+            "gps/altitude": 10.0,
+            "gps/latitude_covariance": 0.0,
+            "gps/altitude_covariance": 0.0,
+            "compass/magnetic_field.x": 5.5645e-6,
+            "compass/magnetic_field.y": 22.8758e-6,
+            "compass/magnetic_field.z": -42.3884e-6,
+        },
+        abs=1e-9,
+    )
+    assert not hand.warnings
+
+
+def test_a_sonar_measures_a_range() -> None:
+    sonar = (
+        '<gazebo reference="base"><sensor name="sonar" type="sonar"><sonar><min>0.1</min>'
+        "<max>4</max><radius>0.1</radius></sonar></sensor></gazebo>"
+    )
+    hand = Hand(sonar, sensors=sensor("sonar", "range"))
+    assert list(hand.values) == ["sonar/range"]
     assert not hand.warnings

@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 from teleopctl.interfaces import get_message
 from teleopctl.robot import RobotDescription, SensorTag as Description
 from teleopctl.sim.sensors.base import Sensor
+from teleopctl.sim.sensors.geodesy import GeoPoint
 from teleopctl.sim.sensors.pose import PoseSensor
 from teleopctl.sim.sensors.publishing import make_sensors
 
@@ -22,12 +23,20 @@ if TYPE_CHECKING:
 
     from teleopctl.robot import ComponentInfo
 
+_PLACES = ("latitude", "longitude", "altitude")
+# Variances of a satellite fix: the diagonal of a 3 by 3 matrix.
+_VARIANCES = {
+    f"{name}_covariance": ("position_covariance", str(4 * axis))
+    for axis, name in enumerate(_PLACES)
+}
 # First parts of interfaces' names, and the type of sensor that measures all of them.
 _POSE = "pose"
 _TYPES = (
     ({"orientation", "angular_velocity", "linear_acceleration"}, "imu"),
     ({"force", "torque"}, "force_torque"),
     ({"position", "orientation"}, _POSE),
+    ({"magnetic_field"}, "magnetometer"),
+    ({"status", "service", *_PLACES, *_VARIANCES}, "navsat"),
 )
 
 
@@ -86,6 +95,7 @@ def sensor_interfaces(
     published: Sequence[Sensor],
     warn: Callable[[str], object],
     seed: int = 0,
+    origin: GeoPoint | None = None,
 ) -> SensorInterfaces:
     """Return the state interfaces of ``<ros2_control>`` sensors; create missing sensors.
 
@@ -94,6 +104,7 @@ def sensor_interfaces(
         published: Sensors that exist already, for topics.
         warn: Called with a sentence for each sensor that nothing measures.
         seed: Seed of the noise of sensors that are created here.
+        origin: Position of the world's origin on the earth, for these sensors.
     """
     made = {sensor.description.name: sensor for sensor in published}
     reads = []
@@ -110,7 +121,7 @@ def sensor_interfaces(
             found = {name: path for name, path in paths.items() if path is not None}
             names = tuple(f"{tag.name}/{name}" for name in found)
             if tag.name not in made:
-                sensor.seed = seed
+                sensor.seed, sensor.origin = seed, origin or sensor.origin
             reads.append(_Read(sensor, message, tuple(found.values()), names))
     return SensorInterfaces(reads)
 
@@ -125,8 +136,8 @@ def _make(
     if not kind or frame not in description.links:
         warn(
             f"Sensor '{tag.name}' of <ros2_control> measures nothing: it needs a <gazebo> sensor "
-            "of its name, or the interfaces of an IMU, a force-torque sensor or a pose, and a "
-            "parameter frame_id that names a link"
+            "of its name, or the interfaces of an IMU, a force-torque sensor, a magnetometer, a "
+            "GPS or a pose, and a parameter frame_id that names a link"
         )
         return None
     described = Description(name=tag.name, type=kind, link=frame)
@@ -141,21 +152,21 @@ def _path(message: object, name: str) -> tuple[str, ...] | None:
 
     The name of the part of the message that is the measurement, such as ``wrench``, may be omitted.
     """
-    wanted = tuple(name.split("."))
+    wanted = _VARIANCES.get(name) or tuple(name.split("."))
     parts = [part for part in getattr(message, "__slots__", ()) if part.strip("_") != "header"]
     for prefix in ((), *((part.lstrip("_"),) for part in parts)):
         try:
             value = _value(message, (*prefix, *wanted))
-        except AttributeError:
+        except (AttributeError, IndexError):
             continue
-        if isinstance(value, float):
+        if isinstance(value, (float, int)):
             return (*prefix, *wanted)
     return None
 
 
 # Any: a message's attribute.
-def _value(message: object, path: Sequence[str]) -> Any:
+def _value(message: Any, path: Sequence[str]) -> Any:
     value = message
     for name in path:
-        value = getattr(value, name)
+        value = value[int(name)] if name.isdecimal() else getattr(value, name)
     return value
