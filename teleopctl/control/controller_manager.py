@@ -214,7 +214,12 @@ class ControllerManager:
     def _report_unread_parameters(self, spec: ControllerSpec) -> None:
         """Log each parameter without effect once, with its place and the nearest known name."""
         controller = spec.controller
-        unread = [n for n in controller.unread_parameters() if n not in spec.reported_parameters]
+        unread = [
+            name
+            for name in controller.unread_parameters()
+            # A parameter for all nodes of the process is the manager's, too.
+            if name not in spec.reported_parameters and self.node.parameter(name) is None
+        ]
         if not unread:
             return
         spec.reported_parameters.update(unread)

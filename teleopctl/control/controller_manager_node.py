@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Container, Iterable, Sequence
+from pathlib import Path
 from typing import Any
 
 from teleopctl.base import progress
@@ -33,9 +34,11 @@ from teleopctl.node import (
     ClockType,
     Executor,
     Node,
+    find_parameter_line,
+    parse_ros_arguments,
     qos_profile_latched,
 )
-from teleopctl.robot import RobotDescription
+from teleopctl.robot import RobotDescription, update_rate_problem
 
 DEFAULT_UPDATE_RATE = 100
 # Prefixes of parameters of the manager; below other prefixes are parameters of controllers.
@@ -82,13 +85,7 @@ class ControllerManagerNode:
         self._ros_arguments = without_node_name(ros_arguments)
         self._logger = node.get_logger()
         self._read: set[str] = set()
-        rate = self.parameter("update_rate")
-        if rate is None:
-            rate = DEFAULT_UPDATE_RATE
-        if isinstance(rate, bool) or not isinstance(rate, int) or rate <= 0:
-            raise InvalidParameterError(
-                f"Parameter 'update_rate' must be an integer above 0, got {rate}"
-            )
+        rate = self._update_rate()
         enforce = self.parameter("enforce_command_limits")
         if enforce is None:
             enforce = limits_enforced_by_default()
@@ -133,6 +130,19 @@ class ControllerManagerNode:
         )
         self._reminder = node.create_timer(1.0, self._remind, clock=Clock())
         progress.report(progress.WAITING, self._subscription.topic_name, part=progress.CONTROL)
+
+    def _update_rate(self) -> int:
+        rate = self.parameter("update_rate")
+        if rate is None:
+            return DEFAULT_UPDATE_RATE
+        if problem := update_rate_problem(rate):
+            error = InvalidParameterError(f"Parameter 'update_rate' {problem}")
+            given = parse_ros_arguments(self._ros_arguments).parameters
+            files = [file for file in given if isinstance(file, Path)]
+            place = find_parameter_line(files, self._node.get_fully_qualified_name(), "update_rate")
+            raise error.at(place) if place else error
+        assert isinstance(rate, int)
+        return rate
 
     def _cycle_timeout_s(self) -> float:
         limit_s = self.parameter("cycle_timeout")

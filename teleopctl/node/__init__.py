@@ -207,6 +207,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.values.parameter_file import (
         ParameterFile as ParameterFile,
+        find_parameter_line as find_parameter_line,
         flatten_parameters as flatten_parameters,
         parameter_document as parameter_document,
         parameter_messages as parameter_messages,

@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import os
 import queue
+import re
 import signal
 import sys
 from collections.abc import Sequence
@@ -210,6 +211,8 @@ def read_command_line(
 _BLUE, _CYAN, _GREEN, _BOLD, _END = "\033[94m", "\033[96m", "\033[92m", "\033[1m", "\033[0m"
 
 
+# Name of the parameter in a controller's reason for a failure.
+_PARAMETER = re.compile("[Pp]arameter '([^']+)'")
 # Part of the controller manager's refusal if another controller commands the joint in another mode.
 _OTHER_MODE = "prepare command mode switch was rejected"
 
@@ -307,7 +310,8 @@ class Spawner:
             return False
         progress.doing(f"configuring {request.name}")
         if not self._client.configure_controller(request.name):
-            self._fail("Failed to configure controller", request.name, fatal=False)
+            files = request.param_files
+            self._fail("Failed to configure controller", request.name, files, fatal=False)
         if request.inactive or self._options.activate_as_group:
             return not request.inactive
         if self._options.keep_going and (reason := self._claimed_joints(request.name)):
@@ -439,11 +443,23 @@ class Spawner:
         self._logger.info(f"Successfully unloaded controllers : {unloaded}")
 
     def _fail(
-        self, text: str, controller: str = "", *, fatal: bool = True, why: str = ""
+        self,
+        text: str,
+        controller: str = "",
+        files: Sequence[str] = (),
+        *,
+        fatal: bool = True,
+        why: str = "",
     ) -> NoReturn:
-        """Log and raise an error; a reason ``why``, which is logged already, is reported too."""
+        """Log and raise an error; a reason ``why``, which is logged already, is reported too.
+
+        The parameter that a logged cause names gets its place in the controller's files.
+        """
         if controller and (cause := self._client.cause(controller)):
             text = f"{text}: {cause}"
+            named = _PARAMETER.search(cause)
+            place = named and parameter_place(controller, self._client.name, files, named[1])
+            text += f" ({place})" if place else ""
         reason = f"{text}: {' '.join(why.split())}" if why else text
         if not self._options.keep_going:
             progress.report(progress.FAILED, reason)

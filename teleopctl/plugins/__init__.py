@@ -314,8 +314,8 @@ _SUBSTITUTIONS = {
     "ros2_substitutions": "all and anon any command dirname env equals eval exec-in-pkg "
     "file-content filename find-exec find-pkg-prefix find-pkg-share for-var if index "
     "launch_log_dir log_dir not not-equals optenv or param path-join string-join var",
-    "extra_substitutions": "file-controllers file-namespace file-param first-file node-exists "
-    "world-file",
+    "extra_substitutions": "file-controllers file-namespace file-param file-update-rate first-file "
+    "node-exists world-file",
     "robot_substitutions": "robot robot-arguments robot-controllers robot-is-controlled "
     "robot-namespace robot-remappings simulated-robot with-plugins xacro",
 }

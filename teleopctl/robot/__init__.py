@@ -15,6 +15,7 @@ if TYPE_CHECKING:
         controller_parameter_files as controller_parameter_files,
         controller_remappings as controller_remappings,
         default_controllers as default_controllers,
+        update_rate_problem as update_rate_problem,
         with_absolute_mesh_paths as with_absolute_mesh_paths,
         xacro_arguments as xacro_arguments,
     )

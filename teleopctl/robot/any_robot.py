@@ -122,6 +122,17 @@ def _plugin_parameters(description: RobotDescription, parameter: str) -> list[st
 
 
 # Any: parameter values as in YAML.
+# Messages of controller_manager_msgs have rates as uint16.
+_HIGHEST_UPDATE_RATE = 65535
+
+
+def update_rate_problem(rate: object) -> str | None:
+    """Return why a value is no ``update_rate`` of a controller manager, in Hz; None if it is."""
+    if isinstance(rate, int) and not isinstance(rate, bool) and 1 <= rate <= _HIGHEST_UPDATE_RATE:
+        return None
+    return f"is {rate}, expected an integer from 1 to {_HIGHEST_UPDATE_RATE} (Hz)"
+
+
 def default_controllers(
     description: RobotDescription, plugins: MotionPlugins | None = None
 ) -> dict[str, Any]:

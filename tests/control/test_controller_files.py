@@ -127,3 +127,10 @@ def test_parameters_of_other_releases_of_ros2_controllers_are_known():
         "Parameter 'state_publish_rate' has no effect: ros2_controllers have dropped it: each "
         "update publishes the state.",
     ]
+
+
+def test_a_parameter_of_all_nodes_of_the_managers_process_is_no_mistake():
+    stack = ControlStack(serial_robot(2), parameters={"joint_limits_file": ""})
+    stack.load_controller("arm", TYPE, JOINTS | {"joint_limits_file": ""})
+    stack.activate("arm")
+    assert stack.nodes["arm"].log.texts("warning") == []

@@ -83,8 +83,16 @@ def test_other_arguments_are_refused(ros, words):
 @pytest.mark.parametrize(
     ("arguments", "status", "reason"),
     [
-        ("--ros-args -p update_rate:=-5", 1, "'update_rate' must be an integer above 0, got -5"),
-        ("--ros-args -p update_rate:=0", 1, "'update_rate' must be an integer above 0, got 0"),
+        (
+            "--ros-args -p update_rate:=-5",
+            1,
+            "'update_rate' is -5, expected an integer from 1 to 65535",
+        ),
+        (
+            "--ros-args -p update_rate:=0",
+            1,
+            "'update_rate' is 0, expected an integer from 1 to 65535",
+        ),
         ("--ros-args -p cycle_timeout:=soon", 1, "'cycle_timeout' must be a number of seconds"),
         ("--ros-args --params-file nope.yaml", 1, "Cannot read nope.yaml"),
         ("--ros-args -r broken", 2, "Couldn't parse the rule 'broken'"),

@@ -107,9 +107,13 @@ class ForwardCommandController(ControllerInterface):
         if self.is_refused("The command on ~/commands"):
             return
         data = [float(value) for value in message.data]
-        if not all(map(math.isfinite, data)):
-            self.logger.warning("Non-finite value received. Dropping message")
-            return
+        for index, value in enumerate(data):
+            if not math.isfinite(value):
+                name = self._names[index] if index < len(self._names) else f"value {index}"
+                self.logger.warning(
+                    f"Non-finite value received. Dropping message: {value} for {name}"
+                )
+                return
         self._incoming.append(data)
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
@@ -127,7 +131,7 @@ class ForwardCommandController(ControllerInterface):
         if len(command) != len(self.command_interfaces):
             self.logger.error(
                 f"command size ({len(command)}) does not match number of interfaces "
-                f"({len(self.command_interfaces)})",
+                f"({len(self.command_interfaces)}): {', '.join(self._names)}",
                 throttle_duration_sec=1.0,
             )
             return ReturnType.ERROR

@@ -3,6 +3,7 @@
 - ``$(node-exists /name)``: whether a node is in the graph.
 - ``$(first-file A B …)``: the first of the files that exists.
 - ``$(file-param FILE NODE NAME DEFAULT)``: a node's parameter in a parameter file.
+- ``$(file-update-rate FILE NODE)``: a controller manager's update rate in it, which is checked.
 - ``$(file-controllers FILE [NAMESPACE])``: the controllers that a parameter file configures.
 - ``$(file-namespace FILE)``: the namespace of the controller manager in a parameter file.
 - ``$(world-file FILE)``: the absolute path of a world file, which is checked.
@@ -27,6 +28,8 @@ if TYPE_CHECKING:
 # Suffix of the controller manager's parameter NAME.type with the type of a controller.
 _TYPE = ".type"
 _MANAGER = "/controller_manager"
+# Of ros2_control, in Hz.
+_DEFAULT_UPDATE_RATE = 100
 # Classes of controllers that forward received commands. They start last: where another controller
 # claims the same joints, such as a trajectory controller, that one becomes active.
 _FORWARDING = (
@@ -69,6 +72,21 @@ def _file_parameter(arguments: Sequence[str], _: LaunchContext) -> str:
     if len(arguments) > 3:
         return arguments[3]
     raise LaunchError(f"{file} gives node '{node}' no parameter '{name}'")
+
+
+def _file_update_rate(arguments: Sequence[str], _: LaunchContext) -> str:
+    from teleopctl.node import find_parameter_line
+    from teleopctl.robot import update_rate_problem
+
+    file, node = arguments[0], f"/{arguments[1].lstrip('/')}"
+    rate = read_parameters(file).for_node(node).get("update_rate", _DEFAULT_UPDATE_RATE)
+    if problem := update_rate_problem(rate):
+        error = InvalidFileError(
+            f"Parameter 'update_rate' of {node} {problem}",
+            hint=f"Set another one there, such as {_DEFAULT_UPDATE_RATE}.",
+        )
+        raise error.at(find_parameter_line([resolve_uri(file)], node, "update_rate"))
+    return str(rate)
 
 
 def file_controllers(arguments: Sequence[str], _: LaunchContext) -> str:
@@ -171,6 +189,7 @@ def _world_file(arguments: Sequence[str], _: LaunchContext) -> str:
 FILE_CONTROLLERS = Substitution(file_controllers, 1, 2)
 FILE_NAMESPACE = Substitution(_file_namespace, 1, 1)
 FILE_PARAM = Substitution(_file_parameter, 3, 4)
+FILE_UPDATE_RATE = Substitution(_file_update_rate, 2, 2)
 FIRST_FILE = Substitution(_first_file, 1, None)
 NODE_EXISTS = Substitution(_node_exists, 1, 1)
 WORLD_FILE = Substitution(_world_file, 1, 1)

@@ -167,6 +167,24 @@ def read_parameter_lines(path: Path) -> ParameterFile:
     return ParameterFile(tuple(found))
 
 
+def find_parameter_line(files: Iterable[str | Path], node: str, parameter: str) -> str:
+    """Return ``FILE:LINE`` of the last file that sets a node's parameter; empty if none does.
+
+    Args:
+        files: Paths of parameter files; those that cannot be read are left out.
+        node: Full name of the node.
+        parameter: Dotted name of the parameter.
+    """
+    for file in reversed(list(files)):
+        try:
+            lines = read_parameter_lines(Path(file)).for_node(node)
+        except InvalidFileError:
+            continue
+        if parameter in lines:
+            return f"{file}:{lines[parameter]}"
+    return ""
+
+
 # Any: nodes of YAML; its module is imported only by those who read files.
 def _mapping_entries(node: Any) -> Iterator[tuple[Any, Any]]:
     """Yield the pairs of nodes of a mapping node with plain keys, also of merged mappings (<<)."""

@@ -135,7 +135,8 @@ class TestForwardCommands:
         assert stack.commands() == [1.1, 2.1, 3.1]
         assert stack.manager.controllers["forward"].lifecycle_state is State.INACTIVE
         assert stack.nodes["forward"].log.texts("error") == [
-            "command size (2) does not match number of interfaces (3)"
+            "command size (2) does not match number of interfaces (3): joint1/position, "
+            "joint2/position, joint3/position"
         ]
 
     def test_infinity_is_dropped(self, stack):

@@ -207,6 +207,17 @@ def test_built_in_files_start_built_in_programs_whatever_the_folder_holds(
     ]
 
 
+@pytest.mark.parametrize("rate", ["0", "-1", "1000000", "1e6", "fast", "true"])
+def test_an_update_rate_that_is_none_is_refused_with_its_line(plan, tmp_path, rate):
+    mine = tmp_path / "mine.yaml"
+    mine.write_text(f"controller_manager:\n  ros__parameters:\n    update_rate: {rate}\n")
+    place = re.escape(f"{mine}:3")
+    expected = rf"^{place}: Parameter 'update_rate' of /controller_manager is .*65535"
+    value = f"$(file-update-rate {mine} controller_manager)"
+    with pytest.raises(TeleopctlError, match=expected):
+        plan(f'launch:\n- let: {{name: rate, value: "{value}"}}')
+
+
 def test_the_controllers_to_start_are_those_that_the_file_configures(plan, tmp_path):
     mine = tmp_path / "mine.yaml"
     mine.write_text(

@@ -49,6 +49,7 @@ from teleopctl.control.controllers.joint_trajectory.trajectory import (
     TrajectorySample,
     stopping_points,
 )
+from teleopctl.control.controllers.joint_trajectory.validation import find_jump
 from teleopctl.control.controllers.pid import Pid, PidGains
 from teleopctl.control.handles import (
     ACCELERATION,
@@ -84,6 +85,7 @@ class JointTrajectoryController(ControllerInterface):
         self._commanded_ns = 0
         self._stopping_from: TrajectoryPoint | None = None
         self._stale_parameters = False
+        self._reported_jump = False
 
     def on_init(self) -> None:
         """Declare the parameters of joints and interfaces; re-read parameters after changes."""
@@ -188,6 +190,7 @@ class JointTrajectoryController(ControllerInterface):
         self._incoming.clear()
         self._goal = None
         self._stopping_from = None
+        self._reported_jump = False
         # A trajectory received before the first update starts from the commanded state, too.
         self._has_command = held is last
         self._commanded_state = TrajectoryPoint(held)
@@ -364,6 +367,8 @@ class JointTrajectoryController(ControllerInterface):
             self._trajectory_ns += round(period * scaling * NANOSECONDS_PER_SECOND)
         now = self._trajectory_ns
         desired = trajectory.sample(now, method)
+        if first and not (self._holding or self._reported_jump or stopping):
+            self._report_jump(trajectory, now)
         ahead = now + round(NANOSECONDS_PER_SECOND * scaling / self.update_rate)
         # A smaller scaling shortens the lead; the command must not go back in time.
         self._commanded_ns = ahead = ahead if first else max(ahead, self._commanded_ns)
@@ -456,6 +461,16 @@ class JointTrajectoryController(ControllerInterface):
             return
         before = TrajectoryPoint(positions, velocities, self._acceleration_states.read())
         trajectory.set_point_before(time_ns, before, self._wrap)
+
+    def _report_jump(self, trajectory: Trajectory, now_ns: int) -> None:
+        """Log, once since the activation, that a trajectory starts elsewhere."""
+        settings, limits = self._settings, self.params.joint_limits
+        period = self.nominal_period
+        if sentence := find_jump(trajectory, now_ns, period, settings.joints, limits):
+            self._reported_jump = True
+            topic = f"{self.get_node().get_namespace().rstrip('/')}/{self.name}/controller_state"
+            where = f"'teleopctl topic echo --once {topic}' prints where the joints are."
+            self._log.try_publish((self.logger.warning, f"{sentence} {where}"))
 
     def _check_error(
         self, desired: TrajectorySample, error: TrajectoryPoint, *, first: bool

@@ -171,8 +171,8 @@ def _decelerations(
 def _check_joints(joints: tuple[str, ...], command_joints: tuple[str, ...]) -> None:
     if not joints:
         raise InvalidSettingsError("Parameter 'joints' cannot be empty")
-    if len(set(joints)) != len(joints):
-        raise InvalidSettingsError(f"Parameter 'joints' names a joint twice: {list(joints)}")
+    if twice := [joint for joint in joints if joints.count(joint) > 1]:
+        raise InvalidSettingsError(f"Parameter 'joints' names '{twice[0]}' twice: {list(joints)}")
     if len(command_joints) > len(joints):
         raise InvalidSettingsError(
             "'command_joints' parameter must not have greater size than 'joints' parameter."

@@ -290,6 +290,11 @@ class Trajectory:
         return self._points
 
     @property
+    def point_before(self) -> TrajectoryPoint | None:
+        """State of the robot before the first point; None if it is not set."""
+        return self._before
+
+    @property
     def end_ns(self) -> int:
         """Time of the last point in nanoseconds, valid once the start time is known."""
         return self.start_ns + (self._points[-1].time_ns if self._points else 0)

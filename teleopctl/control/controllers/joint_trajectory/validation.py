@@ -3,15 +3,22 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from typing import Protocol
 
-from teleopctl.control.controllers.joint_trajectory.trajectory import PointLike, TrajectoryPoint
-from teleopctl.interfaces import Stamp, to_nanoseconds, to_seconds
+from teleopctl.control.controllers.joint_trajectory.trajectory import (
+    PointLike,
+    Trajectory,
+    TrajectoryPoint,
+)
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, Stamp, to_nanoseconds, to_seconds
+from teleopctl.robot import JointLimits
 
 # float32 resolution: zero of a planner that works in single precision.
 _STILL = 1.2e-7
+# Distance (rad or m) from the first point that is no jump: MoveIt's allowed_start_tolerance.
+_START_TOLERANCE = 0.01
 
 
 class HeaderLike(Protocol):
@@ -151,6 +158,44 @@ def _check_point(point: PointLike, index: int, names: list[str], rules: Trajecto
         raise InvalidTrajectoryError(
             f"Effort given at point #{index}, but the controller has no effort command interface."
         )
+
+
+def find_jump(
+    trajectory: Trajectory,
+    now_ns: int,
+    period: float,
+    joints: Sequence[str],
+    limits: Mapping[str, JointLimits],
+) -> str | None:
+    """Return a sentence about a joint that is too far from a trajectory's start; None for none.
+
+    A joint is too far if it is more than `_START_TOLERANCE` away, and would exceed its velocity
+    limit on the way. Like ros2_control, the controller follows such a trajectory.
+
+    Args:
+        trajectory: Trajectory with the state before its first point, at its first sample.
+        now_ns: Time of that sample.
+        period: Seconds between two commands.
+        joints: Names of the joints, in the order of the points.
+        limits: Limits of the joints by name.
+    """
+    before, first = trajectory.point_before, trajectory.points[0] if trajectory.points else None
+    if before is None or first is None or not first.positions:
+        return None
+    left = (first.time_ns - (now_ns - trajectory.start_ns)) / NANOSECONDS_PER_SECOND
+    if left < 0.0:
+        return None  # it has begun earlier: the joint heads for a later point
+    for joint, present, wanted in zip(joints, before.positions, first.positions, strict=True):
+        limit = limits[joint].velocity if joint in limits else math.inf
+        distance = abs(wanted - present)
+        if distance > max(_START_TOLERANCE, limit * max(left, period)):
+            when = f"in {left:g} s" if left else "at once"
+            return (
+                f"The trajectory starts elsewhere: {joint} is at {present:.3g}, the first point at "
+                f"{wanted:.3g} comes {when}, and the way takes {distance / limit:.2g} s at the "
+                f"velocity limit of {limit:g}. The controller commands it all the same."
+            )
+    return None
 
 
 def to_points(

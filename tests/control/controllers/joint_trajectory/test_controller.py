@@ -596,3 +596,36 @@ def test_commands_outside_the_limits_are_clamped_and_reported_once():
     assert arm.commands == near([1.0, 0.0, 0.0])
     reports = [text for text in arm.stack.log.texts("warning") if "outside its limits" in text]
     assert len(reports) == 1
+
+
+class TestStartElsewhere:
+    SLOW = serial_robot(limits='lower="-100" upper="100" effort="1000" velocity="2"')
+
+    def test_a_start_that_the_joint_cannot_reach_in_time_is_reported_once_and_commanded(self):
+        arm = Arm(robot=self.SLOW).up()
+        arm.send(trajectory(point(0.0, [1.1, 2.6, 3.1]), point(1.0, [1.1, 2.1, 3.1])))
+        arm.step(0.02)
+        assert arm.node.log.texts("warning") == [
+            "The trajectory starts elsewhere: joint2 is at 2.1, the first point at 2.6 comes at "
+            "once, and the way takes 0.25 s at the velocity limit of 2. The controller commands it "
+            "all the same. 'teleopctl topic echo --once /arm/controller_state' prints where the "
+            "joints are."
+        ]
+        assert arm.commands[1] == pytest.approx(2.6, abs=0.05)
+        arm.send(trajectory(point(0.1, [-1.1, 2.6, 3.1])))
+        arm.step(0.1)
+        assert len(arm.node.log.texts("warning")) == 1
+
+    @pytest.mark.parametrize(
+        "first",
+        [
+            point(0.0, [1.1, 2.105, 3.1]),  # within MoveIt's allowed_start_tolerance
+            point(1.0, [1.1, 4.0, 3.1]),
+            point(0.0, [], [0.0, 0.0, 0.0]),
+        ],
+    )
+    def test_one_that_it_can_reach_is_not(self, first):
+        arm = Arm(robot=self.SLOW, allow_integration_in_goal_trajectories=True).up()
+        arm.send(trajectory(first))
+        arm.step(0.05)
+        assert arm.node.log.texts("warning") == []
