@@ -224,7 +224,8 @@ def test_a_robot_is_moved_by_each_of_its_controllers_and_physics_says_how_far(
     driven = report["driven"]
     assert (driven["own"], driven["verdict"], driven["fault"]) == (True, "yes", None)
     told = {motion["controller"]: motion["result"] for motion in driven["motions"]}
-    assert list(told) == ["base_controller", "arm_controller", "lift_controller", "hand_controller"]
+    # Controllers that forward commands start last.
+    assert list(told) == ["base_controller", "arm_controller", "hand_controller", "lift_controller"]
     assert told["base_controller"].startswith("ahead 0.5")
     assert "(type 'vendor/Controller') not found." in driven["inactive"]["vendors_controller"]
     # Nobody commands the loose joint, and its link has a frame all the same.
