@@ -155,6 +155,32 @@ class TestReload:
         stack.reload_controller("ramp")
         assert stack.command(COMMAND) == pytest.approx(0.15)
 
+    def test_without_exported_state_attributes_of_the_activation_keep_their_values(
+        self, stack, code
+    ):
+        cut = RAMP[RAMP.index("    def export_state") : RAMP.index("    def update")]
+        code.edit((cut, ""))
+        begin = "    def begin(self):\n        self.value, self.all = 0.0, [0.0]\n\n"
+        code.edit(("    def on_activate", f"{begin}    def on_activate"))
+        code.edit(
+            ("        self.value = 0.0\n", "        self.begin()\n        self.seen = None\n")
+        )
+        seen = "        self.seen = time_ns\n        self.all.append(self.value)\n"
+        code.edit(("        self.value += STEP", f"{seen}        self.value += STEP"))
+        old = stack.load_controller("ramp", "ramp:Ramp", {})
+        stack.activate("ramp")
+        stack.step(10)
+        code.edit(('"gain", 1.0', '"gain", 2.0'))
+        stack.reload_controller("ramp")
+        new = controller(stack)
+        assert stack.command(COMMAND) == pytest.approx(0.12)
+        assert new.gain == 2.0, "an attribute of on_configure is the new code's"
+        assert new.all[:11] == old.all
+        assert len(old.all) == 11, "the old code's list is another one"
+        assert type(new).__name__ == "Ramp"
+        code.edit(("self.seen = time_ns\n", "assert self.seen == time_ns - 10_000_000\n"))
+        stack.reload_controller("ramp")
+
     def test_the_old_code_is_released_but_not_deactivated(self, stack, code, ramp):
         code.edit(('"~/start"', '"~/begin"'))
         stack.reload_controller("ramp")

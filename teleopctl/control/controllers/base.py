@@ -334,8 +334,9 @@ class ControllerInterface:
     def import_state(self, state: Any) -> None:
         """Called after ``on_activate`` of new code with the old `export_state`, unless None.
 
-        Without a state, or if this method is not overridden, active goals of action servers are
-        passed to the new instance as if they had just been accepted.
+        Without a state, or if this method is not overridden, the new instance gets the values of
+        the attributes that ``on_activate`` sets, if they are numbers, texts, or lists of these, and
+        active goals of action servers as if they had just been accepted.
 
         Args:
             state: State of the replaced instance, which may have been of older code.

@@ -29,6 +29,7 @@ from teleopctl.control.controllers.chainable import (
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
 from teleopctl.control.reloading.controller_node import for_successor
+from teleopctl.control.reloading.plain_state import attributes_set_by, copy_plain_attributes
 from teleopctl.control.resource_manager import ClaimError
 from teleopctl.errors import BrokenPluginError, UnknownPluginError
 
@@ -350,7 +351,7 @@ class ControllerReload:
             resources.command_interfaces[name] for name in spec.required_command_interfaces
         ]
         references = [(handle, handle.value) for handle in _exported(new)]
-        self._call(new.on_activate)
+        attributes = attributes_set_by(new, lambda: self._call(new.on_activate))
         # The last references are still valid, though an activation usually resets them.
         for handle, value in references:
             undo.callback(setattr, handle, "value", value)
@@ -359,6 +360,7 @@ class ControllerReload:
         if imports and state is not None:
             self._guarded("import_state", lambda: new.import_state(state))
             return
+        copy_plain_attributes(old, new, attributes)
         for accept, goal in self._view.active_goals():
             goal.accept_again()
             undo.callback(goal.go_on)

@@ -20,7 +20,10 @@ from teleopctl.control import (
 
 
 class {class_name}(ControllerInterface):
-    """Moves a joint to a goal, no faster than a speed."""
+    """Moves a joint to a goal, no faster than a speed.
+
+    Changed code goes on from where the joint is: teleopctl control reload --watch {name}
+    """
 
     def on_configure(self):
         self.joint = self.auto_declare('joint', '')
@@ -40,14 +43,6 @@ class {class_name}(ControllerInterface):
         step = self.speed * period
         self.reference += max(-step, min(step, self.goal - self.reference))
         self.command_interfaces[0].value = self.reference
-
-    # Changed code goes on from here: teleopctl control reload --watch {name}
-
-    def export_state(self):
-        return self.reference
-
-    def import_state(self, state):
-        self.reference = state
 '''
 
 _TEST: Final = '''\
