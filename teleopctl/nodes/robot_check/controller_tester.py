@@ -6,7 +6,7 @@ import math
 from collections.abc import Callable, Generator, Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from teleopctl.control import ChainableControllerInterface
+from teleopctl.control import POSITION, ChainableControllerInterface
 from teleopctl.interfaces import get_message
 from teleopctl.nodes.robot_check.base_motion import (
     ENOUGH,
@@ -111,7 +111,9 @@ class ControllerTester:
             act = self._references(spec, chainable)
         elif topic := next((name for name in _VELOCITIES if name in endpoints), ""):
             act = self._base(spec, topic)
-        elif "~/commands" in endpoints:
+        elif chainable is not None and "~/joint_references" in endpoints:
+            act = self._joint_references(spec, chainable)
+        elif "~/commands" in endpoints and kind != "GpioCommandController":
             act = self._commands(spec, controller.command_interfaces, self._floats)
         else:
             return
@@ -222,6 +224,18 @@ class ControllerTester:
             names = [one.prefix_name.partition("/")[2] for one in wanted]
             kind: Any = get_message("control_msgs/msg/MultiDOFCommand")
             self._send(spec, "~/reference", kind(dof_names=names, values=values))
+
+        return (yield from self._commands(spec, wanted, send))
+
+    def _joint_references(
+        self, spec: ControllerSpec, controller: ChainableControllerInterface
+    ) -> _Act:
+        """Command the positions of an admittance controller's references."""
+        wanted = [one for one in controller.reference_interfaces if one.interface_name == POSITION]
+
+        def send(spec: ControllerSpec, values: Sequence[float]) -> None:
+            point = get_message("trajectory_msgs/msg/JointTrajectoryPoint")(positions=values)
+            self._send(spec, "~/joint_references", point)
 
         return (yield from self._commands(spec, wanted, send))
 

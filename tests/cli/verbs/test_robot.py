@@ -277,6 +277,65 @@ def test_a_base_drives_through_the_controllers_of_its_wheels(
     assert told["base"].startswith("ahead 0.5")
 
 
+YIELDING = """
+controller_manager:
+  ros__parameters:
+    update_rate: 100
+    states: {type: joint_state_broadcaster/JointStateBroadcaster}
+    io: {type: gpio_controllers/GpioCommandController}
+    soft: {type: admittance_controller/AdmittanceController}
+io: {ros__parameters: {gpios: [pins], command_interfaces: {pins: {interfaces: [lamp]}}}}
+soft:
+  ros__parameters:
+    joints: [slide]
+    command_interfaces: [position]
+    state_interfaces: [position]
+    kinematics: {base: base, tip: tool}
+    ft_sensor: {name: ft, frame: {id: tool}}
+    control: {frame: {id: tool}}
+    fixed_world_frame: {frame: {id: base}}
+    gravity_compensation: {frame: {id: tool}, CoG: {pos: [0.0, 0.0, 0.0]}}
+    admittance:
+      selected_axes: [true, false, false, false, false, false]
+      mass: [5.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+      damping_ratio: [1.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+      stiffness: [100.0, 1.0, 1.0, 1.0, 1.0, 1.0]
+"""
+
+
+def test_joint_references_move_an_admittance_controller_and_outputs_are_left_alone(
+    tmp_path: Path, capsys: pytest.CaptureFixture[str]
+) -> None:
+    (tmp_path / "controllers.yaml").write_text(YIELDING)
+    given = f"controllers_file:={tmp_path / 'controllers.yaml'}"
+    states = "".join(
+        f'<state_interface name="{part}.{axis}"/>' for part in ("force", "torque") for axis in "xyz"
+    )
+    hardware = (
+        '<ros2_control name="s" type="system"><hardware><plugin>any/Hardware</plugin></hardware>'
+        '<joint name="slide"><command_interface name="position"/><state_interface name="position"/>'
+        '</joint><gpio name="pins"><command_interface name="lamp"/><state_interface name="lamp"/>'
+        f'</gpio><sensor name="ft">{states}<param name="frame_id">tool</param></sensor>'
+        "</ros2_control>"
+    )
+    slider = joint(
+        "slide",
+        "base",
+        "arm",
+        kind="prismatic",
+        axis="1 0 0",
+        limit='lower="-1" upper="1" effort="90" velocity="2"',
+    )
+    parts = (link("base", ""), link("arm"), link("tool"), slider)
+    mount = joint("mount", "arm", "tool", kind="fixed")
+    file = write(tmp_path / "soft.urdf", *parts, mount, hardware)
+    assert main.run(["robot", "check", str(file), given, "-s", "--json"]) == 0
+    driven = json.loads(capsys.readouterr().out)["driven"]
+    assert driven["inactive"] == {}
+    (motion,) = driven["motions"]
+    assert (motion["controller"], motion["moved"]) == ("soft", True)
+
+
 @pytest.mark.parametrize("rate", ["0", "-5", ".inf", "1000000000000", "fast", "true"])
 def test_a_rate_of_control_that_is_none_is_the_robots_mistake(
     tmp_path: Path, capsys: pytest.CaptureFixture[str], rate: str

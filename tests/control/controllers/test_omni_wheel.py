@@ -140,6 +140,10 @@ def test_the_base_stops_after_the_timeout():
         ({"wheel_names": ["joint1", "joint2"]}, "The number of wheels is less than 3"),
         ({"wheel_offset": math.nan}, "'wheel_offset' has no value"),
         ({"robot_radius": 0.0}, "'robot_radius' is 0: it must be above 0"),
+        (
+            {"diagonal_covariance__twist": [0.1] * 7},
+            "Length of parameter 'diagonal_covariance.twist' is 7 but must be equal to 6",
+        ),
         ({"wheel_radius": -1.0}, "'wheel_radius' is -1: it must be above 0"),
     ],
 )

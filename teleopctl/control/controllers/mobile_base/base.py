@@ -22,6 +22,9 @@ from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 # Attributes of steered bases with the last steering angles, which new code takes over.
 _STEERING = ("_angle", "_angles")
 
+# Components of a pose and of a twist: x, y, z, roll, pitch, yaw.
+_TWIST = 6
+
 
 class InvalidBaseError(Exception):
     """Raised when the parameters of a mobile base are invalid; the message says why."""
@@ -108,6 +111,8 @@ class MobileBaseController(ControllerInterface):
         """Read the parameters; create the velocity subscription and the odometry publishers."""
         try:
             self.read_parameters()
+            for name in self.covariance_parameters:
+                self._check_diagonal(name)
         except InvalidBaseError as error:
             self.logger.error(str(error))
             return CallbackReturn.ERROR
@@ -129,6 +134,13 @@ class MobileBaseController(ControllerInterface):
             self.covariance_parameters,
         )
         return None
+
+    def _check_diagonal(self, parameter: str) -> None:
+        length = len(self.auto_declare(parameter, [0.0] * _TWIST))
+        if length != _TWIST:
+            raise InvalidBaseError(
+                f"Length of parameter '{parameter}' is {length} but must be equal to {_TWIST}"
+            )
 
     def on_cleanup(self) -> None:
         """Destroy the velocity subscription and the odometry publishers."""
