@@ -67,6 +67,11 @@ class HardwareComponent:
         self._logger.info(f"Successful initialization of hardware '{self.name}'")
         return True
 
+    def take_state_jumped(self) -> bool:
+        """Return whether the plug-in has set ``state_jumped`` since the last call; clear that."""
+        jumped, self.hardware.state_jumped = self.hardware.state_jumped, False
+        return jumped
+
     def pause(self) -> None:
         """Wait until an asynchronous component is neither read nor written, until `resume`."""
 

@@ -465,10 +465,7 @@ class ResourceManager:
 
     def take_state_jumped(self) -> bool:
         """Return whether hardware has set ``state_jumped`` since the last call, and clear that."""
-        jumped = [c.hardware for c in self.components.values() if c.hardware.state_jumped]
-        for hardware in jumped:
-            hardware.state_jumped = False
-        return bool(jumped)
+        return any([component.take_state_jumped() for component in self.components.values()])
 
     def restart(self) -> None:
         """Reset commands to NaN and restart the limiters, after a reset of the simulation."""

@@ -80,6 +80,15 @@ class TestHardwareInLockstep:
             seen.append((stack.state("joint1/position"), stack.state("joint2/position")))
         assert seen == [(0.0, 1.0), (1.0, 2.0), (2.0, 3.0)]
 
+    def test_controllers_know_of_a_jump_when_they_see_the_states_after_it(self):
+        stack = ControlStack(recorded_robot((ASYNC, "")))
+        resources, seen = stack.resources, []
+        hardware(stack).state_jumped = True
+        for time_ns in range(3):
+            resources.read(time_ns, 0.01)
+            seen.append((stack.state(POSITION), resources.take_state_jumped()))
+        assert seen == [(0.0, False), (1.0, True), (2.0, False)]
+
     def test_commands_are_written_in_the_cycle_after(self):
         stack = ControlStack(recorded_robot((ASYNC, "")))
         stack.load_controller("direct", FOLLOWER, {"commands": [POSITION]})
@@ -138,6 +147,15 @@ class TestHardwareInLockstep:
             "without its rw_rate of 50 Hz and is_async: its states trigger the cycles" in text
             for text in stack.log.texts("warning")
         )
+
+    @pytest.mark.parametrize(("lockstep", "is_async"), [("true", False), ("false", True)])
+    def test_the_simulators_states_trigger_the_cycles_unless_asked_otherwise(
+        self, lockstep, is_async
+    ):
+        tags = f'<param name="lockstep">{lockstep}</param>'
+        robot = recorded_robot((ASYNC, tags), plugin="gz_ros2_control/GazeboSimSystem")
+        stack = ControlStack(robot)
+        assert hardware_component_state(component(stack)).is_async is is_async
 
 
 class TestHardwareInThreads:

@@ -54,9 +54,11 @@ class AsyncHardwareComponent(HardwareComponent):
         self._own_states, self._own_commands = self.state_interfaces, self.command_interfaces
         self.state_interfaces = [copy.copy(state) for state in self._own_states]
         self.command_interfaces = [copy.copy(command) for command in self._own_commands]
-        # Values of the last read, replaced by the thread; and those that `read` has taken over.
-        self._measured: list[float] | None = None
-        self._taken: list[float] | None = None
+        # Values of the last read and how often they have jumped, replaced by the thread; and those
+        # that `read` has taken over.
+        self._measured: tuple[list[float], int] | None = None
+        self._taken: tuple[list[float], int] | None = None
+        self._jumps = self._jumps_taken = self._jumps_reported = 0
         self._given: list[tuple[float, str | None]] = []
         self._failed_in = "read"
         self._is_paused = False
@@ -77,7 +79,8 @@ class AsyncHardwareComponent(HardwareComponent):
         began_ns = time.perf_counter_ns()
         outcome = self._call_in_cycle(self.hardware.read, time_ns, period)
         self.reads.add(began_ns, period)
-        self._measured = [state.value for state in self._own_states]
+        self._jumps += super().take_state_jumped()
+        self._measured = [state.value for state in self._own_states], self._jumps
         is_written = self.lifecycle_state is State.ACTIVE and self._has_write
         if outcome is not ReturnType.OK or not is_written:
             return outcome
@@ -100,7 +103,8 @@ class AsyncHardwareComponent(HardwareComponent):
         measured = self._measured
         if measured is not None and measured is not self._taken:
             self._taken = measured
-            for state, value in zip(self.state_interfaces, measured, strict=True):
+            values, self._jumps_taken = measured
+            for state, value in zip(self.state_interfaces, values, strict=True):
                 state.value = value
         handler = self._handler
         if not handler.is_busy and (outcome := handler.take_outcome()) is not ReturnType.OK:
@@ -129,6 +133,11 @@ class AsyncHardwareComponent(HardwareComponent):
         """Return OK: the thread writes, and `read` returns its failures."""
         del time_ns, period
         return ReturnType.OK
+
+    def take_state_jumped(self) -> bool:
+        """Return whether the values taken over since the last call have jumped."""
+        before, self._jumps_reported = self._jumps_reported, self._jumps_taken
+        return self._jumps_taken != before
 
     def pause(self) -> None:
         """Trigger no more, and wait for the running read and write."""

@@ -48,7 +48,7 @@ class HardwareComponentInterface:
         state_interfaces: State interfaces by full name.
         command_interfaces: Command interfaces by full name.
         drives_cycle: Whether the hardware triggers the control cycles (lockstep) by calling the
-            function passed to ``set_cycle``.
+            function passed to ``set_cycle``; known before ``on_init``.
         introspected: Functions of the values that `register_introspection` has registered.
         applies_transmissions: Whether ``actuator_interfaces`` was called.
         state_jumped: Set to True by ``read`` when the robot was moved other than by commands, for

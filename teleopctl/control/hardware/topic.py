@@ -11,7 +11,7 @@ from __future__ import annotations
 from collections.abc import Callable, Sequence
 
 from teleopctl.control.handles import POSITION, CommandInterface, StateInterface
-from teleopctl.control.hardware.base import HardwareComponentInterface
+from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
 from teleopctl.control.hardware.joint_state_exchange import JOINT_STATE_FIELDS, exchange_of
 from teleopctl.control.lifecycle import ReturnType
 from teleopctl.errors import HardwareError
@@ -31,10 +31,14 @@ class JointStateTopicSystem(HardwareComponentInterface):
     Components with the same topics share subscription and publisher.
     """
 
+    def __init__(self, params: HardwareComponentParams) -> None:
+        super().__init__(params)
+        lockstep = self.info.hardware_parameters.get("lockstep") or "true"
+        self.drives_cycle = lockstep.strip().lower() != "false"
+
     def on_init(self) -> None:
-        """Read the hardware parameters: topics and lockstep."""
+        """Read the hardware parameters: topics."""
         parameters = self.info.hardware_parameters
-        self.drives_cycle = (parameters.get("lockstep") or "true").strip().lower() != "false"
         self._layout: Sequence[str] = ()
         self._readers: list[tuple[StateInterface, str, int]] = []
         self._states_topic = parameters.get("joint_states_topic") or STATES_TOPIC
