@@ -465,7 +465,8 @@ class ResourceManager:
 
     def take_state_jumped(self) -> bool:
         """Return whether hardware has set ``state_jumped`` since the last call, and clear that."""
-        return any([component.take_state_jumped() for component in self.components.values()])
+        jumped = [component.take_state_jumped() for component in self.components.values()]
+        return any(jumped)
 
     def restart(self) -> None:
         """Reset commands to NaN and restart the limiters, after a reset of the simulation."""
