@@ -609,6 +609,23 @@ def test_a_reload_without_a_cycle_yet_can_be_withdrawn_for_another(stack, code, 
     assert stack.command(COMMAND) == pytest.approx(0.12)
 
 
+def test_what_is_loaded_before_a_failed_first_update_stays_loaded(stack, code, ramp):
+    code.edit(("self.value += STEP", "self.value /= 0"))
+    reload = ControllerReload(stack.manager, "ramp")
+    reload.prepare()
+    reload.commit()
+    parameters = {"interfaces": ["joint2/position"]}
+    stack.load_controller("other", "passthrough_controller/PassthroughController", parameters)
+    stack.activate("other")
+    stack.step()
+    with pytest.raises(ReloadError, match="ZeroDivisionError"):
+        reload.finish()
+    assert {spec.name for spec in stack.manager.active_controllers} == {"ramp", "other"}
+    assert set(stack.manager.controllers) == {"ramp", "other"}
+    assert "other/joint2/position" in stack.resources.command_interfaces
+    assert ramp.command_interfaces
+
+
 def test_a_controller_that_is_deactivated_before_its_first_update_is_the_new_one(stack, code, ramp):
     code.edit(("self.value += STEP", "self.value -= STEP"))
     reload = ControllerReload(stack.manager, "ramp")

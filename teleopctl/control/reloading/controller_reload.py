@@ -117,7 +117,7 @@ class ControllerReload:
             self._create(controller_class)
             self._check_interfaces()
             self._check_abandoned()
-        except ReloadError:
+        except BaseException:
             self._release_new()
             raise
 
@@ -306,9 +306,9 @@ class ControllerReload:
                     setattr(new, attribute, same[id(value)])
             for interface in _exported(new):
                 interface.available = active
-        states, commands = resources.state_interfaces, resources.command_interfaces
-        undo.callback(setattr, resources, "state_interfaces", states)
-        undo.callback(setattr, resources, "command_interfaces", commands)
+        # Not the mappings of now: other controllers may be loaded before the first update.
+        undo.callback(resources.import_interfaces, *_by_kind(old))
+        undo.callback(resources.remove_interfaces, *_by_kind(new))
         resources.remove_interfaces(*_by_kind(old))
         resources.import_interfaces(*_by_kind(new))
         if isinstance(new, ChainableControllerInterface):
@@ -317,7 +317,8 @@ class ControllerReload:
                 raise ReloadError(f"it refuses the chained mode ({chained})")
 
     def _exchange_spec(self, undo: ExitStack) -> None:
-        manager, spec, new_spec = self._manager, self._spec, self._spec_of_new()
+        spec, new_spec = self._spec, self._spec_of_new()
+        undo.callback(self._sort)
         fields = ["controller"]
         if self._configured:
             fields += [f"{kind}_interface_configuration" for kind in ("command", "state")] + [
@@ -327,15 +328,17 @@ class ControllerReload:
             undo.callback(setattr, spec, attribute, getattr(spec, attribute))
             setattr(spec, attribute, getattr(new_spec, attribute))
         try:
-            ordered = manager.chains.in_update_order()
+            self._sort()
         except ChainCycleError as error:
             raise ReloadError(f"it cannot be in a chain of {error}") from error
-        undo.callback(setattr, manager, "controllers", manager.controllers)
-        undo.callback(setattr, manager, "active_controllers", manager.active_controllers)
+
+    def _sort(self) -> None:
+        """Bring all controllers into their update order."""
+        manager = self._manager
+        ordered = manager.chains.in_update_order()
+        active = {other.name for other in manager.active_controllers}
         manager.controllers = {other.name: other for other in ordered}
-        manager.active_controllers = tuple(
-            other for other in ordered if other in manager.active_controllers
-        )
+        manager.active_controllers = tuple(other for other in ordered if other.name in active)
 
     def _activate(self, undo: ExitStack) -> None:
         """Hand over claims, state and goals; the old instance is not deactivated."""
@@ -465,6 +468,8 @@ class ControllerReload:
 
     def _end(self, controller: ControllerInterface, configured: bool) -> None:
         """Call an unused instance's callbacks as for unloading, and log what they raise."""
+        # As after a deactivation: code that still runs somewhere cannot command the robot.
+        controller.command_interfaces, controller.state_interfaces = [], []
         functions: Sequence[Callable[[], object]] = (
             *((controller.on_cleanup,) if configured else ()),
             controller.on_shutdown,
