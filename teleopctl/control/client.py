@@ -5,7 +5,7 @@ from __future__ import annotations
 import time
 from collections.abc import Callable, Sequence
 from functools import cached_property
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teleopctl.control.manager_log import NOT_RELOADED, ManagerLog
 from teleopctl.errors import UnavailableError
@@ -19,6 +19,9 @@ from teleopctl.node import (
     Parameter,
     ResponseFuture,
 )
+
+if TYPE_CHECKING:
+    from teleopctl.wire import Graph
 
 STRICT = 2
 # The graph wakes a thread that waits for a service; the manager's log is polled with this period.
@@ -34,6 +37,40 @@ _RELOAD_SERVICE_WITHIN_S = 1.0
 _FIRST_UPDATE_S = 10.0
 
 # Any: message classes are generated at run time from definitions.
+
+
+def controller_managers(graph: Graph) -> list[str]:
+    """Return the full names of the controller managers in a graph that have services, sorted."""
+    return sorted(
+        token.name.removesuffix("/list_controllers")
+        for token in graph.endpoints
+        if token.kind.name == "SS" and token.name.endswith("/list_controllers")
+    )
+
+
+def managers_of_same_robot(graph: Graph, manager: str) -> dict[str, str]:
+    """Return other controller managers that take the same robot description, with its topic.
+
+    They command the same joints. Managers of several robots have a description each.
+
+    Args:
+        graph: ROS graph.
+        manager: Full name of the controller manager.
+    """
+
+    def descriptions(of: str) -> set[str]:
+        return {
+            token.name
+            for token in graph.endpoints
+            if token.kind.name == "MS" and token.full_name == of
+            if token.name.endswith("robot_description")
+        }
+
+    return {
+        other: min(shared)
+        for other in controller_managers(graph)
+        if other != manager and (shared := descriptions(other) & descriptions(manager))
+    }
 
 
 class ControllerManagerUnavailableError(UnavailableError):
@@ -168,11 +205,7 @@ class ControllerManagerClient:
                 f"on {topic}, as `teleopctl run robot_state_publisher robot_state_publisher FILE` "
                 "publishes it"
             )
-        managers = sorted(
-            token.name.removesuffix("/list_controllers")
-            for token in self.node.graph().endpoints
-            if token.kind.name == "SS" and token.name.endswith("/list_controllers")
-        )
+        managers = controller_managers(self.node.graph())
         if managers:
             return f"there is no {self.name}; running: {', '.join(managers)} (use -c NAME)"
         return (

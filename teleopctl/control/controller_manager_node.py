@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.base import progress
+from teleopctl.control.client import managers_of_same_robot
 from teleopctl.control.controller_files import MANAGER_PARAMETERS
 from teleopctl.control.controller_manager import ControllerManager, string_list_parameter
 from teleopctl.control.controllers.base import ControllerInterfaceParams
@@ -278,6 +279,12 @@ class ControllerManagerNode:
                 part=progress.CONTROL,
             )
             return
+        own = self._node.get_fully_qualified_name()
+        for other, topic in managers_of_same_robot(self._node.graph(), own).items():
+            self._logger.warning(
+                f"{other} takes the robot description on {topic}, too: two controller managers "
+                "command the same joints. 'teleopctl ps' lists what runs"
+            )
         self._description = description
         self._stop.set_limits(self._resource_manager.limits)
         self._node.destroy_timer(self._reminder)

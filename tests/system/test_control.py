@@ -243,11 +243,11 @@ class TestLooking:
     def test_the_doctor_finds_nothing_and_a_controller_that_is_not_there(self, looked_at):
         ros, _, _ = looked_at
         well = ros.run("control doctor")
-        assert (well.returncode, well.stdout, well.stderr) == (0, "\nAll 7 checks passed\n\n", "")
+        assert (well.returncode, well.stdout, well.stderr) == (0, "\nAll 8 checks passed\n\n", "")
         ill = ros.run("control doctor arm_controler")
         assert (ill.returncode, ill.stdout) == (
             1,
-            "\n1/7 check(s) failed\n\nFailed modules: controllers\n",
+            "\n1/8 check(s) failed\n\nFailed modules: controllers\n",
         )
         assert ill.stderr == (
             f"teleopctl: Controller 'arm_controler' is not loaded; loaded are {', '.join(ALL)}. "

@@ -8,6 +8,7 @@ from dataclasses import dataclass, field
 
 from teleopctl.base.typed import Any
 from teleopctl.cli.verbs.doctor.findings import Finding
+from teleopctl.control import managers_of_same_robot
 from teleopctl.errors import did_you_mean
 from teleopctl.wire import Graph
 
@@ -185,6 +186,16 @@ def check_stop(snapshot: ManagerSnapshot, _: str | None) -> Iterator[Finding]:
         )
 
 
+def check_managers(snapshot: ManagerSnapshot, _: str | None) -> Iterator[Finding]:
+    """Yield other controller managers of the same robot."""
+    for other, topic in managers_of_same_robot(snapshot.graph, snapshot.manager).items():
+        yield Finding(
+            f"{other} takes the robot description on {topic}, too: two controller managers command "
+            "the same joints.",
+            "teleopctl ps",
+        )
+
+
 def check_cycle(snapshot: ManagerSnapshot, _: str | None) -> Iterator[Finding]:
     """Yield that no control cycle runs, if so."""
     if snapshot.is_paused:
@@ -299,6 +310,7 @@ def _are(things: Sequence[str]) -> str:
 
 
 CHECKS: Mapping[str, Check] = {
+    "managers": check_managers,
     "hardware": check_hardware,
     "controllers": check_controllers,
     "stop": check_stop,

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
     from teleopctl.control import ControllerManagerClient
     from teleopctl.node import Node
 
-_MANAGER = "manager"
+_SERVICES = "services"
 _PAUSED = 2  # simulation_interfaces/msg/SimulationState
 # Longest wait for a message of a control cycle and for commands that are being published.
 _LONGEST_WAIT_S = 1.0
@@ -45,7 +45,7 @@ def doctor(
         with manager.client() as client:
             snapshot = _snapshot(client, controller)
     except UnavailableError as error:
-        found.append(Found(_MANAGER, _MANAGER, Finding(error.message, error.hint or "")))
+        found.append(Found(_SERVICES, _SERVICES, Finding(error.message, error.hint or "")))
     else:
         found += [
             Found(subject, subject, finding)
@@ -53,7 +53,7 @@ def doctor(
             for finding in check(snapshot, controller)
         ]
     failed = list(dict.fromkeys(one.check for one in found if one.finding.is_error))
-    checks = [_MANAGER, *CHECKS]
+    checks = [_SERVICES, *CHECKS]
     if as_json:
         print_findings_as_json(found, checks)
     else:

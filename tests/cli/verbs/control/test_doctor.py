@@ -169,6 +169,28 @@ def test_publishers_of_another_type_or_of_a_wrong_number_of_values(stack):
     ]
 
 
+def test_a_second_manager_of_the_same_robot(stack):
+    def manager(namespace, description):
+        string, services = "std_msgs/msg/String", "controller_manager_msgs/srv/ListControllers"
+        names = f"{namespace}/controller_manager/list_controllers", description
+        return [
+            token(kind, "controller_manager", name, type_name)._replace(namespace=namespace or "/")
+            for kind, name, type_name in (
+                (EntityKind.SS, names[0], services),
+                (EntityKind.MS, names[1], string),
+            )
+        ]
+
+    left = manager("/left", "/left/robot_description")
+    graph = Graph([*manager("", "/robot_description"), *left])
+    assert findings(snapshot_of(stack, graph=graph), "arm") == []
+    both = Graph([*graph.endpoints, *manager("/other", "/robot_description")])
+    assert findings(snapshot_of(stack, graph=both), "arm") == [
+        "/other/controller_manager takes the robot description on /robot_description, too: two "
+        "controller managers command the same joints.\n  teleopctl ps"
+    ]
+
+
 def test_commands_that_are_clamped(stack):
     stack.deactivate("arm")
     assert switch_controller(stack.manager, SwitchRequest(["forward"], []))[0]
