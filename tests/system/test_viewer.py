@@ -103,13 +103,12 @@ def drag_to_the_right(page: Page, slider: Locator) -> None:
 def moved_by_dragging(ros: RosGraph, page: Page, slider: Locator, joint: str) -> Any:
     """The state of a robot whose slider was dragged; a page under construction may miss it once."""
 
-    last = 0.0
+    last: list[float] = []
 
     def has_moved(state: Any) -> bool:
-        # And stands still again: the hand goes on for a moment.
-        nonlocal last
-        before, last = last, position_of(state, joint)
-        return last > 0.3 and last == before
+        # And stands still again: the mouse moves on in steps, with pauses on a busy machine.
+        last.append(position_of(state, joint))
+        return last[-1] > 0.3 and last[-8:] == [last[-1]] * 8
 
     for _ in range(3):
         drag_to_the_right(page, slider)
