@@ -22,6 +22,7 @@ if TYPE_CHECKING:
     from teleopctl.control.controller_files import (
         controller_load_parameters as controller_load_parameters,
         parameter_place as parameter_place,
+        similar_types as similar_types,
     )
     from teleopctl.control.controller_manager import (
         ControllerManager as ControllerManager,

@@ -8,7 +8,12 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.errors import InvalidFileError, did_you_mean
-from teleopctl.node import ParameterFile, read_parameter_file, read_parameter_lines
+from teleopctl.node import (
+    ParameterFile,
+    place_in_file,
+    read_parameter_file,
+    read_parameter_lines,
+)
 
 # Any: a parameter has one of nine types, which depends on the file.
 
@@ -62,6 +67,42 @@ def controller_load_parameters(
     return settings
 
 
+# Least similarity of names, from 0 to 1, for which one is suggested in place of the other. All
+# types have words in common, so difflib's 0.6 alone suggests types of another purpose.
+_SIMILAR_TYPE, _LIKE_CLASS = 0.8, 0.5
+_SIMILAR_CLASS = 0.75
+_LAST_WORD = re.compile("(Controller|Broadcaster)$")
+
+
+def similar_types(type_name: str, known: Iterable[str]) -> list[str]:
+    """Return up to three controller types that are spelled like one, the most similar first.
+
+    Types of other packages count by the names of their classes:
+    ``ur_controllers/ScaledJointTrajectoryController`` is similar to
+    ``joint_trajectory_controller/JointTrajectoryController``.
+
+    Args:
+        type_name: Type to compare with.
+        known: Types to choose from.
+    """
+    from difflib import SequenceMatcher
+
+    whole, of_class = SequenceMatcher(b=type_name), SequenceMatcher(b=_purpose(type_name))
+    found = []
+    for each in known:
+        whole.set_seq1(each)
+        of_class.set_seq1(_purpose(each))
+        ratios = whole.ratio(), of_class.ratio()
+        is_misspelled = ratios[0] >= _SIMILAR_TYPE and ratios[1] >= _LIKE_CLASS
+        if is_misspelled or ratios[1] >= _SIMILAR_CLASS:
+            found.append((-max(ratios), -ratios[0], each))
+    return [each for *_, each in sorted(found)[:3]]
+
+
+def _purpose(type_name: str) -> str:
+    return _LAST_WORD.sub("", type_name.rpartition("/")[2])
+
+
 def parameter_place(controller: str, manager: str, files: Sequence[str], parameter: str) -> str:
     """Return file and line that set a controller's parameter, as ``FILE:LINE``; empty for none.
 
@@ -77,7 +118,7 @@ def parameter_place(controller: str, manager: str, files: Sequence[str], paramet
         except InvalidFileError:
             continue
         if parameter in lines:
-            return f"{file}:{lines[parameter]}"
+            return place_in_file(file, lines[parameter])
     return ""
 
 

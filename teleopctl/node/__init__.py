@@ -207,10 +207,12 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.values.parameter_file import (
         ParameterFile as ParameterFile,
+        copy_mark as copy_mark,
         find_parameter_line as find_parameter_line,
         flatten_parameters as flatten_parameters,
         parameter_document as parameter_document,
         parameter_messages as parameter_messages,
+        place_in_file as place_in_file,
         plain_parameter_value as plain_parameter_value,
         read_parameter_file as read_parameter_file,
         read_parameter_lines as read_parameter_lines,

@@ -22,8 +22,9 @@ from teleopctl.control import (
     ControllerManagerUnavailableError,
     controller_load_parameters,
     parameter_place,
+    similar_types,
 )
-from teleopctl.errors import TeleopctlError, did_you_mean
+from teleopctl.errors import TeleopctlError
 from teleopctl.node import ExternalShutdownException, Node, init, parse_ros_arguments, try_shutdown
 
 
@@ -342,8 +343,13 @@ class Spawner:
             return ""
         place = parameter_place(request.name, self._client.name, files, "type")
         where = f" ({place})" if place else ""
-        near = did_you_mean(name, types) or "`teleopctl control list_controller_types` lists all."
-        return f"its type '{name}'{where} is unknown. {near}"
+        near = similar_types(name, types)
+        hint = (
+            f"Did you mean {' or '.join(near)}?"
+            if near
+            else "`teleopctl control list_controller_types` lists all."
+        )
+        return f"its type '{name}'{where} is unknown. {hint}"
 
     def _claimed_joints(self, name: str) -> str:
         """Return which active controllers claim a controller's commands; empty if none does."""

@@ -1,11 +1,17 @@
 """What parameter files say of a controller."""
 
+from pathlib import Path
+
 import pytest
 
-from teleopctl.control.controller_files import controller_load_parameters, parameter_place
+from teleopctl.control.controller_files import (
+    controller_load_parameters,
+    parameter_place,
+    similar_types,
+)
 from teleopctl.control.in_memory import ControlStack
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import AllowableParameterValue
+from teleopctl.node import AllowableParameterValue, copy_mark
 from teleopctl.testing import serial_robot
 
 TYPE = "joint_trajectory_controller/JointTrajectoryController"
@@ -134,3 +140,43 @@ def test_a_parameter_of_all_nodes_of_the_managers_process_is_no_mistake():
     stack.load_controller("arm", TYPE, JOINTS | {"joint_limits_file": ""})
     stack.activate("arm")
     assert stack.nodes["arm"].log.texts("warning") == []
+
+
+TYPES = [
+    "effort_controllers/JointGroupEffortController",
+    "gpio_controllers/GpioCommandController",
+    "joint_state_broadcaster/JointStateBroadcaster",
+    "joint_trajectory_controller/JointTrajectoryController",
+    "pid_controller/PidController",
+    "position_controllers/GripperActionController",
+    "position_controllers/JointGroupPositionController",
+]
+
+
+@pytest.mark.parametrize(
+    ("name", "similar"),
+    [
+        ("joint_state_broadcaster/JointStateBroadcastr", [TYPES[2]]),
+        ("ur_controllers/ScaledJointTrajectoryController", [TYPES[3]]),
+        ("effort_controllers/JointGroupPositionController", [TYPES[6], TYPES[0]]),
+        ("ur_controllers/ForceModeController", []),
+        ("ur_controllers/GPIOController", []),
+        ("ur_controllers/FrictionModelController", []),
+        ("no", []),
+    ],
+)
+def test_similar_types_are_those_of_the_same_purpose(name, similar):
+    assert similar_types(name, TYPES) == similar
+
+
+def test_a_line_of_a_copy_has_the_place_of_the_original(write):
+    original = write("mine.yaml", "arm:\n  ros__parameters:\n    joints: [$(var a)]\n")
+    copy = write(
+        "copy.yaml",
+        "arm:\n  ros__parameters:\n    joints: [a]\n"
+        f"{copy_mark(Path(original))}"
+        "wheels:\n  ros__parameters: {radius: 1.0}\n",
+    )
+    manager = "/controller_manager"
+    assert parameter_place("arm", manager, [copy], "joints") == f"{original}:3"
+    assert parameter_place("wheels", manager, [copy], "radius") == f"{copy}:6"

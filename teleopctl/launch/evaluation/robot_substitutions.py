@@ -238,6 +238,7 @@ def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
     """Return the controller file, or a copy with values of variables and plug-ins' controllers."""
     import yaml
 
+    from teleopctl.node import copy_mark
     from teleopctl.robot import MotionPlugins
 
     *robot, controllers_file = words
@@ -261,7 +262,7 @@ def _with_plugins(words: Sequence[str], context: LaunchContext) -> str:
         return controllers_file
     file = context.log_directory / name
     file.parent.mkdir(parents=True, exist_ok=True)
-    write_private(file, filled + more)
+    write_private(file, f"{filled}\n{copy_mark(path.absolute())}{more}")
     return str(file)
 
 
@@ -384,6 +385,7 @@ def _made_for(
     """
     import yaml
 
+    from teleopctl.node import copy_mark
     from teleopctl.robot import default_controllers
 
     file = context.log_directory / "controllers.yaml"
@@ -394,7 +396,7 @@ def _made_for(
     }
     because, before = "No controllers_file is given or described", ""
     if own is not None:
-        because, before = f"{own} configures none", f"{own.read_text('utf-8')}\n"
+        because, before = f"{own} configures none", f"{own.read_text('utf-8')}\n{copy_mark(own)}"
         if any("update_rate" in values for _, values in read_parameters(str(own)).sections):
             del sections["/**/controller_manager"]["ros__parameters"]["update_rate"]
     text = yaml.safe_dump(sections, sort_keys=False)

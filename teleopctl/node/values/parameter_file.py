@@ -10,6 +10,7 @@ from __future__ import annotations
 import functools
 import re
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import suppress
 from pathlib import Path
 
 from teleopctl.base.files import read_text
@@ -181,8 +182,34 @@ def find_parameter_line(files: Iterable[str | Path], node: str, parameter: str) 
         except InvalidFileError:
             continue
         if parameter in lines:
-            return f"{file}:{lines[parameter]}"
+            return place_in_file(file, lines[parameter])
     return ""
+
+
+_COPY_OF = "# The lines above are those of "
+
+
+def copy_mark(original: Path) -> str:
+    """Return a comment for the end of a copy of a parameter file, for `place_in_file`.
+
+    Args:
+        original: Path of the file, which has the same number of lines.
+    """
+    return f"{_COPY_OF}{original}\n"
+
+
+def place_in_file(file: str | Path, line: int) -> str:
+    """Return ``FILE:LINE``, of the original file for a line above a `copy_mark`.
+
+    Args:
+        file: Path of a parameter file.
+        line: Number of the line, from 1.
+    """
+    with suppress(InvalidFileError):
+        for text in read_text(Path(file)).splitlines()[line:]:
+            if text.startswith(_COPY_OF):
+                return f"{text.removeprefix(_COPY_OF)}:{line}"
+    return f"{file}:{line}"
 
 
 # Any: nodes of YAML; its module is imported only by those who read files.

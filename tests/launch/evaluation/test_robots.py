@@ -13,6 +13,7 @@ from teleopctl.launch.finding import builtin_file
 from teleopctl.launch.frontends.yaml_file import parse_file
 from teleopctl.launch.model.plan import LaunchPlan
 from teleopctl.launch.model.request import LaunchRequest
+from teleopctl.node import find_parameter_line
 
 XACRO = """<robot xmlns:xacro="http://www.ros.org/wiki/xacro" name="head">
   <xacro:arg name="joint" default="pan"/>
@@ -180,6 +181,8 @@ def test_variables_of_the_controllers_file_are_arguments_of_the_launch_and_of_th
     assert done.plan.warnings == []
     done = evaluated(value, tool="hook", joint="tilt")
     assert "[tilt, hook]" in Path(done.shown).read_text()
+    # Messages about the copy that the launch writes name the user's file.
+    assert find_parameter_line([done.shown], "/arm", "joints") == f"{tmp_path}/c.yaml:3"
 
 
 def test_a_variable_of_the_controllers_file_without_a_value_is_named_with_its_line(
