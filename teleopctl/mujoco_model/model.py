@@ -55,6 +55,8 @@ if TYPE_CHECKING:
 
 # A URDF has no timestep; with this one drives are as stiff as those of a real robot.
 _TIMESTEP_S = 0.001
+# Depth (m) from which an overlap at the start is reported: things rest on each other to rounding.
+_NOTICEABLE_M = 5e-5
 
 
 @dataclass(frozen=True)
@@ -212,7 +214,7 @@ def build_model(
         f"'{pair.first}' and '{pair.second}' overlap at the start by {1e3 * pair.depth_m:.1f} mm: "
         "they are pushed apart"
         for pair in overlapping
-        if not pair.one_robot
+        if not pair.one_robot and pair.depth_m >= _NOTICEABLE_M
     ]
     added_inertias: dict[str, float] = {}
     if base is not None:

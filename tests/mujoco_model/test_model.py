@@ -281,6 +281,8 @@ def test_a_free_object_that_overlaps_a_link_is_pushed_out_of_it_and_that_is_told
     simulation = Simulation(robot, control_period_ns=10_000_000)
     simulation.step(2000)
     assert simulation.link_pose("crate").position[0] > 0.199
+    touching = (link("world", ""), post, fixed, CRATE, floating("crate", "0.19999 0 0.1"))
+    assert model(*touching).warnings == ()
 
 
 def test_what_moves_freely_starts_at_the_world() -> None:

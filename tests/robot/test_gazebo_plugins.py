@@ -129,6 +129,23 @@ def test_two_plugins_of_one_name_are_two_controllers() -> None:
     assert [controller.name for controller in controllers] == ["diff_drive", "diff_drive_2"]
 
 
+def test_joint_states_are_published_once_where_ros2_control_has_a_broadcaster(tmp_path) -> None:
+    file = tmp_path / "controllers.yaml"
+    publisher = (
+        "<gazebo><plugin name='states' filename='gz-sim-joint-state-publisher-system'>"
+        "<topic>joint_states</topic></plugin></gazebo>"
+    )
+    control = (
+        "<gazebo><plugin name='control' filename='gz_ros2_control-system'>"
+        f"<parameters>{file}</parameters></plugin></gazebo>"
+    )
+    assert len(read(publisher, control).controllers) == 1
+    file.write_text("type: joint_state_broadcaster/JointStateBroadcaster")
+    both = read(publisher, control)
+    assert both.controllers == ()
+    assert "is left out: a joint_state_broadcaster of the ros2_control plug-in" in both.remarks[0]
+
+
 def test_joint_states_trajectories_and_gazebos_other_bases_have_their_controllers() -> None:
     classic = "<gazebo><plugin name='{0}' filename='libgazebo_ros_{0}.so'>{1}</plugin></gazebo>"
     gz = "<gazebo><plugin name='gz::X' filename='gz-sim-{0}-system'>{1}</plugin></gazebo>"

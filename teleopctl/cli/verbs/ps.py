@@ -12,6 +12,8 @@ from teleopctl.launch import Running, command_text, died, duration, running
 VERB = Verb(f"{__name__}:ps", "List background processes.")
 
 _HEADER = ("NAME", "PID", "KIND", "UPTIME", "COMMAND")
+# Most characters of an argument that are printed; paths are shorter.
+_LONGEST = 300
 
 
 def ps(
@@ -57,7 +59,7 @@ def _row(entry: Running, now: float) -> tuple[str, ...]:
         str(record.pid),
         record.kind,
         entry.ending or duration(now - record.start.time).replace(" ", ""),
-        command_text(_without_python(record.command)),
+        command_text(map(_shortened, _without_python(record.command))),
     )
 
 
@@ -65,6 +67,11 @@ def _without_python(command: tuple[str, ...]) -> tuple[str, ...]:
     """Return a command without ``python -P -m``, which would fill most of the line."""
     _, *options = command
     return command[3:] if options[:2] == ["-P", "-m"] else command
+
+
+def _shortened(argument: str) -> str:
+    """Return an argument, a long one, such as a robot description, only with its beginning."""
+    return argument if len(argument) <= _LONGEST else f"{argument[:_LONGEST]}…"
 
 
 def _as_json(entry: Running, now: float) -> dict[str, console.Json]:

@@ -6,7 +6,8 @@ from collections.abc import Callable
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from teleopctl.errors import InvalidDescriptionError
+from teleopctl.errors import InvalidDescriptionError, TeleopctlError
+from teleopctl.packages import resolve_uri
 from teleopctl.robot.gazebo_plugins import controllers, odometry
 from teleopctl.robot.gazebo_plugins.controllers import BROADCASTER
 from teleopctl.robot.gazebo_plugins.plugin_reader import (
@@ -116,6 +117,24 @@ def tags_of_plugin(filename: str) -> frozenset[str] | None:
     return kind and kind.tags
 
 
+def _is_doubled(controller: PluginController, description: RobotDescription) -> bool:
+    """Return whether the ros2_control plug-in's parameters have a broadcaster for the same topic.
+
+    A topic of Gazebo's plug-in is not one of ROS, unless it is bridged.
+    """
+    if controller.type != BROADCASTER or controller.remappings:
+        return False
+    for plugin in description.gazebo.plugins:
+        for file in plugin.parameters.get("parameters", ()) if plugin.runs_controllers else ():
+            try:
+                text = resolve_uri(file).read_text("utf-8")
+            except (OSError, UnicodeDecodeError, TeleopctlError):
+                continue  # the controller manager reports it
+            if BROADCASTER in text:
+                return True
+    return False
+
+
 def motion_plugins(description: RobotDescription) -> MotionPlugins:
     """Return the equivalents of a description's supported Gazebo plug-ins, without faulty ones.
 
@@ -139,6 +158,12 @@ def motion_plugins(description: RobotDescription) -> MotionPlugins:
         truths += effect.truths
         planar_topics += effect.planar_topics
         controller = effect.controller
+        if controller is not None and _is_doubled(controller, description):
+            remarks.append(
+                f"{who} is left out: a joint_state_broadcaster of the ros2_control plug-in "
+                "publishes /joint_states"
+            )
+            continue
         if controller is None:
             remarks.append(f"{who} {effect.says}")
             continue
