@@ -3,9 +3,9 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Collection, Iterable, Sequence
 from functools import cached_property
-from typing import TYPE_CHECKING, Any
+from typing import Any, Protocol
 
 from teleopctl.control.manager_log import NOT_RELOADED, ManagerLog
 from teleopctl.errors import UnavailableError
@@ -19,9 +19,6 @@ from teleopctl.node import (
     Parameter,
     ResponseFuture,
 )
-
-if TYPE_CHECKING:
-    from teleopctl.wire import Graph
 
 STRICT = 2
 # The graph wakes a thread that waits for a service; the manager's log is polled with this period.
@@ -39,36 +36,52 @@ _FIRST_UPDATE_S = 10.0
 # Any: message classes are generated at run time from definitions.
 
 
-def controller_managers(graph: Graph) -> list[str]:
+class GraphEndpoint(Protocol):
+    """Interface of a publisher, subscription, server or client in the graph."""
+
+    @property
+    def kind(self) -> str:
+        """``SS`` for a server, ``MS`` for a subscription."""
+
+    @property
+    def name(self) -> str:
+        """Name of the topic or service."""
+
+    @property
+    def full_name(self) -> str:
+        """Full name of the endpoint's node."""
+
+
+def controller_managers(endpoints: Iterable[GraphEndpoint]) -> list[str]:
     """Return the full names of the controller managers in a graph that have services, sorted."""
     return sorted(
-        token.name.removesuffix("/list_controllers")
-        for token in graph.endpoints
-        if token.kind.name == "SS" and token.name.endswith("/list_controllers")
+        endpoint.name.removesuffix("/list_controllers")
+        for endpoint in endpoints
+        if endpoint.kind == "SS" and endpoint.name.endswith("/list_controllers")
     )
 
 
-def managers_of_same_robot(graph: Graph, manager: str) -> dict[str, str]:
+def managers_of_same_robot(endpoints: Collection[GraphEndpoint], manager: str) -> dict[str, str]:
     """Return other controller managers that take the same robot description, with its topic.
 
     They command the same joints. Managers of several robots have a description each.
 
     Args:
-        graph: ROS graph.
+        endpoints: Endpoints in the ROS graph.
         manager: Full name of the controller manager.
     """
 
     def descriptions(of: str) -> set[str]:
         return {
-            token.name
-            for token in graph.endpoints
-            if token.kind.name == "MS" and token.full_name == of
-            if token.name.endswith("robot_description")
+            endpoint.name
+            for endpoint in endpoints
+            if endpoint.kind == "MS" and endpoint.full_name == of
+            if endpoint.name.endswith("robot_description")
         }
 
     return {
         other: min(shared)
-        for other in controller_managers(graph)
+        for other in controller_managers(endpoints)
         if other != manager and (shared := descriptions(other) & descriptions(manager))
     }
 
@@ -205,7 +218,7 @@ class ControllerManagerClient:
                 f"on {topic}, as `teleopctl run robot_state_publisher robot_state_publisher FILE` "
                 "publishes it"
             )
-        managers = controller_managers(self.node.graph())
+        managers = controller_managers(self.node.graph().endpoints)
         if managers:
             return f"there is no {self.name}; running: {', '.join(managers)} (use -c NAME)"
         return (

@@ -280,7 +280,7 @@ class ControllerManagerNode:
             )
             return
         own = self._node.get_fully_qualified_name()
-        for other, topic in managers_of_same_robot(self._node.graph(), own).items():
+        for other, topic in managers_of_same_robot(self._node.graph().endpoints, own).items():
             self._logger.warning(
                 f"{other} takes the robot description on {topic}, too: two controller managers "
                 "command the same joints. 'teleopctl ps' lists what runs"

@@ -188,7 +188,7 @@ def check_stop(snapshot: ManagerSnapshot, _: str | None) -> Iterator[Finding]:
 
 def check_managers(snapshot: ManagerSnapshot, _: str | None) -> Iterator[Finding]:
     """Yield other controller managers of the same robot."""
-    for other, topic in managers_of_same_robot(snapshot.graph, snapshot.manager).items():
+    for other, topic in managers_of_same_robot(snapshot.graph.endpoints, snapshot.manager).items():
         yield Finding(
             f"{other} takes the robot description on {topic}, too: two controller managers command "
             "the same joints.",
