@@ -376,13 +376,17 @@ def test_wrong_parameters_are_refused(changes, text):
     assert text in robot.node.log.texts("error")[0]
 
 
-def test_joints_of_unknown_position_are_refused():
+def test_nothing_is_commanded_before_the_first_measured_positions():
     robot = Gantry(activate=False)
     robot.stack.manager.configure_controller("admittance")
-    robot.stack.resources.state_interfaces["y/position"].value = math.nan
-    with pytest.raises(AssertionError):
-        robot.stack.activate("admittance")
-    assert "Failed to read joint positions from the hardware." in robot.node.log.texts("error")
+    position = robot.stack.resources.state_interfaces["y/position"]
+    position.value = math.nan
+    robot.stack.activate("admittance")
+    robot.controller.update(0, 0.01)
+    assert all(map(math.isnan, robot.command()))
+    position.value = 0.25
+    robot.controller.update(0, 0.01)
+    assert robot.command() == [0.5, 0.25, 0.5]
 
 
 def test_another_kinematics_plug_in_is_named():

@@ -128,7 +128,7 @@ class AdmittanceController(ChainableControllerInterface):
         ]
 
     def on_activate(self) -> CallbackReturn | None:
-        """Take the measured positions as reference; return ERROR if one is unknown."""
+        """Take the measured positions as reference; return ERROR if the parameters are invalid."""
         rule, settings = self._rule, self._settings
         assert rule is not None
         try:
@@ -140,16 +140,21 @@ class AdmittanceController(ChainableControllerInterface):
         start = settings.state_interfaces.index(POSITION) * count
         self._measured_positions = self.state_interfaces[start : start + count]
         self._measured_wrench = self.state_interfaces[-len(_WRENCH) :]
-        positions = [state.value for state in self._measured_positions]
-        if any(map(math.isnan, positions)):
-            self.logger.error("Failed to read joint positions from the hardware.")
-            return CallbackReturn.ERROR
         self._forget()
         rule.reset()
-        # The last references and position commands, for interfaces that are NaN.
-        self._reference, self._speeds = positions, [0.0] * count
-        self._commanded = positions
+        self._begin()
         return None
+
+    def _begin(self) -> None:
+        """Take the measured positions as reference, as soon as all of them are known.
+
+        A paused simulation may not have published joint states yet.
+        """
+        positions = [state.value for state in self._measured_positions]
+        self._awaits_state = any(map(math.isnan, positions))
+        # The last references and position commands, for interfaces that are NaN.
+        self._reference, self._speeds = positions, [0.0] * len(positions)
+        self._commanded = positions
 
     def on_deactivate(self) -> None:
         """Set the references to NaN, and discard received messages."""
@@ -189,6 +194,7 @@ class AdmittanceController(ChainableControllerInterface):
         """Go on with the offsets of the replaced instance, from rest."""
         assert self._rule is not None
         offsets, self._reference, self._speeds = state
+        self._awaits_state = False
         self._rule.hold(offsets)
 
     def _forget(self) -> None:
@@ -252,6 +258,10 @@ class AdmittanceController(ChainableControllerInterface):
         del time_ns
         rule, settings = self._rule, self._settings
         assert rule is not None
+        if self._awaits_state:
+            self._begin()
+            if self._awaits_state:
+                return None
         self._read_references()
         positions = [state.value for state in self._measured_positions]
         if any(map(math.isnan, positions)):
