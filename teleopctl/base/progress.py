@@ -137,12 +137,14 @@ def doing(text: str, *, part: str = "") -> None:
 
 
 def remark(sentence: str) -> None:
-    """Add a sentence that the command which waits for this process shows as a warning.
+    """Add a sentence, once, that the command which waits for this process shows as a warning.
 
     It is written with the next state that this process reports.
     """
+    line = " ".join(sentence.split())
     with _lock:
-        _remarks.append(" ".join(sentence.split()))
+        if line not in _remarks:
+            _remarks.append(line)
 
 
 def report_ready_at(address: Address) -> None:

@@ -75,13 +75,14 @@ def test_a_failure_keeps_its_time_while_other_parts_of_the_process_report(tmp_pa
     assert progress.read(log_file) == ("failed", "refused", 1000.0, "control", ())
 
 
-def test_remarks_stay_until_the_end(tmp_path):
+def test_remarks_stay_until_the_end_each_once(tmp_path):
     log_file = tmp_path / "a.log"
     program = (
         "from teleopctl.base import progress\n"
         "progress.remark('one\\n line')\n"
         "progress.report('ready')\n"
         "progress.remark('two')\n"
+        "progress.remark('one line')\n"
         "progress.report('ended', '0')\n"
     )
     subprocess.run(
