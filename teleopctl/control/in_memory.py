@@ -88,7 +88,10 @@ class RecordedEndpoint:
         name: Name as passed by the controller, for example ``~/commands``.
         callback: Callback of a subscription or service; None for a publisher.
         messages: Published messages.
+        has_subscribers: True, so that publishers that skip messages without subscribers publish.
     """
+
+    has_subscribers = True
 
     def __init__(
         self,

@@ -142,6 +142,8 @@ class Drives:
         self.cut: list[str] = []
         self._reported: set[str] = set()
         self._command_names: list[str] = []
+        # The last command, while modes and targets are those that it has set.
+        self._last_command: tuple[list[str], list[float], list[float], list[float]] | None = None
         # For each drive in such a command: its row, its column, and the interfaces it accepts.
         self._commanded: list[tuple[int, int, list[bool]]] = []
         # Degrees of freedom of driven joints' mimic joints, which are held with their leaders.
@@ -156,7 +158,7 @@ class Drives:
 
     def reset(self) -> None:
         """Make all drives hold the joints at their present positions, without commands."""
-        self.settled = False
+        self.settled, self._last_command = False, None
         nothing = [0.0] * len(self._drive)
         actual = self._d.qpos[self._qpos]
         self._mode = [_POSITION] * len(self._drive)
@@ -199,7 +201,7 @@ class Drives:
         for name in _STATE:
             setattr(self, name, saved[f"drives{name}"].tolist())
         self._mode = [int(mode) for mode in self._mode]
-        self.settled = False
+        self.settled, self._last_command = False, None
         self._tune()
         self._apply_modes()
 
@@ -224,8 +226,14 @@ class Drives:
             effort: Efforts (N m or N) in the same way.
         """
         self.settled = False
-        if list(names) != self._command_names:
-            self._index_command(list(names))
+        command = list(names), list(position), list(velocity), list(effort)
+        if command == self._last_command:
+            # A controller that holds repeats its command.
+            self._follow_pose()
+            return
+        self._last_command = command
+        if command[0] != self._command_names:
+            self._index_command(command[0])
         fields = enumerate((position, velocity, effort))
         given = [(interface, values) for interface, values in fields if len(values) == len(names)]
         modes, wanted = [_POSITION] * len(self._mode), [_NONE] * len(self._mode)
@@ -262,7 +270,7 @@ class Drives:
 
     def hold(self) -> None:
         """Switch all drives to position mode at the present or last commanded position."""
-        self.settled = False
+        self.settled, self._last_command = False, None
         self._set_modes([_POSITION] * len(self._mode))
 
     def commandable(self, name: str) -> bool:

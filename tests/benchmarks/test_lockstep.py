@@ -19,18 +19,18 @@ import pytest
 
 from teleopctl.interfaces import get_message, get_service, to_nanoseconds
 from teleopctl.mujoco_model.model import build_model
-from teleopctl.node import Node, qos_profile_latched
+from teleopctl.node import qos_profile_latched
 from teleopctl.robot import simulated
 from teleopctl.robot.description import RobotDescription
 from teleopctl.sim.simulation import Simulation
-from teleopctl.testing import LONGEST_WAIT_S, Process, RosGraph
+from teleopctl.testing import LONGEST_WAIT_S, RosGraph
 from tests.benchmarks import tick_peer
 from tests.benchmarks.figure import Figure
 from tests.sim.robots import control, joint, link
 
 NANOSECONDS = 1_000_000_000
 RATES, JOINTS = (100, 1000), (4, 7, 30)
-SECONDS, ROUNDS, PUTS = 2.0, 3, 3000
+SECONDS, ROUNDS, PUTS, BETWEEN_PUTS_S = 2.0, 3, 3000, 0.0002
 # Processor time of a tick over physics, of robots with at most seven joints.
 AIM_S = {100: 80e-6, 1000: 40e-6}
 MOST_MEMORY = 0.7
@@ -41,11 +41,11 @@ controller_manager:
     joint_state_broadcaster: {{type: joint_state_broadcaster/JointStateBroadcaster}}
     arm: {{type: joint_trajectory_controller/JointTrajectoryController}}
     hand: {{type: joint_trajectory_controller/JointTrajectoryController}}
-arm:
-  ros__parameters: {{joints: [{arm}], command_interfaces: [position], state_interfaces: [position]}}
-hand:
-  ros__parameters: {{joints: [{hand}], command_interfaces: [position], state_interfaces: [position]}}
+arm: {{ros__parameters: {{joints: [{arm}], {interfaces}}}}}
+hand: {{ros__parameters: {{joints: [{hand}], {interfaces}}}}}
 """
+
+INTERFACES = "command_interfaces: [position], state_interfaces: [position]"
 
 Clock = get_message("rosgraph_msgs/msg/Clock")
 JointState = get_message("sensor_msgs/msg/JointState")
@@ -59,7 +59,10 @@ def chain(joints: int) -> str:
     for number, name in enumerate(names):
         parent, place = (parent, "0 0 0.5") if number % 6 else ("base", f"{number} 0 0")
         axis = "0 1 0" if number % 2 else "0 0 1"
-        parts += [link(f"link_{number}"), joint(name, parent, f"link_{number}", xyz=place, axis=axis)]
+        parts += [
+            link(f"link_{number}"),
+            joint(name, parent, f"link_{number}", xyz=place, axis=axis),
+        ]
         parent = f"link_{number}"
     drives = control(**dict.fromkeys(names, "position"))
     return simulated(f'<robot name="chain">{"".join(parts)}{drives}</robot>').urdf
@@ -80,10 +83,15 @@ class Robot:
         self._ros, self._rate = ros, rate
         names = [f"joint_{number}" for number in range(joints)]
         file = ros.folder / "controllers.yaml"
-        file.write_text(CONTROLLERS.format(rate=rate, arm=", ".join(names[:-1]), hand=names[-1]))
+        arm, hand = ", ".join(names[:-1]), names[-1]
+        file.write_text(CONTROLLERS.format(rate=rate, arm=arm, hand=hand, interfaces=INTERFACES))
         manager = f"--ros-args --params-file {file}"
         settings = f"-p real_time_factor:=0.0 -p paused:=true -p update_rate:={rate}"
-        words = ["mujoco_sim", "mujoco_sim", *([f"--controller-manager={manager}"] if hosted else [])]
+        words = [
+            "mujoco_sim",
+            "mujoco_sim",
+            *([f"--controller-manager={manager}"] if hosted else []),
+        ]
         self.processes = [
             ros.spawn_module("teleopctl.nodes", [*words, "--ros-args", *settings.split()])
         ]
@@ -166,10 +174,13 @@ def put(ros: RosGraph) -> Iterator[Callable[[int], float]]:
             payload = bytes(64 + 36 * joints)
             start = time.process_time()
             for _ in range(PUTS):
+                time.sleep(BETWEEN_PUTS_S)
+            sent = time.process_time()
+            for _ in range(PUTS):
                 channel.put(payload, attachment=attachment)
                 # One after the other, as at the ticks.
-                time.sleep(0.0002)
-            return (time.process_time() - start) / PUTS
+                time.sleep(BETWEEN_PUTS_S)
+            return (time.process_time() - sent - (sent - start)) / PUTS
 
         yield measure
         peer.stdin.close()
@@ -191,7 +202,7 @@ def test_a_control_tick(
 ) -> None:
     publisher = ros.node.create_publisher(String, "/robot_description", qos_profile_latched)
     publisher.publish(String(data=chain(joints)))
-    bare, costs, memory = physics(joints, rate), dict[bool, Cost](), dict[bool, int]()
+    bare, costs = physics(joints, rate), dict[bool, Cost]()
     floors, puts = [], []
     for hosted in (True, False):
         robot, found = Robot(ros, joints, rate, hosted=hosted), []

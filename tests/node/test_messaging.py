@@ -33,6 +33,16 @@ def test_a_subscription_gets_what_is_published_in_order(make_node, spin_until):
     assert got == [str(number) for number in range(10)]
 
 
+def test_a_publisher_knows_by_event_whether_it_has_subscribers(make_node, spin_until):
+    node = make_node()
+    publisher = node.create_publisher(STRING, "chatter", 10)
+    assert not publisher.has_subscribers
+    subscription = node.create_subscription(STRING, "chatter", lambda _: None, 10)
+    spin_until(lambda: publisher.has_subscribers)
+    node.destroy_subscription(subscription)
+    spin_until(lambda: not publisher.has_subscribers)
+
+
 def test_a_full_queue_loses_its_oldest(make_node, spin_until):
     node = make_node()
     got: list[Any] = []

@@ -205,3 +205,29 @@ def test_an_effort_that_sdf_does_not_limit_is_not_named(tmp_path: Path) -> None:
         description = RobotDescription.from_urdf(simulated(read_model(file).text).urdf)
         warnings = build_model(description).warnings
         assert any("effort 0 limits nothing" in warning for warning in warnings) is named
+
+
+def test_a_repeated_command_moves_with_the_same_bits(arm: RobotModel) -> None:
+    repeated, fresh = bent(arm, 100), bent(arm, 100)
+    target = [0.5, 1.0, 0.2, 0.9]
+    for tick in range(40):
+        repeated.apply(JOINTS, position=target)
+        # Another name in every other command, so that none equals the one before.
+        fresh.apply([*JOINTS, *["nothing"] * (tick % 2)], position=[*target, *[0.0] * (tick % 2)])
+        for simulation in (repeated, fresh):
+            simulation.step(simulation.steps_per_period)
+            simulation.read()
+        assert repeated.positions.tobytes() == fresh.positions.tobytes()
+        assert repeated.efforts.tobytes() == fresh.efforts.tobytes()
+
+
+@pytest.mark.parametrize("between", ["hold", "reset_state"])
+def test_a_command_is_applied_again_after_a_hold_or_reset(arm: RobotModel, between: str) -> None:
+    simulation = bent(arm, 100)
+    for _ in range(2):
+        simulation.apply(JOINTS, velocity=[0.5] * 4)
+        simulation.step(50 * simulation.steps_per_period)
+        simulation.read()
+        assert simulation.velocities[3] == pytest.approx(0.5, abs=0.05)
+        getattr(simulation, between)()
+        simulation.step(50 * simulation.steps_per_period)

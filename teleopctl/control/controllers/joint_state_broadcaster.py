@@ -134,12 +134,13 @@ class JointStateBroadcaster(ControllerInterface):
         self._dynamic_rows = [list(interfaces.values()) for interfaces in by_prefix.values()]
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
-        """Queue the values of the state interfaces for publishing after the control cycle."""
+        """Queue the values of the state interfaces for publishing to the subscribers, if any."""
         del period
-        self._realtime_publisher.try_publish(
-            (time_ns, [[state.value for state in column] for column in self._columns])
-        )
-        if self._dynamic is not None:
+        if self._publisher.has_subscribers:
+            self._realtime_publisher.try_publish(
+                (time_ns, [[state.value for state in column] for column in self._columns])
+            )
+        if self._dynamic is not None and self._dynamic.has_subscribers:
             self._realtime_dynamic.try_publish(
                 (time_ns, [[state.value for state in row] for row in self._dynamic_rows])
             )
@@ -155,8 +156,6 @@ class JointStateBroadcaster(ControllerInterface):
         self._publisher.publish(prepared.data)
 
     def _publish_dynamic(self, value: tuple[int, list[list[float]]]) -> None:
-        if not self._dynamic.get_subscription_count():
-            return
         time_ns, rows = value
         message = self._dynamic_message
         set_stamp(message.header.stamp, time_ns)

@@ -219,6 +219,10 @@ class JointStateExchange:
         self._written = []
         if not self._writers:
             return
+        self._answered_ns = time_ns
+        if len(writers) == 1:
+            self._channel.send(time_ns, *writers[0].commands())
+            return
         names: list[str] = []
         columns: dict[str, list[float]] = {}
         for member in writers:
@@ -229,7 +233,6 @@ class JointStateExchange:
                 column += [float("nan")] * (len(names) - len(column))
                 column += values.get(field) or [float("nan")] * len(joints)
             names += joints
-        self._answered_ns = time_ns
         self._channel.send(time_ns, names, columns)
 
 

@@ -63,6 +63,8 @@ class Publisher(Endpoint, Generic[MessageT]):
         self._context_is_ok = node.context.ok
         self.sends_while_ending = node.context.publishes_after_signal
         self._watching: tuple[EventHandler, ...] = ()
+        self._matching: Any = None
+        self._has_subscribers = False
         self._channel: Any = self._declare(qos)
         self._announce()
 
@@ -168,6 +170,21 @@ class Publisher(Endpoint, Generic[MessageT]):
     def get_subscription_count(self) -> int:
         """Return how many subscriptions match the publisher's topic name and type."""
         return len(self.node.matched(EntityKind.MS, self.name, self.type_name))
+
+    @property
+    def has_subscribers(self) -> bool:
+        """Whether Zenoh would send a message to any subscriber (ours); for use by one thread.
+
+        For publishers that are called so often that preparing a message for nobody counts. Zenoh
+        reports changes, so that it takes as long in a large graph.
+        """
+        if self._matching is None:
+            # The last change alone counts. Without a callback Zenoh starts no thread.
+            self._matching = self._channel.declare_matching_listener(zenoh.handlers.RingChannel(1))
+            self._has_subscribers = self._channel.matching_status.matching
+        if (status := self._matching.try_recv()) is not None:
+            self._has_subscribers = status.matching
+        return self._has_subscribers
 
     def wait_for_all_acked(self, timeout: Duration | None = None) -> bool:  # noqa: ARG002 (rclpy's)
         """Return True at once: Zenoh has no acknowledgements to wait for."""

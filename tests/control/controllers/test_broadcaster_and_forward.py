@@ -55,6 +55,15 @@ class TestBroadcaster:
         assert len(stamps) == 6
         assert stamps == sorted(stamps)
 
+    def test_nothing_is_published_without_subscribers(self):
+        stack, _ = self.published()
+        node = stack.nodes["broadcaster"]
+        for publisher in node.endpoints.values():
+            publisher.has_subscribers = False
+        stack.step(5)
+        assert len(node.published("joint_states")) == 1
+        assert len(node.published("dynamic_joint_states")) == 1
+
     def test_a_selection_needs_joints_and_interfaces(self):
         selected = {"joints": ["joint2"], "interfaces": ["position"]}
         _, message = self.published(**selected)

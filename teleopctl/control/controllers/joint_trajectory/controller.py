@@ -375,12 +375,16 @@ class JointTrajectoryController(ControllerInterface):
         command = trajectory.sample(ahead, method, advance=False)
         if desired is None or command is None:
             return None
+        accelerations = self._acceleration_states.read()
+        is_shown = self._state_publisher.has_subscribers
+        if self._holding and self._goal is None and not (is_shown or self._settings.uses_pid):
+            # Nobody needs the error.
+            self._outputs.write(command.state, desired.state.effort, (), (), period)
+            self._commanded_state, self._has_command = command.state, True
+            return None
         reference = desired.state.at(now - trajectory.start_ns)
         feedback = TrajectoryPoint(
-            positions,
-            velocities,
-            self._acceleration_states.read(),
-            time_ns=time_ns - trajectory.start_ns,
+            positions, velocities, accelerations, time_ns=time_ns - trajectory.start_ns
         )
         error = tracking_error(reference, feedback, self._wrap)
         verdict, blame = self._check_error(desired, error, first=first)
@@ -398,9 +402,10 @@ class JointTrajectoryController(ControllerInterface):
         if self._goal is not None:
             self._goal.try_feedback(time_ns, reference, feedback, error)
         self._end_goal(verdict, blame)
-        self._state_publisher.try_publish(
-            time_ns, reference, feedback, error, self._outputs.values(), self._scaling
-        )
+        if is_shown:
+            self._state_publisher.try_publish(
+                time_ns, reference, feedback, error, self._outputs.values(), self._scaling
+            )
         return None
 
     def _replace_trajectory(self, incoming: ReceivedTrajectory, time_ns: int) -> None:

@@ -72,6 +72,11 @@ class TrajectoryStatePublisher:
         """Destroy the publisher of ``~/controller_state``."""
         self._node.destroy_publisher(self._publisher)
 
+    @property
+    def has_subscribers(self) -> bool:
+        """Whether ``~/controller_state`` has subscribers; for use by the control cycle."""
+        return bool(self._publisher.has_subscribers)
+
     def try_publish(
         self,
         time_ns: int,
@@ -94,8 +99,6 @@ class TrajectoryStatePublisher:
         self._realtime_publisher.try_publish((time_ns, reference, feedback, error, output, scaling))
 
     def _publish(self, snapshot: _Snapshot) -> None:
-        if not self._publisher.get_subscription_count():
-            return
         time_ns, reference, feedback, error, output, scaling = snapshot
         message = self._message
         stamp = message.header.stamp
