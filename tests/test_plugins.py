@@ -1,6 +1,7 @@
 """The registry: what is found by which name, and what a broken plug-in may break."""
 
 import sys
+from importlib import import_module
 
 import pytest
 
@@ -153,3 +154,43 @@ def test_of_ours_changed_files_are_read_again_with_their_dependents_but_not_base
     finally:
         reloaded.undo()
     assert plugins.load(kind, name) is old
+
+
+PACKAGE = {
+    "strange/__init__.py": "",
+    "strange/common.py": "SHARED = 1\n",
+    "strange/alone.py": "bus = object()\n",
+    "strange/inner/__init__.py": "",
+    "strange/inner/arm.py": "from ..common import SHARED\nfrom .grip import Grip\n",
+    "strange/inner/grip.py": CONTROLLER.replace("\n    ", "\n").replace("Mine", "Grip")
+    + "\n\ndef later():\n    import strange.late\n",
+    "strange/late.py": "TEXT = 1\n",
+    "strange/arm.py": "from strange.inner.arm import Grip, SHARED\nfrom strange import alone\n",
+}
+
+
+@pytest.mark.parametrize(
+    ("edited", "again"),
+    [
+        ("common", {"common", "inner.arm", "arm"}),
+        ("inner.grip", {"inner.grip", "inner.arm", "arm"}),
+        ("late", {"late", "inner.grip", "inner.arm", "arm"}),
+        ("alone", {"alone", "arm"}),
+        ("arm", {"arm"}),
+    ],
+)
+def test_a_changed_module_is_imported_again_with_all_that_import_it(site, edited, again):
+    for path, text in PACKAGE.items():
+        (site / path).parent.mkdir(exist_ok=True, parents=True)
+        (site / path).write_text(text)
+    name = "strange.arm:Grip"
+    plugins.load(plugins.CONTROLLERS, name)
+    import_module("strange.late")
+    plugins.remember_sources(plugins.CONTROLLERS, name)
+    with (site / f"strange/{edited.replace('.', '/')}.py").open("a") as file:
+        file.write("# edited\n")
+    reloaded = plugins.reload(plugins.CONTROLLERS, [name], only_changed=True)
+    # A module that is imported later is dropped, and imported again then.
+    expected = {f"strange.{module}" for module in again} - {"strange.late"}
+    assert set(reloaded.modules) == expected
+    assert plugins.reload(plugins.CONTROLLERS, [name], only_changed=True).modules == []

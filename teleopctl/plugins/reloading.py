@@ -81,6 +81,11 @@ def reload(kind: Kind, names: Iterable[str], *, only_changed: bool = False) -> R
     _compile(old.values())
     for module in old:
         del sys.modules[module]
+    for module, content in old.items():
+        # Else ``from package import module`` would find the old module in a package that stays.
+        package, _, last = module.rpartition(".")
+        if vars(sys.modules.get(package, sys)).get(last) is content:
+            delattr(sys.modules[package], last)
     invalidate_caches()
     try:
         for name in names:
