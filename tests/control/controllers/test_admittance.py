@@ -254,6 +254,19 @@ def test_another_controller_commands_the_references():
     assert robot.command() == pytest.approx([0.1, 0.2, 0.3], abs=0.002)
 
 
+def test_the_wrench_may_come_from_a_force_torque_broadcaster():
+    robot = Gantry(activate=False, ft_sensor__name="wrench/ft")
+    robot.stack.load_controller(
+        "wrench",
+        "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster",
+        {"sensor_name": "ft", "frame_id": "sensor", "offset.force.z": 4.0},
+    )
+    robot.stack.activate("wrench", "admittance")
+    robot.push(0.0, 0.0, -10.0, 0.0, 0.0, 0.0)
+    robot.stack.step()
+    assert robot.status.wrench_base.wrench.force.z == pytest.approx(-6.0)
+
+
 def test_velocities_are_those_of_reference_and_offset():
     robot = Gantry(command_interfaces=["velocity", "position"])
     robot.refer(velocities=[0.25, 0.0, 0.0])

@@ -48,13 +48,23 @@ class Broadcaster:
         self.node = self.stack.nodes["wrench"]
         self.stack.activate("wrench")
 
-    def connect(self, parent, child, rotation=(0.0, 0.0, 0.0, 1.0), translation=(0.0, 0.0, 0.0)):
+    def connect(
+        self,
+        parent,
+        child,
+        rotation=(0.0, 0.0, 0.0, 1.0),
+        translation=(0.0, 0.0, 0.0),
+        stamp_s=None,
+    ):
         transform = TRANSFORM(child_frame_id=child)
         transform.header.frame_id = parent
         position, turn = transform.transform.translation, transform.transform.rotation
         position.x, position.y, position.z = translation
         turn.x, turn.y, turn.z, turn.w = rotation
-        self.node.receive("/tf_static", TRANSFORMS(transforms=[transform]))
+        topic = "/tf_static"
+        if stamp_s is not None:
+            topic, transform.header.stamp.sec = "/tf", stamp_s
+        self.node.receive(topic, TRANSFORMS(transforms=[transform]))
 
     def filtered(self, *wrenches):
         for wrench in wrenches:
@@ -103,6 +113,19 @@ def test_the_weight_of_the_tool_is_subtracted_in_the_sensors_frame():
     still = [weight, 0.0, 0.0, 0.0, -0.1 * weight, 0.0]
     (found,) = broadcaster.filtered([value + 1.0 for value in still])
     assert found == pytest.approx([1.0] * 6)
+
+
+def test_transforms_from_before_a_simulation_reset_are_forgotten():
+    broadcaster = Broadcaster((GRAVITY, TOOL))
+    broadcaster.connect("world", "flange")
+    broadcaster.connect("flange", "sensor", stamp_s=5000)
+    assert len(broadcaster.filtered([0.0] * 6)) == 1
+    broadcaster.controller.on_restart()
+    broadcaster.filtered([0.0] * 6)
+    assert len(broadcaster.node.published("~/wrench_filtered")) == 1
+    broadcaster.connect("flange", "sensor", stamp_s=1000)
+    broadcaster.filtered([0.0] * 6)
+    assert len(broadcaster.node.published("~/wrench_filtered")) == 2
 
 
 def test_without_transforms_nothing_is_published_and_the_log_says_so_once():

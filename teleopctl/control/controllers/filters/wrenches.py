@@ -110,6 +110,14 @@ class GravityCompensation(FilterBase[list[float]]):
         x, y, z = values
         return x, y, z
 
+    def reset(self) -> None:
+        """Forget transforms of the future, which are those before a simulation reset."""
+        now_ns = self.params.controller.params.now_ns()
+        if any(
+            sample.stamp > now_ns + NANOSECONDS_PER_SECOND for _, sample in self._buffer.latest()
+        ):
+            self._buffer.clear()
+
     def close(self) -> None:
         """Destroy the subscriptions to transforms."""
         for subscription in self._subscriptions:
