@@ -33,6 +33,7 @@ if TYPE_CHECKING:
         check_plot_file as check_plot_file,
         parse_field as parse_field,
         read_curves as read_curves,
+        save_panels as save_panels,
         save_plot as save_plot,
     )
     from teleopctl.bag.export.tables import (

@@ -170,6 +170,7 @@ control list_hardware_components
 control list_hardware_interfaces
 control top --once --window 0.2
 control doctor
+control plot arm_controller --window 0.2
 control set_controller_state gripper_controller inactive
 control switch_controllers --activate gripper_controller
 control set_controller_state gripper_controller inactive

@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -237,6 +238,7 @@ def _numbers(name: str, suffix: str, value: Any) -> dict[str, float]:
 SUFFIXES = (".png", ".svg", ".pdf")
 
 _WIDTH_IN, _HEIGHT_IN = 10.0, 5.0
+_PANEL_IN = 2.2
 _LEGEND_ROW_IN = 0.22
 _DOTS_PER_IN = 120
 # Up to this number, points also get markers, since a line does not show their places.
@@ -271,27 +273,70 @@ def save_plot(curves: Sequence[Curve], file: Path, title: str = "") -> None:
     check_plot_file(file)
     with extra("plot", "matplotlib"):
         import matplotlib as mpl
-        from matplotlib.figure import Figure
     colours = mpl.color_sequences["tab10" if len(curves) <= 10 else "tab20"]
-    # The same curves give the same bytes; no text is parsed as TeX.
-    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "bag", "text.parse_math": False}):
-        height_in = _HEIGHT_IN + _LEGEND_ROW_IN * len(curves)
-        figure = Figure((_WIDTH_IN, height_in), layout="constrained")
+    with _new_figure(_HEIGHT_IN + _LEGEND_ROW_IN * len(curves), file) as figure:
         axes = figure.add_subplot()
-        for curve, colour in zip(curves, colours, strict=False):
-            marker = "." if len(curve.times) <= _FEW_POINTS else ""
-            name = printable_line(curve.name)
-            (line,) = axes.plot(
-                curve.times, curve.values, color=colour, linewidth=1.2, marker=marker
-            )
-            line.set_gid(name)
-            line.set_label(f" {name}" if name.startswith("_") else name)
+        _draw_curves(axes, curves, colours)
         axes.set_xlabel("Seconds since the start of the bag")
-        axes.grid(visible=True, alpha=0.3)
-        axes.margins(x=0.01)
         if title:
             axes.set_title(printable_line(title))
         figure.legend(loc="outside lower left", frameon=False, fontsize="small")
+
+
+def save_panels(
+    panels: Mapping[str, Sequence[Curve]], file: Path, title: str = "", columns: int = 1
+) -> None:
+    """Write panels of curves over the same seconds to a PNG, SVG or PDF file; see `save_plot`.
+
+    Args:
+        panels: Curves by the title of their panel, row by row.
+        file: Path of the file; the suffix selects PNG, SVG or PDF.
+        title: Title above the panels.
+        columns: Number of panels beside each other.
+
+    Raises:
+        UsageError: The suffix of the file is not PNG, SVG or PDF.
+        MissingExtraError: matplotlib is not installed.
+        SystemFailureError: The file cannot be written.
+    """
+    check_plot_file(file)
+    with extra("plot", "matplotlib"):
+        import matplotlib as mpl
+    rows = max(1, math.ceil(len(panels) / columns))
+    with _new_figure(_PANEL_IN * rows, file) as figure:
+        grid = figure.subplots(rows, columns, sharex=True, squeeze=False)
+        for axes, (name, curves) in zip(grid.flat, panels.items(), strict=False):
+            _draw_curves(axes, curves, mpl.color_sequences["tab10"])
+            axes.set_title(printable_line(name), fontsize="medium")
+            axes.legend(frameon=False, fontsize="small")
+        for axes in grid[-1]:
+            axes.set_xlabel("s")
+        if title:
+            figure.suptitle(printable_line(title))
+
+
+# Any, here and below: matplotlib has no types.
+def _draw_curves(axes: Any, curves: Sequence[Curve], colours: Sequence[Any]) -> None:
+    for curve, colour in zip(curves, colours, strict=False):
+        marker = "." if len(curve.times) <= _FEW_POINTS else ""
+        name = printable_line(curve.name)
+        (line,) = axes.plot(curve.times, curve.values, color=colour, linewidth=1.2, marker=marker)
+        line.set_gid(name)
+        line.set_label(f" {name}" if name.startswith("_") else name)
+    axes.grid(visible=True, alpha=0.3)
+    axes.margins(x=0.01)
+
+
+@contextmanager
+def _new_figure(height_in: float, file: Path) -> Iterator[Any]:
+    """Yield a matplotlib figure, which is written to a file at the end."""
+    import matplotlib as mpl
+    from matplotlib.figure import Figure
+
+    # The same curves give the same bytes; no text is parsed as TeX.
+    with mpl.rc_context({"svg.fonttype": "none", "svg.hashsalt": "bag", "text.parse_math": False}):
+        figure = Figure((_WIDTH_IN, height_in), layout="constrained")
+        yield figure
         try:
             # Without a date, so that the same curves give the same bytes.
             metadata = None if file.suffix.lower() == ".png" else _without_date(file)

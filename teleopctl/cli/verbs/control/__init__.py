@@ -50,6 +50,14 @@ GROUP = VerbGroup(
             "Find what keeps controllers from activation or joints from motion.",
             examples=("teleopctl control doctor", "teleopctl control doctor arm_controller"),
         ),
+        "plot": Verb(
+            f"{__name__}.plot:plot",
+            "Draw reference, feedback and error of a trajectory controller.",
+            examples=(
+                "teleopctl control plot arm_controller --window 3",
+                "teleopctl control plot arm_controller --joints joint_1,joint_2 -o arm.svg",
+            ),
+        ),
         "view_controller_chains": Verb(
             f"{__name__}.controllers:view_controller_chains",
             "Draw controllers and their interfaces.",
