@@ -121,6 +121,7 @@ if TYPE_CHECKING:
         SimulatedDescription as SimulatedDescription,
         simulated as simulated,
         with_plugin_joints as with_plugin_joints,
+        with_ros2_control_of as with_ros2_control_of,
     )
     from teleopctl.robot.tags.gazebo import (
         OF_JOINTS as OF_JOINTS,

@@ -191,6 +191,20 @@ def with_plugin_joints(urdf: str) -> str:
     return etree.tostring(robot, encoding="unicode") if changed else urdf
 
 
+def with_ros2_control_of(urdf: str, other: str) -> str:
+    """Return a URDF with the ``<ros2_control>`` tags of another one.
+
+    Gazebo's ros2_control plug-in reads them from ``robot_state_publisher``: a model in SDF has none.
+
+    Raises:
+        InvalidDescriptionError: When one of the texts is no valid robot description.
+    """
+    robot: etree._Element = parse(urdf)
+    for system in parse(other).findall("ros2_control"):
+        robot.append(system)
+    return etree.tostring(robot, encoding="unicode")
+
+
 def _take_over(systems: list[etree._Element]) -> list[str]:
     """Make the simulator the hardware of every system; return sentences about the changes."""
     foreign = []

@@ -3,7 +3,12 @@
 import pytest
 
 from teleopctl.errors import InvalidDescriptionError
-from teleopctl.robot import RobotDescription, default_controllers, simulated
+from teleopctl.robot import (
+    RobotDescription,
+    default_controllers,
+    simulated,
+    with_ros2_control_of,
+)
 
 SIMULATOR = "gz_ros2_control/GazeboSimSystem"
 LIMIT = '<axis xyz="0 0 1"/><limit lower="-1" upper="1" effort="1" velocity="1"/>'
@@ -119,3 +124,12 @@ def test_a_robot_that_cannot_move_has_nothing_to_control():
 def test_what_is_no_robot_is_refused():
     with pytest.raises(InvalidDescriptionError):
         simulated("<robot")
+
+
+def test_a_model_from_sdf_gets_the_ros2_control_of_the_published_description() -> None:
+    model = '<robot name="arm"><link name="base"/></robot>'
+    system = '<ros2_control name="all" type="system"><hardware><plugin>x/Y</plugin></hardware>'
+    published = f'<robot name="other"><link name="l"/>{system}</ros2_control></robot>'
+    both = RobotDescription.from_urdf(with_ros2_control_of(model, published))
+    assert [one.name for one in both.ros2_control] == ["all"]
+    assert list(both.links) == ["base"]

@@ -9,6 +9,7 @@ simulation runs in child processes, which end with this program.
 from __future__ import annotations
 
 import contextlib
+import queue
 import sys
 import time
 from typing import Any
@@ -42,7 +43,12 @@ from teleopctl.nodes.gazebo.entities import (
 )
 from teleopctl.nodes.gazebo.programs import ChildPrograms, programs_for
 from teleopctl.nodes.single_instance import require_single_instance
-from teleopctl.robot import RobotDescription, motion_plugins, with_plugin_joints
+from teleopctl.robot import (
+    RobotDescription,
+    motion_plugins,
+    with_plugin_joints,
+    with_ros2_control_of,
+)
 
 NAME = "gazebo"
 _TOPIC = f"/{DESCRIPTION}"
@@ -51,6 +57,8 @@ _OWN_TOPIC = f"/{NAME}/{DESCRIPTION}"
 _SIMULATOR = "mujoco_sim"
 # Period at which the children's progress and end are checked, in seconds.
 _LOOK_EVERY_S = 0.1
+# Longest wait for the description of robot_state_publisher, in seconds.
+_DESCRIBED_WITHIN_S = 10.0
 WITHOUT_EFFECT = "Without effect here, where MuJoCo simulates: {}"
 _PAGE = "`teleopctl run rviz2 rviz2` shows the robot in the browser; there is no Gazebo window"
 
@@ -146,6 +154,11 @@ class GazeboServer(Node):
         """
         urdf = robot.urdf(self._children.folder)
         description = RobotDescription.from_urdf(urdf)
+        if not description.ros2_control and any(
+            p.runs_controllers for p in description.gazebo.plugins
+        ):
+            urdf = with_ros2_control_of(urdf, self._published_description() or urdf)
+            description = RobotDescription.from_urdf(urdf)
         commanded = with_plugin_joints(urdf)
         is_on_topic = robot.topic.lstrip("/") == DESCRIPTION
         topic = "" if is_on_topic and commanded == urdf else _OWN_TOPIC
@@ -181,6 +194,24 @@ class GazeboServer(Node):
             if lost := self._things.spawn(thing):
                 self.get_logger().error(f"'{thing.name}' was removed: {lost}")
         return reason
+
+    def _published_description(self) -> str:
+        """Return the description on ``/robot_description``; wait for it, empty if none comes."""
+        received: queue.Queue[str] = queue.Queue()
+        subscription = self.create_subscription(
+            get_message("std_msgs/msg/String"),
+            _TOPIC,
+            lambda message: received.put(message.data),
+            qos_profile_latched,
+            immediate=True,
+        )
+        progress.report(progress.STARTING, f"waiting for {_TOPIC}, which has the <ros2_control>")
+        try:
+            return received.get(timeout=_DESCRIBED_WITHIN_S)
+        except queue.Empty:
+            return ""
+        finally:
+            self.destroy_subscription(subscription)
 
     def _remove(self, name: str) -> str:
         """Delete the robot or an object; return the reason of a failure, empty on success."""
