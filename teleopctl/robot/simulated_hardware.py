@@ -194,7 +194,7 @@ def with_plugin_joints(urdf: str) -> str:
 def with_ros2_control_of(urdf: str, other: str) -> str:
     """Return a URDF with the ``<ros2_control>`` tags of another one.
 
-    Gazebo's ros2_control plug-in reads them from ``robot_state_publisher``: a model in SDF has none.
+    Gazebo's plug-in reads them from ``robot_state_publisher``: a model in SDF has none.
 
     Raises:
         InvalidDescriptionError: When one of the texts is no valid robot description.
