@@ -202,7 +202,8 @@ def with_ros2_control_of(urdf: str, other: str) -> str:
     robot: etree._Element = parse(urdf)
     for system in parse(other).findall("ros2_control"):
         robot.append(system)
-    return etree.tostring(robot, encoding="unicode")
+    text: str = etree.tostring(robot, encoding="unicode")
+    return text
 
 
 def _take_over(systems: list[etree._Element]) -> list[str]:
