@@ -29,6 +29,9 @@ from teleopctl.node import (
 )
 from teleopctl.robot import RobotDescription
 
+# Longest wait for the first update of reloaded code in a thread of its own, in seconds.
+_LONGEST_UPDATE_S = 10.0
+
 
 class RecordedLog:
     """Logger for tests that stores lines in memory.
@@ -508,6 +511,7 @@ class ControlStack:
         reload.commit()
         if not reload.is_settled.is_set():
             self.step()
+        reload.is_settled.wait(_LONGEST_UPDATE_S)
         return reload.finish()
 
     def _expect(self, succeeded: bool, message: str = "") -> None:

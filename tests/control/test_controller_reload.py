@@ -648,14 +648,34 @@ def test_while_the_robot_is_stopped_the_new_code_is_stopped_as_well(stack, code,
     assert stack.command(COMMAND) == before
 
 
-def test_an_asynchronous_controller_has_to_be_deactivated_before(stack, code):
-    stack.load_controller("ramp", "ramp:Ramp", {"is_async": True})
+@pytest.mark.parametrize("lockstep", [True, False])
+def test_an_asynchronous_controller_is_reloaded_too(code, lockstep):
+    stack = ControlStack(serial_robot(joints=2, initial=(0.0, 0.0)))
+    stack.resources.in_lockstep = lockstep
+    old = stack.load_controller("ramp", "ramp:Ramp", {"is_async": True})
     stack.activate("ramp")
-    with pytest.raises(ReloadError, match=r"is_async.*deactivate it before"):
+
+    def step(count):
+        for _ in range(count):
+            stack.step()
+            update = stack.manager.controllers["ramp"].async_update
+            assert update is not None
+            assert update.wait_until_idle()
+
+    try:
+        step(11)
+        assert stack.command(COMMAND) == pytest.approx(0.10)
+        code.edit(("self.value += STEP", "self.value /= 0"))
+        with pytest.raises(ReloadError, match="its first update raised ZeroDivisionError"):
+            stack.reload_controller("ramp")
+        assert controller(stack) is old
+        step(2)
+        assert stack.command(COMMAND) == pytest.approx(0.12)
+        code.edit(("self.value /= 0", "self.value -= STEP"))
         stack.reload_controller("ramp")
-    stack.deactivate("ramp")
-    code.edit(("self.value = 0.0", "self.value = 0.5"))
-    stack.reload_controller("ramp")
-    stack.activate("ramp")
-    stack.step(3)
-    assert stack.command(COMMAND) > 0.5
+        step(2)
+        assert stack.command(COMMAND) == pytest.approx(0.11)
+        assert controller(stack).lifecycle_state is State.ACTIVE
+        stack.deactivate("ramp")
+    finally:
+        stack.manager.shutdown()

@@ -105,6 +105,16 @@ class AsyncUpdate:
         self._has_commands, self._is_paused = True, False
         self.total_triggers = self.failed_triggers = 0
 
+    def interfaces_restorer(self) -> Callable[[], None]:
+        """Return a function that makes the present copies of interfaces the ones that are used."""
+        states, commands = self._states, self._commands
+
+        def restore() -> None:
+            self._states, self._commands = states, commands
+            self._has_commands = False
+
+        return restore
+
     def shared(self, commands: Sequence[CommandInterface]) -> list[CommandInterface]:
         """Return the hardware's interfaces of which the controller has the given copies."""
         copies = {id(own): shared for own, shared in self._commands}

@@ -38,6 +38,7 @@ T = TypeVar("T")
 
 # Longest wait for the end of the running cycle, in seconds of wall time.
 _LONGEST_CYCLE_S = 5.0
+_LONGEST_UNDO_WAIT_S = 1.0
 # Number of modules that are named in a message.
 _MOST_NAMED = 5
 _CONFIGURED = (State.INACTIVE, State.ACTIVE)
@@ -233,9 +234,15 @@ class ControllerReload:
         Raises:
             ReloadError: The new instance cannot take over; the old one goes on.
         """
+        async_update = self._spec.async_update
+        if async_update is not None:
+            # The control loop does not wait for a running update.
+            async_update.pause()
         try:
             self._commit()
         except BaseException:
+            if async_update is not None:
+                async_update.resume()
             self._release_new()
             raise
 
@@ -257,11 +264,12 @@ class ControllerReload:
         state = spec.lifecycle_state
         if self._configured is not (state in _CONFIGURED):
             raise ReloadError(f"it has become '{state.label}' meanwhile")
-        if state is State.ACTIVE and spec.async_update is not None:
-            raise ReloadError("it is updated in its own thread (is_async): deactivate it before")
-        commands = [(handle, handle.value) for handle in old.command_interfaces]
-        for handle, value in commands:
-            undo.callback(setattr, handle, "value", value)
+        commands: Sequence[CommandInterface] = old.command_interfaces
+        if spec.async_update is not None:
+            undo.callback(spec.async_update.interfaces_restorer())
+            commands = spec.async_update.shared(commands)
+        for handle in commands:
+            undo.callback(setattr, handle, "value", handle.value)
         if self._configured:
             self._exchange_exported(undo, active=state is State.ACTIVE)
         self._exchange_spec(undo)
@@ -353,6 +361,8 @@ class ControllerReload:
         new.command_interfaces = [
             resources.command_interfaces[name] for name in spec.required_command_interfaces
         ]
+        if spec.async_update is not None:
+            spec.async_update.separate_interfaces()
         references = [(handle, handle.value) for handle in _exported(new)]
         attributes = attributes_set_by(new, lambda: self._call(new.on_activate))
         # The last references are still valid, though an activation usually resets them.
@@ -414,9 +424,22 @@ class ControllerReload:
                 self._settle()
                 return outcome
             self._problem = "its first update returned ERROR"
-        self._undo.close()
+        if self._spec.async_update is None:
+            self._undo.close()
+            self._settle()
+            return self._old.update(time_ns, period)
+        # In a thread of its own, or in lockstep in the cycle; the next cycle triggers the old code.
+        with ExitStack() as stack:
+            if not self._manager.resource_manager.in_lockstep:
+                if not self._manager.cycle_lock.acquire(timeout=_LONGEST_UNDO_WAIT_S):
+                    # The cycle waits for this update, to deactivate the controller.
+                    self._problem = None
+                    self._settle()
+                    return ReturnType.ERROR
+                stack.callback(self._manager.cycle_lock.release)
+            self._undo.close()
         self._settle()
-        return self._old.update(time_ns, period)
+        return ReturnType.OK
 
     def withdraw(self) -> None:
         """Go back to the old instance, unless the first update has already decided."""
