@@ -37,11 +37,11 @@ class MovingStatistics:
 
     def add(self, value: float) -> None:
         """Add a value to the statistics."""
-        self.count += 1
+        self.count = count = self.count + 1
         self.current = value
         off = value - self.average
-        self.average += off / self.count
-        self._squares += off * (value - self.average)
+        self.average = average = self.average + off / count
+        self._squares += off * (value - average)
         if value < self._minimum:
             self._minimum = value
         if value > self._maximum:

@@ -14,7 +14,6 @@ from typing import TYPE_CHECKING
 
 from teleopctl.base import progress
 from teleopctl.control import (
-    JOINT_STATE_FIELDS,
     ReceivedJointStates,
     TopicChannel,
     replace_topics,
@@ -102,8 +101,10 @@ class MemoryChannel:
         """Pass the commands to the simulator; publish them if their topic has subscribers."""
         assert self._simulator is not None
         assert self._topics is not None
-        position, velocity, effort = (columns.get(field, []) for field in JOINT_STATE_FIELDS)
-        self._simulator.receive_command(time_ns, names, position, velocity, effort)
+        get = columns.get
+        self._simulator.receive_command(
+            time_ns, names, get("position", []), get("velocity", []), get("effort", [])
+        )
         if self._has_subscribers:
             self.published_ns = time_ns
             self._topics.send(time_ns, names, columns)

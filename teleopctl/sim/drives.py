@@ -138,7 +138,8 @@ class Drives:
         roots = [m.body(name).id for name in others]
         self._own = ~np.isin(m.body_rootid, roots)
         self._weightless = np.zeros(0, dtype=int)
-        self.settled = False
+        # `settled`, but for repeated commands.
+        self.settled = self._at_rest = False
         self.cut: list[str] = []
         self._reported: set[str] = set()
         self._command_names: list[str] = []
@@ -158,7 +159,8 @@ class Drives:
 
     def reset(self) -> None:
         """Make all drives hold the joints at their present positions, without commands."""
-        self.settled, self._last_command = False, None
+        self.settled = self._at_rest = False
+        self._last_command = None
         nothing = [0.0] * len(self._drive)
         actual = self._d.qpos[self._qpos]
         self._mode = [_POSITION] * len(self._drive)
@@ -201,7 +203,8 @@ class Drives:
         for name in _STATE:
             setattr(self, name, saved[f"drives{name}"].tolist())
         self._mode = [int(mode) for mode in self._mode]
-        self.settled, self._last_command = False, None
+        self.settled = self._at_rest = False
+        self._last_command = None
         self._tune()
         self._apply_modes()
 
@@ -231,7 +234,7 @@ class Drives:
             # A controller that holds repeats its command.
             self._follow_pose()
             return
-        self._last_command = command
+        self._last_command, self._at_rest = command, False
         if command[0] != self._command_names:
             self._index_command(command[0])
         fields = enumerate((position, velocity, effort))
@@ -270,7 +273,8 @@ class Drives:
 
     def hold(self) -> None:
         """Switch all drives to position mode at the present or last commanded position."""
-        self.settled, self._last_command = False, None
+        self.settled = self._at_rest = False
+        self._last_command = None
         self._set_modes([_POSITION] * len(self._mode))
 
     def commandable(self, name: str) -> bool:
@@ -303,6 +307,7 @@ class Drives:
                 break
         else:
             return
+        self._at_rest = False
         actual = self._d.qpos[self._qpos]
         self._tuned_at, self._inertia = actual.tolist(), self._moved.at(self._d).tolist()
         self._tune()
@@ -383,6 +388,9 @@ class Drives:
 
     def plan_period(self) -> None:
         """Compute all set-points for the control period that begins, into MuJoCo's data."""
+        if self._at_rest:
+            self.settled = True
+            return
         period_s, settled = self._period_s, True
         setpoints, drawn, stiffness = self._setpoint, self._drawn, self._stiffness
         fed_forward, speeds, speeds_before = (
@@ -420,7 +428,7 @@ class Drives:
             settled &= mode != _VELOCITY and not (speed or fed)
             settled &= self._lower[row] <= setpoint <= self._upper[row]
         self._planned_target[:] = self._target
-        self.settled = settled
+        self.settled = self._at_rest = settled
 
     def _led(self, row: int, setpoint: float, change: float) -> float:
         """Return the start of a speed's set-point, with the spring's present stretch."""
