@@ -1,7 +1,7 @@
 """Peer processes of the robot_state_publisher benchmark.
 
-``python state_peers.py joints node|raw COUNT`` waits for a line on its standard input, publishes
-the states of seven joints COUNT times at 1 kHz, and prints ``done``. ``node`` is a teleopctl node,
+``python state_peers.py joints node|raw COUNT`` publishes, for each line on its standard input, the
+states of seven joints COUNT times at 1 kHz, and prints ``done``. ``node`` is a teleopctl node,
 ``raw`` plain Zenoh with as many bytes. ``python state_peers.py relay`` replaces
 robot_state_publisher without computing anything: it answers each raw state with as many bytes as
 the transforms have.
@@ -12,7 +12,7 @@ The first eight bytes of raw data are the time of publishing in nanoseconds sinc
 import math
 import sys
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 
 from teleopctl.testing import LONGEST_WAIT_S
 from tests.benchmarks.echo_peers import open_raw
@@ -35,9 +35,10 @@ def raw_joints(count: int) -> None:
     session = open_raw()
     publisher = session.declare_publisher(STATE_KEY)
     rest = bytes(STATE_BYTES - 8)
-    wait_for_start()
-    every_millisecond(count, lambda _: publisher.put(time.time_ns().to_bytes(8, "little") + rest))
-    wait_for_end()
+    for _ in starts():
+        every_millisecond(
+            count, lambda _: publisher.put(time.time_ns().to_bytes(8, "little") + rest)
+        )
     session.close()
 
 
@@ -57,9 +58,8 @@ def node_joints(count: int) -> None:
 
         for topic in ("/joint_states", "/tf"):
             assert node.wait_for_subscribers(topic, 1, LONGEST_WAIT_S)
-        wait_for_start()
-        every_millisecond(count, send)
-        wait_for_end()
+        for _ in starts():
+            every_millisecond(count, send)
 
 
 def relay() -> None:
@@ -69,18 +69,17 @@ def relay() -> None:
     session.declare_subscriber(
         STATE_KEY, lambda sample: publisher.put(sample.payload.to_bytes()[:8] + rest)
     )
-    wait_for_start()
+    print("ready", flush=True)
+    sys.stdin.read()
     session.close()
 
 
-def wait_for_start() -> None:
+def starts() -> Iterator[None]:
+    """Yield for each line on the standard input; print when a line may come, and after it."""
     print("ready", flush=True)
-    sys.stdin.readline()
-
-
-def wait_for_end() -> None:
-    print("done", flush=True)
-    sys.stdin.readline()
+    for _ in sys.stdin:
+        yield
+        print("done", flush=True)
 
 
 if __name__ == "__main__":
