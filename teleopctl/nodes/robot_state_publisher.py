@@ -130,15 +130,11 @@ class PreparedJointTransforms:
             [(prefix + parent, prefix + child) for parent, child in segments.frames]
         )
 
-    def serialized(self, positions: Sequence[float], stamp_ns: int) -> bytearray:
-        """Return the message for joint positions (rad or m) and a stamp (ns); empty if none moves.
-
-        The next call changes the returned data.
-        """
+    def serialized(self, positions: Sequence[float], stamp_ns: int) -> bytes:
+        """Return the message for positions (rad or m) and a stamp (ns); empty if no joint moves."""
         if not self._segments.frames:
-            return bytearray()
-        self._message.set(stamp_ns, self._segments.numbers(positions))
-        return self._message.data
+            return b""
+        return self._message.serialized(stamp_ns, self._segments.numbers(positions))
 
 
 class JointStateReader:
@@ -184,7 +180,7 @@ class JointStateReader:
         self.names, self.positions = list(state.name), list(state.position)
         self.stamp_ns = stamp_of(state.header.stamp)
         self._between = b""
-        if payload[:4] == _LITTLE_ENDIAN and len(self.positions):
+        if payload[:4] == _LITTLE_ENDIAN and 0 < len(self.positions) == len(self.names):
             start = PreparedMessage(state, ["position"]).offsets["position"]
             self._between = payload[_STATE_STAMP_END:start]
             self._positions = struct.Struct(f"<{len(self.positions)}d")
@@ -227,7 +223,14 @@ class RobotStatePublisher(Node):
         self._lock = threading.Lock()
         self._reader = JointStateReader()
         self._prepared: PreparedJointTransforms | None = None
-        self._last_published: dict[str, int] = {}
+        # Stamps of the last published transforms by joint, for joints other than the present ones:
+        # those of the states that arrive now.
+        self._stamps: dict[str, int] = {}
+        self._names: list[str] = []
+        # Stamp of the transforms of the present joints; 0 until they are published.
+        self._published = 0
+        # Stamp of the transform of a present joint that was published longest ago; 0 for never.
+        self._oldest = 0
         self._last_stamp = 0
         self._tree = self._segments(urdf)
         self._transforms = JointTransforms(self._tree, self._prefix)
@@ -283,26 +286,38 @@ class RobotStatePublisher(Node):
             if len(names) != len(positions):
                 self._refuse(names, positions)
                 return
+            self._take_names(names)
         if stamp < self._last_stamp:
             self.get_logger().warning(
                 "Moved backwards in time, re-publishing joint transforms!",
                 throttle_duration_sec=1.0,
             )
-            self._last_published.clear()
+            self._forget_stamps()
         self._last_stamp = stamp
-        published = self._last_published
-        oldest = min([published.get(name, 0) for name in names], default=0)
+        oldest = self._oldest
         if oldest and not self._ignores_stamps and stamp - self._interval_ns < oldest:
             return
-        if all(map(math.isfinite, positions)) and len(set(names)) == len(names):
+        # The sum is finite only if all positions are; that is the quickest check.
+        if math.isfinite(sum(positions)) and (self._prepared or len(set(names)) == len(names)):
             if self._prepared is None:
                 self._prepared = self._transforms.prepared(names)
             if data := self._prepared.serialized(positions, stamp):
                 self._moving.pub_tf.publish(data)
         elif transforms := self._transforms.moving(names, positions, stamp):
             self._moving.sendTransform(transforms)
-        for name in names:
-            published[name] = stamp
+        self._published = self._oldest = stamp
+
+    def _take_names(self, names: list[str]) -> None:
+        """Make joints the present ones."""
+        if self._published:
+            self._stamps.update(dict.fromkeys(self._names, self._published))
+        self._names, self._published = names, 0
+        self._oldest = min([self._stamps.get(name, 0) for name in names], default=0)
+
+    def _forget_stamps(self) -> None:
+        """Have the next joint state published, however short the time since the last one."""
+        self._stamps.clear()
+        self._published = self._oldest = 0
 
     def _refuse(self, names: Sequence[str], positions: Sequence[float]) -> None:
         """Log why a joint state with another number of positions than names is ignored."""
@@ -351,7 +366,7 @@ class RobotStatePublisher(Node):
         if "robot_description" in values:
             self._tree = self._segments(values["robot_description"])
             self._transforms = JointTransforms(self._tree, self._prefix)
-            self._last_published.clear()
+            self._forget_stamps()
             self._fixed.forget()
             self._publish_description(values["robot_description"])
 

@@ -121,3 +121,10 @@ def test_a_joint_state_that_is_cut_off_is_refused_and_the_next_one_is_read():
         reader.read(whole[:40])
     reader.read(whole)
     assert list(reader.positions) == [1.0, 2.0]
+
+
+def test_a_joint_state_with_more_names_than_positions_is_never_taken_for_a_known_one():
+    reader = JointStateReader()
+    for _ in range(2):
+        reader.read(state(["a", "b"], [1.0]))
+        assert not reader.has_same_names
