@@ -99,6 +99,9 @@ def test_a_kilohertz_of_joint_states(ros: RosGraph, figures: list[Figure]):
     publisher.wait_for_line("Robot initialized")
     relay = peer(ros, "relay")
     session = open_raw()
+    # The senders wait for these subscribers.
+    ours: Relay
+    floor: Relay
     ros.node.create_subscription(
         TFMessage,
         "/tf",
