@@ -307,12 +307,14 @@ def test_a_joint_that_begins_to_follow_a_step_only_after_the_stop_is_held_back()
 # -- grippers, PIDs, mobile bases -----------------------------------------------------------------
 
 
-def test_fingers_on_their_way_stop_and_their_goal_is_aborted():
+@pytest.mark.parametrize("wanted", [2.0, 0.6])
+def test_fingers_on_their_way_stop_and_their_goal_is_aborted(wanted):
+    """Also fast fingers near their goal, which would be there in a tenth of a second."""
     robot = Robot()
     robot.load("gripper", GRIPPER, joint="joint1")
     robot.stack.step()
     goal = GripperCommand.Goal()
-    goal.command.position = 2.0
+    goal.command.position = wanted
     handle = robot.send("gripper/gripper_cmd", goal)
     robot.measure(0.5, 0.5)
     robot.stack.step()

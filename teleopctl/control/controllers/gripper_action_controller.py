@@ -160,6 +160,9 @@ class _GripperController(ControllerInterface):
             self._goal = None
         if moving and math.isfinite(position):
             self._hold(position)
+            for command in self.interfaces_to_decelerate():
+                # The joint decelerates from here: a goal is a step, however near it is.
+                command.value = position
 
     def on_release(self) -> None:
         """Hold the position that was commanded last, while the robot was stopped."""
