@@ -8,10 +8,12 @@ from __future__ import annotations
 import contextlib
 import gc
 import os
+import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
+from pathlib import Path
 from typing import TYPE_CHECKING
 
 from teleopctl.base.exception_origin import with_origin
@@ -340,7 +342,7 @@ def _request_realtime_scheduling(logger: RcutilsLogger) -> None:
     the loop waits for each of them that has the interpreter's lock, and must not wait for other
     processes through it.
     """
-    if not hasattr(os, "sched_setscheduler"):
+    if sys.platform != "linux":
         return
     try:
         os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
@@ -349,9 +351,9 @@ def _request_realtime_scheduling(logger: RcutilsLogger) -> None:
         return
     logger.info(f"Successful set up FIFO RT scheduling policy with priority {_PRIORITY}.")
     below = os.sched_param(_PRIORITY - 1)
-    for thread in threading.enumerate():
-        # A thread may have ended since, or not have begun; one may have a priority of its own.
-        if (number := thread.native_id) is not None:
-            with contextlib.suppress(OSError):
-                if os.sched_getscheduler(number) == os.SCHED_OTHER:
-                    os.sched_setscheduler(number, os.SCHED_FIFO, below)
+    # Zenoh's threads too: callbacks run on them.
+    for thread in (int(task.name) for task in Path("/proc/self/task").iterdir()):
+        # A thread may have ended since; one may have a priority of its own.
+        with contextlib.suppress(OSError):
+            if os.sched_getscheduler(thread) == os.SCHED_OTHER:
+                os.sched_setscheduler(thread, os.SCHED_FIFO, below)
