@@ -10,6 +10,7 @@ from teleopctl.base.typed import Any
 from teleopctl.cli.verbs.doctor.findings import Finding
 from teleopctl.control import managers_of_same_robot
 from teleopctl.errors import did_you_mean
+from teleopctl.robot import JointLimits
 from teleopctl.wire import Graph
 
 # Any: messages of controller_manager_msgs, whose classes are generated at run time.
@@ -23,6 +24,9 @@ _FORWARDING = (
     "JointGroupPositionController",
     "JointGroupVelocityController",
 )
+
+
+_ROUNDING = 1e-4
 
 
 @dataclass(frozen=True)
@@ -39,6 +43,7 @@ class ManagerSnapshot:
         is_paused: Whether a simulation is paused.
         graph: The ROS graph.
         lengths: Number of values in a message on a controller's ``~/commands``, by topic.
+        limits: Limits of the joints in the robot description, by name.
     """
 
     manager: str
@@ -50,6 +55,7 @@ class ManagerSnapshot:
     is_paused: bool = False
     graph: Graph = field(default_factory=Graph)
     lengths: Mapping[str, int] = field(default_factory=dict)
+    limits: Mapping[str, JointLimits] = field(default_factory=dict)
 
     def topic(self, controller: str, name: str) -> str:
         """Return the full name of a controller's topic ``~/name``."""
@@ -285,24 +291,44 @@ def _values_per_command(one: Any) -> list[str]:
 
 
 def check_limits(snapshot: ManagerSnapshot, controller: str | None) -> Iterator[Finding]:
-    """Yield commands of active controllers that are clamped to limits of their joints."""
+    """Yield commands of active controllers that are beyond limits of their joints.
+
+    The controller manager clamps them if it enforces limits; otherwise the robot stops there.
+    """
     values = snapshot.values or {}
     for one in snapshot.with_state("active"):
         if controller not in (None, one.name):
             continue
-        clamped = [
-            f"{name} (to {values[f'command_interface.{name}']:g}; measured "
-            f"{values.get(f'state_interface.{name}', math.nan):g})"
+        beyond = [
+            f"{name} ({how}, measured {values.get(f'state_interface.{name}', math.nan):g})"
             for name in one.claimed_interfaces
-            if values.get(f"command_interface.{name}.is_limited")
+            if (how := _beyond_limits(snapshot, name))
         ]
-        if clamped:
+        if beyond:
             topic = "controller_state" if one.type.endswith(_TRAJECTORY) else "commands"
             yield Finding(
-                f"Controller '{one.name}' commands more than the limits of its joints: clamped "
-                f"{_are(clamped)} {', '.join(clamped)}.",
+                f"Controller '{one.name}' commands more than the limits of its joints: "
+                f"{', '.join(beyond)}.",
                 f"teleopctl topic echo --once {snapshot.topic(one.name, topic)}",
             )
+
+
+def _beyond_limits(snapshot: ManagerSnapshot, name: str) -> str:
+    """Return the command of an interface and the limits that it exceeds; empty if none."""
+    values = snapshot.values or {}
+    command = values.get(f"command_interface.{name}", math.nan)
+    if values.get(f"command_interface.{name}.is_limited"):
+        return f"clamped to {command:g}"
+    joint, _, quantity = name.rpartition("/")
+    limits = snapshot.limits.get(joint)
+    if limits is None or math.isnan(command):
+        return ""
+    largest = {"velocity": limits.velocity, "effort": limits.effort}.get(quantity, math.inf)
+    lower, upper = (limits.lower, limits.upper) if quantity == "position" else (-largest, largest)
+    # The tolerance is for limits that are rounded in a description.
+    if lower - _ROUNDING <= command <= upper + _ROUNDING:
+        return ""
+    return f"{command:g}, limits [{lower:g}, {upper:g}]"
 
 
 def _are(things: Sequence[str]) -> str:

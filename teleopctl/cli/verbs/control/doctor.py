@@ -19,6 +19,8 @@ if TYPE_CHECKING:
     from teleopctl.cli.verbs.control.diagnosis import ManagerSnapshot
     from teleopctl.control import ControllerManagerClient
     from teleopctl.node import Node
+    from teleopctl.robot import JointLimits
+    from teleopctl.wire import Graph
 
 _SERVICES = "services"
 _PAUSED = 2  # simulation_interfaces/msg/SimulationState
@@ -69,7 +71,7 @@ def _snapshot(client: "ControllerManagerClient", controller: str | None) -> "Man
     interfaces = client.call("list_hardware_interfaces", "ListHardwareInterfaces")
     node = client.node
     graph = node.graph()
-    heard = _Received(node, client.name)
+    heard = _Received(node, client.name, _description_topic(graph, client.name))
     snapshot = ManagerSnapshot(client.name, graph=graph)
     for one in controllers:
         if controller in (None, one.name):
@@ -91,7 +93,29 @@ def _snapshot(client: "ControllerManagerClient", controller: str | None) -> "Man
         is_paused,
         graph,
         heard.lengths,
+        _limits(heard.description),
     )
+
+
+def _description_topic(graph: "Graph", manager: str) -> str:
+    """Return the topic from which a manager takes the robot description; empty if unknown."""
+    topics = (
+        endpoint.name
+        for endpoint in graph.endpoints
+        if endpoint.kind == "MS" and endpoint.full_name == manager
+        if endpoint.name.endswith("robot_description")
+    )
+    topic = next(topics, "")
+    return topic if graph.publishers(topic) else ""
+
+
+def _limits(urdf: str) -> "dict[str, JointLimits]":
+    from teleopctl.robot import Joints, RobotDescription
+
+    if not urdf:
+        return {}
+    description = RobotDescription.from_urdf(urdf)
+    return {name: model.limits for name, model in Joints.of(description).items()}
 
 
 def _commands_type() -> str:
@@ -103,13 +127,14 @@ def _commands_type() -> str:
 class _Received:
     """Messages that a controller manager and publishers of commands send within a second."""
 
-    def __init__(self, node: "Node", manager: str) -> None:
+    def __init__(self, node: "Node", manager: str, description_topic: str) -> None:
         from teleopctl.interfaces import get_message
         from teleopctl.node import qos_profile_latched
 
         self.values: dict[str, float] | None = None
         self.is_stopped = False
         self.lengths: dict[str, int] = {}
+        self.description = ""
         self._node = node
         self._expected: set[str] = {"values", "stop"}
         self._changed = threading.Condition()
@@ -127,6 +152,16 @@ class _Received:
             qos_profile_latched,
             immediate=True,
         )
+
+        if description_topic:
+            self._expected.add("description")
+            node.create_subscription(
+                get_message("std_msgs/msg/String"),
+                description_topic,
+                self._take_description,
+                qos_profile_latched,
+                immediate=True,
+            )
 
     def expect_commands(self, topic: str) -> None:
         """Subscribe to commands that are being published."""
@@ -150,6 +185,10 @@ class _Received:
     def _take_stop(self, message: Any) -> None:
         self.is_stopped = bool(message.data)
         self._arrived("stop")
+
+    def _take_description(self, message: Any) -> None:
+        self.description = message.data
+        self._arrived("description")
 
     def _take_commands(self, topic: str, message: Any) -> None:
         self.lengths[topic] = len(message.data)
