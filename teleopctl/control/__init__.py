@@ -85,6 +85,7 @@ if TYPE_CHECKING:
         ReturnType as ReturnType,
         State as State,
     )
+    from teleopctl.control.limits import command_ranges as command_ranges
     from teleopctl.control.realtime_publisher import (
         PublishQueue as PublishQueue,
         RealtimePublisher as RealtimePublisher,

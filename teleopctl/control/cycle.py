@@ -57,6 +57,7 @@ class Cycle:
         running: Name of the controller whose method runs in the cycle, empty for that of hardware,
             and the method's name.
         times: Durations of the parts of the last cycle.
+        missed_count: Number of cycles that the loop on the wall clock has missed.
         on_written: Function called in each cycle after the hardware is written, or None.
     """
 
@@ -73,6 +74,7 @@ class Cycle:
         self.began_s = 0.0
         self.running = ("", "read")
         self.times = CycleTimes()
+        self.missed_count = 0
         self.on_written: Callable[[], None] | None = None
 
     def what_runs(self) -> tuple[str, str]:
@@ -298,6 +300,7 @@ class WallClockLoop:
                 if slack < 0.0:
                     # The late cycle runs at once; the deadline after it is on the grid again.
                     late = int(-slack / period)
+                    self._cycle.missed_count += late + 1
                     self._report_overrun(period - slack, late + 1)
                     deadline += late * period
                     slack = deadline - time.monotonic()

@@ -67,9 +67,10 @@ class CommandInterface(StateInterface):
         next_owner: Name of the controller that will claim the interface in the switch being
             prepared, or None.
         is_limited: Whether the last command was clamped to a limit of the joint.
+        limited_count: Number of commands that were clamped.
     """
 
-    __slots__ = ("is_limited", "next_owner", "owner")
+    __slots__ = ("is_limited", "limited_count", "next_owner", "owner")
 
     def __init__(
         self,
@@ -82,6 +83,7 @@ class CommandInterface(StateInterface):
         self.owner: str | None = None
         self.next_owner: str | None = None
         self.is_limited = False
+        self.limited_count = 0
 
     @property
     def claimed(self) -> bool:

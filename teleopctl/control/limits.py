@@ -21,7 +21,7 @@ from teleopctl.control.handles import (
     StateInterface,
 )
 from teleopctl.interfaces import is_distribution_since
-from teleopctl.robot import clamped_command_text
+from teleopctl.robot import Joints, RobotDescription, clamped_command_text
 
 if TYPE_CHECKING:
     from teleopctl.robot import JointLimits
@@ -34,6 +34,24 @@ _FAR_OUTSIDE = 0.0087
 _SPEED_TO_SOFT_LIMIT = math.radians(1.0)
 # Differences below this are rounding errors and are not reported.
 _ROUNDING = 1e-9
+
+
+def command_ranges(urdf: str) -> dict[str, tuple[float, float]]:
+    """Return lowest and highest command by interface, such as ``joint_1/velocity``.
+
+    Args:
+        urdf: Robot description.
+
+    Raises:
+        InvalidDescriptionError: The description is invalid.
+    """
+    ranges: dict[str, tuple[float, float]] = {}
+    for joint, model in Joints.of(RobotDescription.from_urdf(urdf)).items():
+        limits = model.limits
+        ranges[f"{joint}/{POSITION}"] = limits.lower, limits.upper
+        for name, largest in ((VELOCITY, limits.velocity), (EFFORT, limits.effort)):
+            ranges[f"{joint}/{name}"] = -largest, largest
+    return ranges
 
 
 def limits_enforced_by_default() -> bool:
@@ -157,6 +175,7 @@ class JointLimiter:
                 continue
             command.value = limited
             command.is_limited = True
+            command.limited_count += 1
             if command.interface_name not in self._reported:
                 self._reported.add(command.interface_name)
                 by = self._cutting_limit(command.interface_name, wanted)

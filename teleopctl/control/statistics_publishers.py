@@ -218,17 +218,28 @@ def statistics_entries(
 ) -> Iterator[tuple[str, float]]:
     """Yield name-value pairs of the statistics of a control cycle, controllers and hardware.
 
+    Beyond those of ros2_control: the numbers of missed cycles, and of commands of each controller
+    that were clamped to limits.
+
     Args:
         name: Name of the controller manager, as prefix.
         manager: Controller manager with the controllers and hardware.
         cycle: Control cycle of the manager.
     """
     yield from cycle.times.entries(name)
+    yield f"{name}.missed_cycles", float(cycle.missed_count)
     for component in manager.resource_manager.components.values():
         yield from component.reads.entries(f"{component.name}.stats/read_cycle")
         yield from component.writes.entries(f"{component.name}.stats/write_cycle")
+    commands = manager.resource_manager.command_interfaces
     for spec in list(manager.controllers.values()):
         yield from spec.statistics.entries(f"{spec.name}.stats")
+        limited = (
+            commands[each].limited_count
+            for each in spec.required_command_interfaces
+            if each in commands
+        )
+        yield f"{spec.name}.stats/limited_commands", float(sum(limited))
 
 
 _TOPIC = "/diagnostics"

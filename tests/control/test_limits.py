@@ -6,7 +6,7 @@ import pytest
 from hypothesis import given, strategies as st
 
 from teleopctl.control.handles import CommandInterface, StateInterface
-from teleopctl.control.limits import limits_text, make_limiter
+from teleopctl.control.limits import command_ranges, limits_text, make_limiter
 from teleopctl.interfaces import get_message
 from teleopctl.robot.joint_rules import JointLimits, SoftLimits
 from teleopctl.testing import ControlStack, serial_robot
@@ -402,3 +402,12 @@ def test_the_limits_of_a_joint_are_told_on_one_line():
 
 def test_a_joint_without_limits_costs_no_limiter():
     assert make_limiter("joint", JointLimits(jerk=3.0), {}, {}, print) is None
+
+
+def test_ranges_of_commands_by_interface():
+    ranges = command_ranges(serial_robot(1, limits='lower="-1" upper="2" effort="5" velocity="3"'))
+    assert ranges == {
+        "joint1/position": (-1.0, 2.0),
+        "joint1/velocity": (-3.0, 3.0),
+        "joint1/effort": (-5.0, 5.0),
+    }

@@ -78,6 +78,8 @@ def test_the_loop_runs_cycles_until_it_is_stopped():
     enough = threading.Event()
 
     class Recording:
+        missed_count = 0
+
         def run(self, time_ns, steady_ns):
             times.append((steady_ns, time_ns))
             if len(times) == 5:
@@ -117,6 +119,8 @@ def test_a_late_cycle_runs_at_once_and_the_next_one_on_the_grid(monkeypatch):
     begins = []
 
     class Late:
+        missed_count = 0
+
         durations = iter([0.2, 1.3, 0.2, 3.5, 0.1, 0.1])
 
         def run(self, time_ns, steady_ns):

@@ -7,6 +7,7 @@ from hypothesis import given, settings, strategies as st
 
 from teleopctl.cli.verbs.control.top import StatisticsWindow, UpdateTimes, percentile, table
 from teleopctl.control.statistics_publishers import statistics_entries
+from teleopctl.interfaces import get_message
 from teleopctl.testing import ControlStack, serial_robot
 from tests.control.fakes import TYPE
 
@@ -69,7 +70,7 @@ def test_old_samples_leave_the_window_and_a_new_activation_starts_over():
     window = measured([10.0, 20.0, 30.0], window_s=0.03)
     assert window.rows(0.06)[-1].samples == 2
     window.add(0.08, 40_000_000, published(1, 40.0))
-    assert window.rows(0.08)[-1][4:] == (40.0, 40.0, 500.0, 0, 1)
+    assert window.rows(0.08)[-1][4:9] == (40.0, 40.0, 500.0, 0, 1)
 
 
 def test_unloaded_controllers_disappear():
@@ -94,15 +95,46 @@ def test_the_statistics_of_a_manager_are_understood():
     assert rows["quick"].samples == 3
 
 
+def test_missed_cycles_and_clamped_commands_are_those_of_the_window():
+    window = StatisticsWindow(0.05, {})
+    for number, (missed, limited) in enumerate([(7.0, 1.0), (7.0, 3.0), (9.0, 6.0), (9.0, 6.0)]):
+        counted = {"cm.missed_cycles": missed, "quick.stats/limited_commands": limited}
+        window.add(number * 0.02, number * 10_000_000, published(number + 1, 10.0, **counted))
+    rows = {row.name: (row.missed, row.limited) for row in window.rows(0.075)}
+    assert rows == {"cm": (2, None), "Arm read": (None, None), "quick": (None, 3)}
+
+
+def test_a_manager_counts_the_commands_that_it_clamps():
+    stack = ControlStack(serial_robot(), enforce_limits=True)
+    stack.load_controller(
+        "forward",
+        "forward_command_controller/ForwardCommandController",
+        {"joints": ["joint1", "joint2"], "interface_name": "position"},
+    )
+    stack.activate("forward")
+    counts = []
+    for command in (1.0, 500.0):
+        data = get_message("std_msgs/msg/Float64MultiArray")(data=[command, 2.1])
+        stack.nodes["forward"].receive("~/commands", data)
+        stack.step(3)
+        values = dict(statistics_entries("cm", stack.manager, stack.cycle))
+        counts.append((values["forward.stats/limited_commands"], values["cm.missed_cycles"]))
+    assert counts == [(0.0, 0.0), (3.0, 0.0)]
+
+
 def test_the_table():
     rows = measured([9_000.0, 15_000.0], rates={"cm": 100.0, "Arm": 100.0, "quick": 50.0}).rows(
         0.04
     )
     assert list(table(rows, "/cm")) == [
-        "NAME      RATE [Hz]        SET   P50 [us]   P99 [us]   MAX [us]   OVERRUNS    SAMPLES",
-        "cm            100.0        100    18000.0    30000.0    30000.0          2          2",
-        "Arm read      100.0        100     9000.0    15000.0      500.0          1          2",
-        "quick         100.0         50     9000.0    15000.0      500.0          0          2",
+        "NAME      RATE [Hz]        SET   P50 [us]   P99 [us]   MAX [us]   OVERRUNS    SAMPLES"
+        "     MISSED    LIMITED",
+        "cm            100.0        100    18000.0    30000.0    30000.0          2          2"
+        "          -          -",
+        "Arm read      100.0        100     9000.0    15000.0      500.0          1          2"
+        "          -          -",
+        "quick         100.0         50     9000.0    15000.0      500.0          0          2"
+        "          -          -",
     ]
 
 

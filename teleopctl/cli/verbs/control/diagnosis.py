@@ -10,7 +10,6 @@ from teleopctl.base.typed import Any
 from teleopctl.cli.verbs.doctor.findings import Finding
 from teleopctl.control import managers_of_same_robot
 from teleopctl.errors import did_you_mean
-from teleopctl.robot import JointLimits
 from teleopctl.wire import Graph
 
 # Any: messages of controller_manager_msgs, whose classes are generated at run time.
@@ -43,7 +42,7 @@ class ManagerSnapshot:
         is_paused: Whether a simulation is paused.
         graph: The ROS graph.
         lengths: Number of values in a message on a controller's ``~/commands``, by topic.
-        limits: Limits of the joints in the robot description, by name.
+        ranges: Lowest and highest command by interface, from the robot description.
     """
 
     manager: str
@@ -55,7 +54,7 @@ class ManagerSnapshot:
     is_paused: bool = False
     graph: Graph = field(default_factory=Graph)
     lengths: Mapping[str, int] = field(default_factory=dict)
-    limits: Mapping[str, JointLimits] = field(default_factory=dict)
+    ranges: Mapping[str, tuple[float, float]] = field(default_factory=dict)
 
     def topic(self, controller: str, name: str) -> str:
         """Return the full name of a controller's topic ``~/name``."""
@@ -319,14 +318,9 @@ def _beyond_limits(snapshot: ManagerSnapshot, name: str) -> str:
     command = values.get(f"command_interface.{name}", math.nan)
     if values.get(f"command_interface.{name}.is_limited"):
         return f"clamped to {command:g}"
-    joint, _, quantity = name.rpartition("/")
-    limits = snapshot.limits.get(joint)
-    if limits is None or math.isnan(command):
-        return ""
-    largest = {"velocity": limits.velocity, "effort": limits.effort}.get(quantity, math.inf)
-    lower, upper = (limits.lower, limits.upper) if quantity == "position" else (-largest, largest)
+    lower, upper = snapshot.ranges.get(name, (-math.inf, math.inf))
     # The tolerance is for limits that are rounded in a description.
-    if lower - _ROUNDING <= command <= upper + _ROUNDING:
+    if math.isnan(command) or lower - _ROUNDING <= command <= upper + _ROUNDING:
         return ""
     return f"{command:g}, limits [{lower:g}, {upper:g}]"
 

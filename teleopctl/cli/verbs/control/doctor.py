@@ -19,7 +19,6 @@ if TYPE_CHECKING:
     from teleopctl.cli.verbs.control.diagnosis import ManagerSnapshot
     from teleopctl.control import ControllerManagerClient
     from teleopctl.node import Node
-    from teleopctl.robot import JointLimits
     from teleopctl.wire import Graph
 
 _SERVICES = "services"
@@ -65,6 +64,7 @@ def doctor(
 
 def _snapshot(client: "ControllerManagerClient", controller: str | None) -> "ManagerSnapshot":
     from teleopctl.cli.verbs.control.diagnosis import ManagerSnapshot
+    from teleopctl.control import command_ranges
 
     controllers = client.list_controllers()
     components = client.call("list_hardware_components", "ListHardwareComponents").component
@@ -93,7 +93,7 @@ def _snapshot(client: "ControllerManagerClient", controller: str | None) -> "Man
         is_paused,
         graph,
         heard.lengths,
-        _limits(heard.description),
+        command_ranges(heard.description) if heard.description else {},
     )
 
 
@@ -107,15 +107,6 @@ def _description_topic(graph: "Graph", manager: str) -> str:
     )
     topic = next(topics, "")
     return topic if graph.publishers(topic) else ""
-
-
-def _limits(urdf: str) -> "dict[str, JointLimits]":
-    from teleopctl.robot import Joints, RobotDescription
-
-    if not urdf:
-        return {}
-    description = RobotDescription.from_urdf(urdf)
-    return {name: model.limits for name, model in Joints.of(description).items()}
 
 
 def _commands_type() -> str:

@@ -22,6 +22,8 @@ if TYPE_CHECKING:
 _TIME = "/execution_time/current_value"
 _LONGEST = "/execution_time/max"
 _COUNT = "/execution_time/sample_count"
+# Numbers of missed cycles and of clamped commands, which ROS 2's manager does not publish.
+_MISSED, _LIMITED = ".missed_cycles", ".stats/limited_commands"
 _KINDS = ("cycle", "hardware", "controller")
 _PARTS = {
     ".stats": ("controller", ""),
@@ -52,6 +54,7 @@ def top(
 
     Percentiles and overruns are of the updates that the manager reports in the window; the longest
     time is that since the activation. An overrun is an update that took longer than its period.
+    MISSED are cycles that the manager's loop skipped, LIMITED are clamped commands.
     """
     for flag, value in (("--window", window), ("--period", period)):
         if not _LEAST_S <= value < math.inf:
@@ -86,6 +89,8 @@ class UpdateTimes(NamedTuple):
         max_us: Longest execution time since the activation, in µs; of the cycle, in the window.
         overruns: Number of samples that are longer than the nominal period.
         samples: Number of samples in the window.
+        missed: Cycles that the manager's loop missed in the window; None of others.
+        limited: Commands of a controller that were clamped to limits in the window; None of others.
     """
 
     name: str
@@ -97,6 +102,8 @@ class UpdateTimes(NamedTuple):
     max_us: float | None
     overruns: int
     samples: int
+    missed: int | None = None
+    limited: int | None = None
 
 
 def percentile(ordered: Sequence[float], share: float) -> float | None:
@@ -116,6 +123,20 @@ class _Samples:
         self.longest: float | None = None
 
 
+class _Total:
+    """Counter that the manager publishes, and its values within a window."""
+
+    def __init__(self) -> None:
+        # Time of arrival in s, value.
+        self.kept: deque[tuple[float, float]] = deque()
+
+    def since(self, begin_s: float) -> int:
+        """Return by how much the counter has grown since a time; drop older values but one."""
+        while len(self.kept) > 1 and self.kept[1][0] < begin_s:
+            self.kept.popleft()
+        return max(0, round(self.kept[-1][1] - self.kept[0][1]))
+
+
 class StatisticsWindow:
     """Execution times from a controller manager's published statistics, of the last seconds.
 
@@ -128,6 +149,7 @@ class StatisticsWindow:
         self.rates = rates
         self._window_s = window_s
         self._samples: dict[str, _Samples] = {}
+        self._totals: dict[str, _Total] = {}
 
     def add(self, now_s: float, stamp_ns: int, values: Mapping[str, float]) -> None:
         """Add published statistics.
@@ -144,6 +166,8 @@ class StatisticsWindow:
                 self._samples[work].longest = values.get(f"{work}{_LONGEST}")
             elif name.endswith(_CYCLE):
                 self._add(name, now_s, stamp_ns, float(stamp_ns), value)
+            elif name.endswith((_MISSED, _LIMITED)):
+                self._totals.setdefault(name, _Total()).kept.append((now_s, value))
         for name in [name for name in self._samples if f"{name}{_TIME}" not in values]:
             if name not in values:  # unloaded
                 del self._samples[name]
@@ -163,7 +187,14 @@ class StatisticsWindow:
         for work, samples in self._samples.items():
             while samples.kept and samples.kept[0][0] < now_s - self._window_s:
                 samples.kept.popleft()
-            rows.append(self._row(work, samples))
+            row = self._row(work, samples)
+            missed, limited = (
+                total.since(now_s - self._window_s) if total is not None else None
+                for total in map(
+                    self._totals.get, (f"{row.name}{_MISSED}", f"{row.name}{_LIMITED}")
+                )
+            )
+            rows.append(row._replace(missed=missed, limited=limited if row.samples else None))
         return sorted(map(_with_rate(rows), rows), key=lambda row: _KINDS.index(row.kind))
 
     def _row(self, work: str, samples: _Samples) -> UpdateTimes:
@@ -209,7 +240,17 @@ def _with_rate(rows: Sequence[UpdateTimes]) -> Callable[[UpdateTimes], UpdateTim
     return completed
 
 
-_TITLES = ("RATE [Hz]", "SET", "P50 [us]", "P99 [us]", "MAX [us]", "OVERRUNS", "SAMPLES")
+_TITLES = (
+    "RATE [Hz]",
+    "SET",
+    "P50 [us]",
+    "P99 [us]",
+    "MAX [us]",
+    "OVERRUNS",
+    "SAMPLES",
+    "MISSED",
+    "LIMITED",
+)
 
 
 def table(rows: Sequence[UpdateTimes], manager: str) -> Iterator[str]:
@@ -228,6 +269,7 @@ def table(rows: Sequence[UpdateTimes], manager: str) -> Iterator[str]:
             *(_number(time_us) for time_us in (row.p50_us, row.p99_us, row.max_us)),
             str(row.overruns),
             str(row.samples),
+            *("-" if count is None else str(count) for count in (row.missed, row.limited)),
         )
         yield f"{row.name:{width}}" + "".join(f"  {cell:>9}" for cell in cells)
     if not any(row.rate for row in rows):

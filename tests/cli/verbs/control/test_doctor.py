@@ -14,7 +14,6 @@ from teleopctl.control.services import (
 )
 from teleopctl.control.statistics_publishers import introspection_names
 from teleopctl.control.switching import SwitchRequest, switch_controller
-from teleopctl.robot import JointLimits
 from teleopctl.testing import ControlStack, serial_robot
 from teleopctl.wire import EndpointQos, EndpointToken, EntityKind, Graph
 
@@ -214,8 +213,8 @@ def test_commands_beyond_limits_that_the_manager_does_not_enforce(stack):
         "command_interface.joint2/position": 1.0,
         "state_interface.joint1/position": 1.57,
     }
-    limits = {joint: JointLimits(lower=-1.5, upper=1.57) for joint in ("joint1", "joint2")}
-    (finding,) = findings(snapshot_of(stack, values=values, limits=limits), "arm")
+    ranges = {f"{joint}/position": (-1.5, 1.57) for joint in ("joint1", "joint2")}
+    (finding,) = findings(snapshot_of(stack, values=values, ranges=ranges), "arm")
     assert finding == (
         "Controller 'arm' commands more than the limits of its joints: joint1/position (9, limits "
         "[-1.5, 1.57], measured 1.57).\n"
