@@ -7,7 +7,6 @@ from typing import Any
 
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
 from teleopctl.robot.gazebo_tag import gazebo_colour
-from teleopctl.robot.meshes import unit_cone_stl
 from teleopctl.robot.scene.scene import Rgba, SceneInertial, SceneShape, ShapeKind, Vector3
 from teleopctl.robot.scene.surface import Across, Surface, expressed_in, read_surface
 from teleopctl.robot.sdf.includes import find_file
@@ -147,6 +146,9 @@ def _geometry(file: SdfFile, solid: Any) -> _Found | None:
             if sizes is None:
                 return None
             radius, length, _ = sizes
+            # It imports numpy, which a launch would otherwise do without.
+            from teleopctl.robot.meshes import unit_cone_stl
+
             return "mesh", (radius, radius, length), unit_cone_stl(), Transform()
         case "plane":
             edges = solid.find("size")
