@@ -173,7 +173,9 @@ class Cycle:
                     spec.async_update.resume()
             if stop.is_stopped:
                 states = manager.resource_manager.state_interfaces
-                ramps[controller] = StopRamp(commands, states, stop)
+                ramps[controller] = StopRamp(
+                    commands, states, stop, standing=controller.has_standing_commands
+                )
         active = {spec.controller for spec in manager.active_controllers}
         for controller in [one for one in ramps if one not in active or not stop.is_stopped]:
             del ramps[controller]

@@ -140,6 +140,7 @@ class StopRamp:
         commands: Command or reference interfaces of the controller, with its last commands.
         states: Measured state interfaces of the robot, by full name.
         stop: State of the stop, with the decelerations.
+        standing: Whether the commands stand still, so that a moving joint follows a step.
     """
 
     def __init__(
@@ -147,9 +148,11 @@ class StopRamp:
         commands: Sequence[CommandInterface],
         states: Mapping[str, StateInterface],
         stop: RobotStop,
+        *,
+        standing: bool = False,
     ) -> None:
         self._joints = [
-            _JointRamp(command, states, stop)
+            _JointRamp(command, states, stop, standing=standing)
             for command in commands
             if command.interface_name in (POSITION, VELOCITY)
         ]
@@ -175,7 +178,12 @@ class _JointRamp:
     """Position or velocity command of one joint on its way to rest."""
 
     def __init__(
-        self, command: CommandInterface, states: Mapping[str, StateInterface], stop: RobotStop
+        self,
+        command: CommandInterface,
+        states: Mapping[str, StateInterface],
+        stop: RobotStop,
+        *,
+        standing: bool,
     ) -> None:
         # A reference interface has its controller's name in front of the joint's.
         joint = command.prefix_name.rpartition("/")[2]
@@ -191,6 +199,9 @@ class _JointRamp:
         self._top = top = limits.velocity if limits else math.inf
         self._moving = _MOVING * top if math.isfinite(top) else _MOVING_SPEED
         self._begin()
+        lead = self._command.value - self._position.value
+        if self._is_position and standing and lead * self.speed > 0.0 and abs(lead) > _LAG:
+            self.held = self._position.value
 
     def _begin(self) -> None:
         self.deceleration = self._limit

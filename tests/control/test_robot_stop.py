@@ -292,6 +292,17 @@ def test_a_joint_far_behind_a_step_of_its_command_decelerates_from_where_it_is()
     assert values[-1] == pytest.approx(0.5 + 1.0 / (2 * DECELERATION))
 
 
+def test_a_joint_near_a_command_that_stands_still_decelerates_from_where_it_is():
+    robot = Robot()
+    robot.load("forward", FORWARD, joints=["joint1"], interface_name="position")
+    robot.stack.nodes["forward"].receive("~/commands", Floats(data=[0.6]))
+    for _ in range(15):
+        robot.measure(0.5, 0.5)
+        robot.stack.step()
+    robot.stop()
+    assert robot.commands_until_rest()[-1] == pytest.approx(0.5 + 0.5**2 / (2 * DECELERATION))
+
+
 def test_a_joint_that_begins_to_follow_a_step_only_after_the_stop_is_held_back():
     robot = Robot()
     robot.load("forward", FORWARD, joints=["joint1"], interface_name="position")

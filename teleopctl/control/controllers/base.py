@@ -283,6 +283,15 @@ class ControllerInterface:
         self.on_deactivate()
         self.on_activate()
 
+    @property
+    def has_standing_commands(self) -> bool:
+        """Whether the commands have not changed for a while, so that moving joints follow a step.
+
+        Such joints decelerate from where they are when the robot is stopped. False in the base
+        class: joints near their commands follow them.
+        """
+        return False
+
     def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
         """Return the interfaces whose commands are replaced while the robot is stopped; all here.
 

@@ -16,6 +16,9 @@ from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
+# Longest time between two commands that are streamed, in nanoseconds.
+_STREAMED_NS = NANOSECONDS_PER_SECOND // 10
+
 
 class ForwardCommandController(ControllerInterface):
     """Controller that writes the values on ``~/commands`` to one interface of each joint.
@@ -52,7 +55,7 @@ class ForwardCommandController(ControllerInterface):
             self.logger.error(f"Parameter 'cmd_timeout' must be at least 0 s, got {timeout:g}")
             return CallbackReturn.FAILURE
         self._timeout_ns = round(timeout * NANOSECONDS_PER_SECOND)
-        self._since_ns = 0
+        self._since_ns = self._now_ns = 0
         self._log = realtime_log(self.params.publish_queue)
         self._incoming: deque[list[float]] = deque(maxlen=1)
         self._command: list[float] | None = None
@@ -95,6 +98,11 @@ class ForwardCommandController(ControllerInterface):
         """Discard the last command after a simulation reset."""
         self._command = None
 
+    @property
+    def has_standing_commands(self) -> bool:
+        """Whether the last command is older than a tenth of a second: commands are not streamed."""
+        return self._now_ns - self._since_ns > _STREAMED_NS
+
     def on_stop(self) -> None:
         """Discard received commands; commands are refused while the robot is stopped."""
         self._incoming.clear()
@@ -119,6 +127,7 @@ class ForwardCommandController(ControllerInterface):
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """Write the last received command to the interfaces; return ERROR for a wrong length."""
         del period
+        self._now_ns = time_ns
         if self._incoming:
             self._command = self._incoming.pop()
             self._since_ns = time_ns
