@@ -198,6 +198,7 @@ class _JointRamp:
         self._upper = limits.upper if limits else math.inf
         self._top = top = limits.velocity if limits else math.inf
         self._moving = _MOVING * top if math.isfinite(top) else _MOVING_SPEED
+        self.held = self.speed = 0.0
         self._begin()
         lead = self._command.value - self._position.value
         if self._is_position and standing and lead * self.speed > 0.0 and abs(lead) > _LAG:
