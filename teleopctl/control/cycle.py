@@ -57,7 +57,7 @@ class Cycle:
         running: Name of the controller whose method runs in the cycle, empty for that of hardware,
             and the method's name.
         times: Durations of the parts of the last cycle.
-        missed_count: Number of cycles that the loop on the wall clock has missed.
+        missed_count: Number of cycles that the loop on the wall clock has missed, as it logs them.
         on_written: Function called in each cycle after the hardware is written, or None.
     """
 

@@ -120,7 +120,6 @@ def test_a_late_cycle_runs_at_once_and_the_next_one_on_the_grid(monkeypatch):
 
     class Late:
         missed_count = 0
-
         durations = iter([0.2, 1.3, 0.2, 3.5, 0.1, 0.1])
 
         def run(self, time_ns, steady_ns):
@@ -132,11 +131,13 @@ def test_a_late_cycle_runs_at_once_and_the_next_one_on_the_grid(monkeypatch):
             begins.append((steady_ns * 1e-9 - 100.0) / period)
             clock.now += duration * period
 
-    loop = WallClockLoop(cast(Cycle, Late()), 100, cast(RcutilsLogger, log))
+    late = Late()
+    loop = WallClockLoop(cast(Cycle, late), 100, cast(RcutilsLogger, log))
     loop.start()
     assert done.wait(LONGEST_WAIT_S)
     loop.stop()
     assert begins == pytest.approx([0.0, 1.0, 2.3, 3.0, 6.5, 7.0], abs=1e-3)
+    assert late.missed_count == 1 + 3
     assert log.texts("warning")[0] == (
         "Overrun detected! The controller manager missed its desired rate of 100 Hz. The loop took "
         "13.000 ms (missed cycles : 1)."

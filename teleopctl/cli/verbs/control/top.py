@@ -54,7 +54,7 @@ def top(
 
     Percentiles and overruns are of the updates that the manager reports in the window; the longest
     time is that since the activation. An overrun is an update that took longer than its period.
-    MISSED are cycles that the manager's loop skipped, LIMITED are clamped commands.
+    MISSED are cycles that the manager's loop missed, LIMITED are clamped commands.
     """
     for flag, value in (("--window", window), ("--period", period)):
         if not _LEAST_S <= value < math.inf:
