@@ -90,6 +90,8 @@ def test_a_controller_that_stops_answering_is_reported_once_and_taken_back(
     sim.wait_for_line("Simulation is running")
     partner.connect(lambda state: command(state, **TARGET))
     partner.wait_for_states(20)
+    # On a busy machine the partner is connected later than that after the start.
+    late = sim.stderr.count("No command for the state")
 
     partner.answer = lambda state: None
     sim.wait_for_line(r"No command for the state of .* came within 0.2 s")
@@ -99,7 +101,7 @@ def test_a_controller_that_stops_answering_is_reported_once_and_taken_back(
     partner.answer = lambda state: command(state, **REST)
     sim.wait_for_line("The controller answers again")
     partner.wait(lambda: abs(partner.states[-1].position[0]) < 1e-6)
-    assert sim.stderr.count("No command for the state") == 1
+    assert sim.stderr.count("No command for the state") == late + 1
 
 
 def test_a_controller_that_dies_leaves_the_joints_where_they_were_sent(
