@@ -1,16 +1,21 @@
 """``launch sim.yaml``, from the typed command to active controllers: where the time goes.
 
 The floor is what no implementation could avoid: an interpreter that imports mujoco and zenoh and
-compiles the arm's model.
+compiles the arm's model. On a busy machine a launch of several processes waits longer than one
+process; the processor time of both tells more there.
 """
 
+import contextlib
 import os
 import re
+import resource
 import statistics
 import subprocess
 import sys
 import time
 from pathlib import Path
+
+import psutil
 
 from teleopctl.testing import RosGraph, eventually
 from tests.benchmarks.figure import Figure
@@ -36,8 +41,16 @@ STAGES = {
 }
 
 
-def launch_once(ros: RosGraph) -> dict[str, float]:
-    """Launch, wait for all stages and end it; seconds from the command to each stage."""
+# Processes of which the simulation and its controllers consist; the rest looks on.
+LOOKING_ON = ("camera", "rviz2")
+
+
+def launch_once(ros: RosGraph) -> tuple[dict[str, float], dict[str, float]]:
+    """Launch, wait for all stages and end it.
+
+    Returns:
+        Seconds from the command to each stage, and processor time by process until the last one.
+    """
     start = time.time()
     process = ros.spawn("launch sim.yaml")
 
@@ -46,21 +59,36 @@ def launch_once(ros: RosGraph) -> dict[str, float]:
         return float(line[1]) - start if line else None
 
     eventually(lambda: None not in map(seconds_to, STAGES.values()))
+    launched = psutil.Process(process.pid)
+    used = {"launch": sum(launched.cpu_times()[:2])}
+    for child in launched.children(recursive=True):
+        with contextlib.suppress(psutil.NoSuchProcess):
+            words, times = child.cmdline(), child.cpu_times()
+            if "teleopctl.nodes" in words:
+                used[words[words.index("teleopctl.nodes") + 3]] = times.user + times.system
     process.interrupt()
     process.wait()
-    return {stage: seconds_to(pattern) or 0.0 for stage, pattern in STAGES.items()}
+    return {stage: seconds_to(pattern) or 0.0 for stage, pattern in STAGES.items()}, used
+
+
+def processor_time_of_children() -> float:
+    used = resource.getrusage(resource.RUSAGE_CHILDREN)
+    return used.ru_utime + used.ru_stime
 
 
 def test_launch_to_active_controllers(ros: RosGraph, tmp_path: Path, figures: list[Figure]):
     # The bytecode is cached, as after any installation.
     ros.env.update(PYTHONPYCACHEPREFIX=str(tmp_path / "bytecode"), PYTHONDONTWRITEBYTECODE="")
     model = Path(__file__).parents[2] / "robot" / "urdf" / "teleop.urdf.xacro"
-    bare, runs = [], []
+    bare, bare_used, runs, uses = [], [], [], []
     for _ in range(ROUNDS + 1):
-        start = time.perf_counter()
+        start, before = time.perf_counter(), processor_time_of_children()
         subprocess.run([sys.executable, "-c", BARE, str(model)], env=ros.env, check=True)
         bare.append(time.perf_counter() - start)
-        runs.append(launch_once(ros))
+        bare_used.append(processor_time_of_children() - before)
+        run, used = launch_once(ros)
+        runs.append(run)
+        uses.append(used)
     # The first round writes the bytecode.
     medians = {name: statistics.median(run[name] for run in runs[1:]) for name in runs[0]}
     floor = statistics.median(bare[1:])
@@ -74,6 +102,22 @@ def test_launch_to_active_controllers(ros: RosGraph, tmp_path: Path, figures: li
                 seconds / floor if is_last else None,
             )
         )
+
+    # A spawner may have ended before it is measured.
+    names = dict.fromkeys(name for used in uses[1:] for name in used)
+    least = {name: min(used[name] for used in uses[1:] if name in used) for name in names}
+    needed = sum(used for name, used in least.items() if name not in LOOKING_ON)
+    figures += [
+        Figure(f"processor time of {name}", f"{used:.2f} s") for name, used in least.items()
+    ]
+    figures.append(
+        Figure(
+            f"processor time without {' and '.join(LOOKING_ON)}",
+            f"{needed:.2f} s",
+            f"a process that compiles the model: {min(bare_used[1:]):.2f} s",
+            needed / min(bare_used[1:]),
+        )
+    )
 
 
 def test_where_a_node_spends_its_start(ros: RosGraph, tmp_path: Path, figures: list[Figure]):
