@@ -9,7 +9,7 @@ from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.node import LoggingSeverity, Node, qos_profile_rosout_default
 
 if TYPE_CHECKING:
-    from collections.abc import Iterator
+    from collections.abc import Callable, Iterator
 
     from rcl_interfaces.msg import Log
 
@@ -26,6 +26,8 @@ DESCRIPTION_REFUSED = (
 # A log message may arrive after the response of the service.
 _CAUSE_WITHIN_S = 3.0
 _OWN_WORDS_WITHIN_S = 0.3
+# Within this time a log message arrives that the subscription receives at all.
+_MISSED_AFTER_S = 0.5
 # Tolerance for different clocks of two machines.
 _SKEW_NS = 100_000_000
 
@@ -48,7 +50,12 @@ class ManagerLog:
         # Time, logger and text of each error.
         self._errors: list[tuple[int, str, str]] = []
         self._changed = threading.Condition()
-        node.create_subscription(
+        self._node = node
+        self._subscribe()
+
+    def _subscribe(self) -> None:
+        """Subscribe to ``/rosout``: to lines of the past, too, since the topic is latched."""
+        self._node.create_subscription(
             get_message("rcl_interfaces/msg/Log"),
             "/rosout",
             self._received,
@@ -63,8 +70,8 @@ class ManagerLog:
             controller: Name of the controller.
             since_ns: Time of the failed request in nanoseconds; earlier errors are ignored.
         """
+        self._wait_for(lambda: self._about(controller, since_ns))
         with self._changed:
-            self._changed.wait_for(lambda: self._about(controller, since_ns), _CAUSE_WITHIN_S)
             # The controller's own log line is closer to the cause, and may arrive later.
             self._changed.wait_for(lambda: self._own(controller, since_ns), _OWN_WORDS_WITHIN_S)
             return self._own(controller, since_ns) or self._about(controller, since_ns)
@@ -76,10 +83,20 @@ class ManagerLog:
             texts = self._texts(self._name, since_ns)
             return next((text for text in texts if text.startswith(beginning)), None)
 
-        with self._changed:
-            self._changed.wait_for(found, _CAUSE_WITHIN_S)
-            text = found()
+        text = self._wait_for(found)
         return text and text.removeprefix(beginning).strip()
+
+    def _wait_for(self, found: Callable[[], str | None]) -> str | None:
+        """Wait up to 3 s until a function finds an error; return it, or None."""
+        with self._changed:
+            if self._changed.wait_for(found, _MISSED_AFTER_S):
+                return found()
+        # The manager may have logged it before it knew of the subscription, and nothing since: a
+        # new one receives it as a line of the past.
+        self._subscribe()
+        with self._changed:
+            self._changed.wait_for(found, _CAUSE_WITHIN_S - _MISSED_AFTER_S)
+            return found()
 
     def _texts(self, name: str, since_ns: int) -> Iterator[str]:
         """Return the errors of a logger since a time, the last first."""
