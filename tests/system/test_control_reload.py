@@ -4,8 +4,6 @@ import threading
 from itertools import pairwise
 from typing import Any
 
-import pytest
-
 from teleopctl.interfaces import get_action, get_message, to_nanoseconds
 from teleopctl.node import ActionClient, GoalState
 from teleopctl.testing import LONGEST_WAIT_S, eventually
@@ -100,7 +98,6 @@ def outcome(future: Any) -> Any:
     return future.result()
 
 
-@pytest.mark.nightly
 def test_a_goal_goes_on_in_changed_code_and_no_cycle_is_missed(ros):
     code = ros.folder / "my_follow.py"
     code.write_text(CODE)
@@ -144,7 +141,8 @@ def test_a_goal_goes_on_in_changed_code_and_no_cycle_is_missed(ros):
 
     code.write_text(CODE)
     watch = ros.spawn("control reload follow --watch")
-    watch.wait_for_line("Watching ")
+    watch.wait_for_line("Successfully reloaded controller follow: my_follow", stream="stdout")
+    eventually(lambda: "Watching " in watch.stderr)
     code.write_text(CODE.replace('0.05, "old"', '1.0, "new"'))
     watch.wait_for_line("Successfully reloaded controller follow: my_follow")
     watch.interrupt()

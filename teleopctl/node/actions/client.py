@@ -61,18 +61,23 @@ class FeedbackCallbacks(Generic[FeedbackT]):
             self._callbacks[key] = callback
 
     def remove(
-        self, key: bytes, queued: int = 0, on_removed: Callable[[], object] = lambda: None
+        self,
+        key: bytes,
+        count_queued: Callable[[], int] = lambda: 0,
+        on_removed: Callable[[], object] = lambda: None,
     ) -> None:
-        """Unregister a goal's callback after ``queued`` more messages; then call ``on_removed``.
+        """Unregister a goal's callback after the queued messages; then call ``on_removed``.
 
         Args:
             key: Id of the goal, see `goal_key`.
-            queued: Number of feedback messages, of all goals, that wait for the executor.
+            count_queued: Function that returns how many feedback messages, of all goals, wait for
+                the executor.
             on_removed: Called once these messages were handled; at once if the goal has no
                 callback.
         """
         with self._lock:
-            if queued and key in self._callbacks:
+            # Counted under the lock: a message that is handled in between would be waited for.
+            if key in self._callbacks and (queued := count_queued()):
                 self._last[key] = (self._taken + queued, on_removed)
                 return
             self._callbacks.pop(key, None)
@@ -441,11 +446,13 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
             else:
                 future.set_result(answer)
 
+        def count_queued() -> int:
+            return 0 if self._node.executor is None else self._feedback.pending()
+
         def take() -> None:
-            waiting = 0 if self._node.executor is None else self._feedback.pending()
             if immediate:
                 pass_on()
-            self._callbacks.remove(key, waiting, (lambda: None) if immediate else pass_on)
+            self._callbacks.remove(key, count_queued, (lambda: None) if immediate else pass_on)
 
         response.on_end(take)
         what = f"the request for the result of goal {key.hex()}"

@@ -21,6 +21,7 @@ from teleopctl.node import (
     get_action_server_names_and_types_by_node,
     qos_profile_action_status_default,
 )
+from teleopctl.node.actions.client import FeedbackCallbacks
 from teleopctl.testing import eventually
 from tests.node.actions.conftest import FIBONACCI
 
@@ -388,3 +389,20 @@ def test_actions_are_found_by_name_and_by_node(make_node, context):
         assert by_client(asking, "one", "/") == []
         assert by_client(asking, "two", "/ns") == [("/ns/fib", type_)]
     assert context.wait_for_graph(lambda graph: len(graph.action_names_and_types()) == 1, 10)
+
+
+def test_a_result_comes_when_the_last_feedback_is_handled_in_the_same_instant():
+    """That feedback would be waited for, though it has been handled, and no other one comes."""
+    callbacks: FeedbackCallbacks[Any] = FeedbackCallbacks()
+    callbacks.add(b"goal", lambda _message: None)
+    executor = threading.Thread(target=callbacks.dispatch, args=(None,))
+    has_ended = threading.Event()
+
+    def count_queued() -> int:
+        executor.start()
+        executor.join(0.1)
+        return 1
+
+    callbacks.remove(b"goal", count_queued, has_ended.set)
+    executor.join()
+    assert has_ended.is_set()
