@@ -343,14 +343,16 @@ class WallClockLoop:
 def _request_realtime_scheduling(logger: RcutilsLogger) -> None:
     """Request real-time scheduling for this process; log whether the system permits it.
 
-    The other threads get a priority below that of the loop's thread, but a real-time one as well:
-    the loop waits for each of them that has the interpreter's lock, and must not wait for other
-    processes through it.
+    The other threads that run now get a priority below that of the loop's thread, but a real-time
+    one as well: the loop waits for each of them that has the interpreter's lock, and must not wait
+    for other processes through it. Threads and processes that they start later, such as those of a
+    user's controller, get none: they would keep the system's other processes from running.
     """
     if sys.platform != "linux":
         return
+    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
     try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(_PRIORITY))
+        os.sched_setscheduler(0, policy, os.sched_param(_PRIORITY))
     except OSError:
         logger.info("Running without real-time scheduling: the system does not permit it")
         return
@@ -361,4 +363,4 @@ def _request_realtime_scheduling(logger: RcutilsLogger) -> None:
         # A thread may have ended since; one may have a priority of its own.
         with contextlib.suppress(OSError):
             if os.sched_getscheduler(thread) == os.SCHED_OTHER:
-                os.sched_setscheduler(thread, os.SCHED_FIFO, below)
+                os.sched_setscheduler(thread, policy, below)

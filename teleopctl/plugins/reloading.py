@@ -209,12 +209,13 @@ def _names_in(module: ModuleType) -> set[str]:
     """Return all names in a module's compiled code, those of imported modules among them.
 
     The compiled file is read, since compiling would keep the control loop from running: 1 ms for
-    60 lines.
+    60 lines. The module's own loader may be another one, such as pytest's, which returns no code.
     """
-    spec = module.__spec__
+    from importlib.machinery import SourceFileLoader
+
     try:
-        code = None if spec is None else spec.loader.get_code(spec.name)  # type: ignore[union-attr]
-    except (ImportError, OSError, SyntaxError, ValueError, AttributeError):
+        code = SourceFileLoader(module.__name__, _source(module)).get_code(module.__name__)
+    except (ImportError, OSError, SyntaxError, ValueError):
         return set()
     waiting: list[object] = [code]
     names: set[str] = set()

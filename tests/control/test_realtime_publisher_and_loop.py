@@ -146,11 +146,11 @@ def test_a_late_cycle_runs_at_once_and_the_next_one_on_the_grid(monkeypatch):
 
 @pytest.mark.skipif(sys.platform != "linux", reason="other systems have no real-time priorities")
 def test_no_thread_of_the_process_waits_for_other_processes_while_the_loop_needs_it(monkeypatch):
-    priorities, done, waiting = dict[int, int](), threading.Event(), threading.Event()
+    priorities, done, waiting = dict[int, tuple[int, int]](), threading.Event(), threading.Event()
     monkeypatch.setattr(
         os,
         "sched_setscheduler",
-        lambda thread, _, param: priorities.update({thread: param.sched_priority}),
+        lambda thread, policy, param: priorities.update({thread: (policy, param.sched_priority)}),
     )
     scheduled = {threading.get_native_id(): os.SCHED_RR}
     monkeypatch.setattr(
@@ -168,8 +168,10 @@ def test_no_thread_of_the_process_waits_for_other_processes_while_the_loop_needs
     loop.stop()
     waiting.set()
     other.join()
-    assert priorities[0] == 50
-    assert priorities[cast(int, other.native_id)] == 49
+    # Not inherited: a busy thread of a user's controller must not stop the rest of the system.
+    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
+    assert priorities[0] == (policy, 50)
+    assert priorities[cast(int, other.native_id)] == (policy, 49)
     assert threading.get_native_id() not in priorities
     assert log.texts() == ["Successful set up FIFO RT scheduling policy with priority 50."]
 
