@@ -22,6 +22,15 @@ AsJson = Annotated[bool, Option("--json", help="Print one JSON document.")]
 UseSimTime = Annotated[
     bool, Option("-s", "--use-sim-time", help="Follow /clock instead of this machine's clock.")
 ]
+PictureFile = Annotated[
+    str | None,
+    Option(
+        "-o",
+        "--output",
+        help="Write a picture instead: PNG, SVG or PDF, by the file name.",
+        metavar="FILE",
+    ),
+]
 UpTimeout = Annotated[
     float | None,
     Option(

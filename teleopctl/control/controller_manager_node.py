@@ -296,6 +296,8 @@ class ControllerManagerNode:
             "Resource Manager has been successfully initialized. Starting Controller Manager "
             "services..."
         )
+        if self._lockstep:
+            self.manager.expect_states()
         self._services = ControllerManagerServices(self._node, self.manager)
         self._start_cycling()
         self.publish_activity()

@@ -127,6 +127,8 @@ class Cycle:
                 self.on_written()
             self.times.record(began_ns, read_ns, updated_ns, None if last_ns is None else period)
             self.began_s = 0.0
+        if not manager.first_cycle.is_set():
+            manager.first_cycle.set()
         self._publish_queue.flush()
         while self._reports:
             manager.logger.warning(self._reports.popleft())

@@ -24,7 +24,7 @@ from teleopctl.interfaces import is_distribution_since
 from teleopctl.robot import Joints, RobotDescription, clamped_command_text
 
 if TYPE_CHECKING:
-    from teleopctl.robot import JointLimits
+    from teleopctl.robot import JointLimits, SoftLimits
 
 # Distance outside its limits (rad or m) from which a measured position sets velocity commands to 0.
 _OUTSIDE = 0.002
@@ -282,18 +282,11 @@ class JointSoftLimiter(JointLimiter):
     ros_control, and joint_limits of ros2_control. Arguments as for `JointLimiter`.
     """
 
-    def __init__(
-        self,
-        joint: str,
-        limits: JointLimits,
-        commands: dict[str, CommandInterface],
-        states: dict[str, StateInterface],
-        report: Callable[[str], None],
-    ) -> None:
-        super().__init__(joint, limits, commands, states, report)
-        if limits.soft is None:
-            raise ValueError(f"joint '{joint}' has no soft limits")
-        self._soft = limits.soft
+    @property
+    def _soft(self) -> SoftLimits:
+        if self._limits.soft is None:
+            raise ValueError(f"joint '{self._joint}' has no soft limits")
+        return self._limits.soft
 
     def _soft_velocities(self) -> tuple[float, float]:
         """Return the smallest and largest velocity that the soft limits allow."""

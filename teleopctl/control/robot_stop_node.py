@@ -24,8 +24,8 @@ class RobotStopNode:
     """Part of a controller manager's node that sets the state of the robot's stop.
 
     The robot is stopped while a node holds it on ``/stop``, or after a call of ``~/stop``.
-    ``~/release`` releases this manager's robot, whoever holds it. ``~/is_stopped`` (std_msgs/Bool,
-    latched) has the state.
+    ``~/release`` releases this manager's robot, even if a node still holds it. ``~/is_stopped``
+    (std_msgs/Bool, latched) has the state.
 
     Args:
         node: Node of the manager.

@@ -1,4 +1,4 @@
-"""Folders of the Python modules of packages, for imports across packages.
+"""Folders of the Python modules of packages, for imports across packages and of plug-ins.
 
 After ``source install/setup.bash``, a node can import from every package of the workspace. In
 teleopctl, a package need not be built, nor its prefix be sourced; so an import hook searches for
@@ -39,6 +39,26 @@ def installed_module_roots(name: str) -> tuple[Path, ...]:
         if package.kind == INSTALLED:
             return python_folders(package.prefix)
     return ()
+
+
+def find_source_plugin(group: str, name: str) -> tuple[str, str] | None:
+    """Return import path and import folder of a plug-in that a package's sources declare.
+
+    Args:
+        group: Entry-point group, such as ``teleopctl.controllers``.
+        name: Name of the plug-in, ``package/Class``.
+
+    Returns:
+        Import path ``module:Class`` and the folder to import it from; None if there is none.
+    """
+    from teleopctl.packages.source_programs import entry_points, import_root
+
+    for package in known_layers(name.partition("/")[0]):
+        if package.kind == SOURCES:
+            target = entry_points(package.folder, group).get(name)
+            if target is not None:
+                return target, str(import_root(package.folder, target))
+    return None
 
 
 def _root(name: str, package: Package) -> Path | None:

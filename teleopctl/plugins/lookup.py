@@ -16,7 +16,7 @@ if TYPE_CHECKING:
     from typing import Any
 
 # Finds plug-ins in the sources of packages, which are in a higher layer.
-_SOURCES = "teleopctl.packages.source_plugins:find_source_plugin"
+_SOURCES = "teleopctl.packages.modules:find_source_plugin"
 # Beginnings of the group headers to read; the second one is for ROS 2's components in Python.
 _MARKS = ("[teleopctl.", "[rclpy_components]")
 

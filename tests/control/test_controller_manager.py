@@ -1,6 +1,7 @@
 """Loading, configuring, switching and updating controllers."""
 
 import sys
+import threading
 
 import pytest
 
@@ -321,6 +322,28 @@ class TestSwitching:
             "defaults.allow_controller_activation_with_inactive_hardware", True
         )
         assert do_switch(stack, ["a"])[0]
+
+
+class TestFirstStates:
+    """Hardware in lockstep has its first states when the simulator has sent them."""
+
+    @pytest.mark.parametrize("asap", [True, False])
+    def test_an_activation_waits_for_them(self, stack, asap):
+        controller = add(stack, "a", states=[POSITION])
+        stack.manager.expect_states()
+        activation = threading.Thread(target=do_switch, args=(stack, ["a"]), kwargs={"asap": asap})
+        activation.start()
+        activation.join(0.05)
+        assert "activate" not in controller.calls
+        stack.step()
+        activation.join(10.0)
+        assert controller.calls[-1] == "activate"
+
+    def test_a_simulation_that_is_paused_does_not_block_it(self, stack):
+        controller = add(stack, "a")
+        stack.manager.expect_states()
+        assert do_switch(stack, ["a"])[0]
+        assert controller.calls[-1] == "activate"
 
 
 class TestUpdates:

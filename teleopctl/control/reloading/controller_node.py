@@ -248,8 +248,8 @@ class ControllerNode:
 
     # -- parameters --------------------------------------------------------------------------------
 
-    # A parameter that the earlier instance declared can be declared again. If nobody has set it,
-    # the new default applies.
+    # A parameter that the earlier instance declared can be declared again. If it still
+    # has the earlier default, the new one applies.
 
     def has_parameter(self, name: str) -> bool:
         """Return whether a parameter is declared, other than by the earlier instance alone."""

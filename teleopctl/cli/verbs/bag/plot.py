@@ -9,6 +9,7 @@ from pathlib import Path
 from teleopctl.base.extras import extra
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
+from teleopctl.cli.options import PictureFile
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.bag.options import BagPath
 from teleopctl.errors import UsageError
@@ -29,15 +30,7 @@ def plot(
             metavar="FIELD...",
         ),
     ],
-    output: Annotated[
-        str | None,
-        Option(
-            "-o",
-            "--output",
-            help="Write a picture instead: PNG, SVG or PDF, by the file name.",
-            metavar="FILE",
-        ),
-    ] = None,
+    output: PictureFile = None,
     start_offset: Annotated[
         float,
         Option("--start-offset", help="Seconds from the start of the bag.", metavar="SECONDS"),

@@ -71,15 +71,15 @@ def _snapshot(client: "ControllerManagerClient", controller: str | None) -> "Man
     interfaces = client.call("list_hardware_interfaces", "ListHardwareInterfaces")
     node = client.node
     graph = node.graph()
-    heard = _Received(node, client.name, _description_topic(graph, client.name))
+    received = _Received(node, client.name, _description_topic(graph, client.name))
     snapshot = ManagerSnapshot(client.name, graph=graph)
     for one in controllers:
         if controller in (None, one.name):
             topic = snapshot.topic(one.name, "commands")
             if graph.publishers(topic, _commands_type()):
-                heard.expect_commands(topic)
+                received.expect_commands(topic)
     is_paused = _simulation_is_paused(node)
-    heard.wait(without_values=is_paused)
+    received.wait(without_values=is_paused)
     return ManagerSnapshot(
         client.name,
         controllers,
@@ -88,12 +88,12 @@ def _snapshot(client: "ControllerManagerClient", controller: str | None) -> "Man
             one.name: bool(one.is_available)
             for one in (*interfaces.command_interfaces, *interfaces.state_interfaces)
         },
-        heard.values,
-        heard.is_stopped,
+        received.values,
+        received.is_stopped,
         is_paused,
         graph,
-        heard.lengths,
-        command_ranges(heard.description) if heard.description else {},
+        received.lengths,
+        command_ranges(received.description) if received.description else {},
     )
 
 

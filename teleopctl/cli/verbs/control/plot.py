@@ -10,7 +10,7 @@ from pathlib import Path
 from teleopctl.base.extras import extra
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
-from teleopctl.cli.options import AsJson
+from teleopctl.cli.options import AsJson, PictureFile
 from teleopctl.cli.verb import Option
 from teleopctl.cli.verbs.control.manager import ControllerName, ManagerOptions
 from teleopctl.errors import (
@@ -47,15 +47,7 @@ def plot(
     window: Annotated[
         float, Option("--window", help="Seconds to record, on the controller's clock.", metavar="S")
     ] = 5.0,
-    output: Annotated[
-        str | None,
-        Option(
-            "-o",
-            "--output",
-            help="Write a picture instead: PNG, SVG or PDF, by the file name.",
-            metavar="FILE",
-        ),
-    ] = None,
+    output: PictureFile = None,
     *,
     manager: ManagerOptions,
     as_json: AsJson = False,

@@ -378,7 +378,7 @@ class JointTrajectoryController(ControllerInterface):
         accelerations = self._acceleration_states.read()
         is_shown = self._state_publisher.has_subscribers
         if self._holding and self._goal is None and not (is_shown or self._settings.uses_pid):
-            # Nobody needs the error.
+            # While holding, only the state topic and the PID use the error.
             self._outputs.write(command.state, desired.state.effort, (), (), period)
             self._commanded_state, self._has_command = command.state, True
             return None

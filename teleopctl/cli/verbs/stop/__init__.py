@@ -68,7 +68,7 @@ def stop(
     if robot:
         if names or everything or yes:
             raise UsageError("--robot stops the robot's motion, and takes no names, --all or --yes")
-        from teleopctl.cli.verbs.robot_stop import release_robot, stop_robot
+        from teleopctl.cli.verbs.stop.robot import release_robot, stop_robot
 
         return release_robot(as_json) if release else stop_robot(as_json)
     if release:
