@@ -27,7 +27,7 @@ from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import CodeType, FrameType
 
-from teleopctl.base.typed import TYPE_CHECKING, TypeVar
+from teleopctl.base.typed import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     import signal
@@ -106,6 +106,18 @@ def blocked_for_children() -> Iterator[None]:
         yield
     finally:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+
+def own_group() -> dict[str, Any]:
+    """Return `subprocess.Popen` arguments that keep the terminal's Ctrl-C from a process.
+
+    The process that starts it sends the signals itself, in order.
+    """
+    if sys.platform == "win32":
+        import subprocess
+
+        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
+    return {"process_group": 0}
 
 
 @contextmanager

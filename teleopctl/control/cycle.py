@@ -5,18 +5,15 @@ In lockstep this loop does not run: the hardware calls ``Cycle.run`` for each re
 
 from __future__ import annotations
 
-import contextlib
 import gc
-import os
-import sys
 import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from pathlib import Path
 from typing import TYPE_CHECKING
 
 from teleopctl.base.exception_origin import with_origin
+from teleopctl.control.asynchronous.scheduling import schedule_control_loop
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.hardware_component import HardwareComponent
@@ -35,8 +32,6 @@ if TYPE_CHECKING:
 _GARBAGE = 2000
 # Number of new objects from which garbage is collected even without slack, to bound memory.
 _MUCH_GARBAGE = 200_000
-# Real-time priority of the loop's thread, as in ros2_control.
-_PRIORITY = 50
 _STOP_ON_DEACTIVATE = "defaults.deactivate_controllers_on_hardware_self_deactivate"
 # Longest time for which `stop` may have to wait for the sleeping loop, in seconds.
 _LONGEST_SLEEP_S = 0.02
@@ -289,7 +284,7 @@ class WallClockLoop:
             self._thread.join(timeout=2.0)
 
     def _run(self) -> None:
-        _request_realtime_scheduling(self._logger)
+        schedule_control_loop(self._logger)
         period = 1.0 / self._rate
         deadline = time.monotonic()
         # Garbage is collected in the slack after a cycle, never within a cycle.
@@ -340,29 +335,3 @@ class WallClockLoop:
             "Overrun detected! The controller manager missed its desired rate of "
             f"{self._rate} Hz. The loop took {took * 1e3:.3f} ms (missed cycles : {missed})."
         )
-
-
-def _request_realtime_scheduling(logger: RcutilsLogger) -> None:
-    """Request real-time scheduling for this process; log whether the system permits it.
-
-    The other threads that run now get a priority below that of the loop's thread, but a real-time
-    one as well: the loop waits for each of them that has the interpreter's lock, and must not wait
-    for other processes through it. Threads and processes that they start later, such as those of a
-    user's controller, get none: they would keep the system's other processes from running.
-    """
-    if sys.platform != "linux":
-        return
-    policy = os.SCHED_FIFO | os.SCHED_RESET_ON_FORK
-    try:
-        os.sched_setscheduler(0, policy, os.sched_param(_PRIORITY))
-    except OSError:
-        logger.info("Running without real-time scheduling: the system does not permit it")
-        return
-    logger.info(f"Successful set up FIFO RT scheduling policy with priority {_PRIORITY}.")
-    below = os.sched_param(_PRIORITY - 1)
-    # Zenoh's threads too: callbacks run on them.
-    for thread in (int(task.name) for task in Path("/proc/self/task").iterdir()):
-        # A thread may have ended since; one may have a priority of its own.
-        with contextlib.suppress(OSError):
-            if os.sched_getscheduler(thread) == os.SCHED_OTHER:
-                os.sched_setscheduler(thread, policy, below)

@@ -27,6 +27,7 @@ from teleopctl.launch.execution.running import (
     how_to_stop,
     started_in_background,
 )
+from teleopctl.launch.execution.standby import standby_simulator
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.plan import LaunchPlan
@@ -142,19 +143,25 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
         TeleopctlError: The file cannot be evaluated; no process was started.
     """
     from teleopctl.base.output import outlive_output
-    from teleopctl.launch.execution.supervisor import Supervisor
 
-    plan, evaluation = evaluate_request(request, new_log_directory())
-    prepare(plan)
-    outlive_output()
-    with _findable(plan.log_directory, request):
-        if not on_terminal:
-            return _run(
-                Supervisor(plan, evaluation, debug=request.debug, log_name=request.log_name),
+    with standby_simulator(Path(request.file)) as standby:
+        from teleopctl.launch.execution.supervisor import Supervisor
+
+        plan, evaluation = evaluate_request(request, new_log_directory())
+        prepare(plan)
+        outlive_output()
+        with _findable(plan.log_directory, request):
+            supervisor = Supervisor(
+                plan,
                 evaluation,
-                request,
+                coloured=on_terminal and coloured,
+                debug=request.debug,
+                log_name=request.log_name,
+                standby=standby,
             )
-        return _run_on_terminal(plan, evaluation, request, coloured=coloured)
+            if not on_terminal:
+                return _run(supervisor, evaluation, request)
+            return _run_on_terminal(supervisor, evaluation, request)
 
 
 @_own_temporary_files()
@@ -164,21 +171,25 @@ def run_in_background(request_file: Path) -> int:
     Files in the request's folder report warnings, or the error of the evaluation, to the command
     that waits for the launch.
     """
-    from teleopctl.launch.execution.supervisor import Supervisor
-
     folder = request_file.parent
-    try:
-        request = load_request(request_file)
-        progress.report(progress.STARTING, f"evaluating {Path(request.file).name}")
-        plan, evaluation = evaluate_request(request, folder)
-        _write(folder, plan.write_files)
-        _call_latest(folder)
-    except TeleopctlError as error:
-        status.write_refusal(folder, error)
-        raise
-    status.write_warnings(folder, plan.warnings)
-    supervisor = Supervisor(plan, evaluation, in_background=True, debug=request.debug)
-    return _run(supervisor, evaluation, request)
+    with contextlib.ExitStack() as stack:
+        try:
+            request = load_request(request_file)
+            progress.report(progress.STARTING, f"evaluating {Path(request.file).name}")
+            standby = stack.enter_context(standby_simulator(Path(request.file)))
+            from teleopctl.launch.execution.supervisor import Supervisor
+
+            plan, evaluation = evaluate_request(request, folder)
+            _write(folder, plan.write_files)
+            _call_latest(folder)
+        except TeleopctlError as error:
+            status.write_refusal(folder, error)
+            raise
+        status.write_warnings(folder, plan.warnings)
+        supervisor = Supervisor(
+            plan, evaluation, in_background=True, debug=request.debug, standby=standby
+        )
+        return _run(supervisor, evaluation, request)
 
 
 def _run(supervisor: Supervisor, evaluation: Evaluation, request: LaunchRequest) -> int:
@@ -205,15 +216,9 @@ def _watched(
         watch.close()
 
 
-def _run_on_terminal(
-    plan: LaunchPlan, evaluation: Evaluation, request: LaunchRequest, *, coloured: bool
-) -> int:
+def _run_on_terminal(supervisor: Supervisor, evaluation: Evaluation, request: LaunchRequest) -> int:
     from teleopctl.launch.execution.readiness import NewNodes, report_when_up
-    from teleopctl.launch.execution.supervisor import Supervisor
 
-    supervisor = Supervisor(
-        plan, evaluation, coloured=coloured, debug=request.debug, log_name=request.log_name
-    )
     with NewNodes() as new_nodes, report_when_up(new_nodes, supervisor):
         return _run(supervisor, evaluation, request)
 

@@ -6,12 +6,14 @@ first argument is the path of a file or the name of a package; with ``--builtin`
 teleopctl itself are searched.
 """
 
+import contextlib
+import os
 import sys
 
-from teleopctl.base import interrupts, progress
+from teleopctl.base import interrupts, progress, standby
 from teleopctl.base.printable import printable_text
 from teleopctl.errors import EXIT_INTERRUPTED, TeleopctlError
-from teleopctl.nodes.execute import run_executable
+from teleopctl.nodes.execute import preload, run_executable
 from teleopctl.packages import is_path
 
 _USAGE = "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARGS...]"
@@ -24,6 +26,8 @@ def main() -> int:
         # A shell starts its background jobs with SIGINT ignored, but the supervisor of this
         # process stops it with SIGINT.
         interrupts.install_sigint_handler()
+        if standby.VARIABLE in os.environ and not _stand_by():
+            return 0
         progress.report(progress.STARTED)
         status = _run()
     except KeyboardInterrupt:
@@ -35,6 +39,14 @@ def main() -> int:
         interrupts.clear_exec_interrupt()
         progress.report(progress.ENDED, str(status))
     return status
+
+
+def _stand_by() -> bool:
+    """Import the modules of the program, and wait for its arguments; return False without any."""
+    # An error is raised again where the modules are needed.
+    with contextlib.suppress(Exception):
+        preload(*sys.argv[-2:])
+    return standby.receive_order()
 
 
 def _run() -> int:

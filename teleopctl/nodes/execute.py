@@ -44,6 +44,17 @@ def run_executable(
     return execute(find_executable(package, executable, builtin=builtin), args)
 
 
+def preload(package: str, executable: str) -> None:
+    """Import the modules of a program of teleopctl, by its module's function ``preload``.
+
+    Raises:
+        TeleopctlError: The program does not exist.
+    """
+    _limit_threads()
+    target = find_executable(package, executable, builtin=True).target
+    importlib.import_module(target.partition(":")[0]).preload()
+
+
 def execute(executable: PackageProgram, args: Sequence[str]) -> int:
     """Run a program that `find_executable` found, in this process; return its exit status."""
     from teleopctl.base.output import discard_output, outlive_output, take_log_file
@@ -84,9 +95,7 @@ def _call(executable: PackageProgram, args: Sequence[str]) -> int:
     module_name, _, function_name = executable.target.partition(":")
     sys.argv = [executable.name, *args]
     if _is_of_teleopctl(executable):
-        # Our nodes multiply small matrices only. Importing numpy costs 40 ms of processor time more
-        # with OpenBLAS's threads, which spin until there is work.
-        os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+        _limit_threads()
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
@@ -107,6 +116,12 @@ def _call(executable: PackageProgram, args: Sequence[str]) -> int:
             f"{executable.target}, which is not a function"
         )
     return _status(function())
+
+
+def _limit_threads() -> None:
+    # Our nodes multiply small matrices only. Importing numpy costs 40 ms of processor time more
+    # with OpenBLAS's threads, which spin until there is work.
+    os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 
 def _run_file(file: Path, args: Sequence[str]) -> int:

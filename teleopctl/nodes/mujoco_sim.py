@@ -24,6 +24,7 @@ controls the robot instead.
 from __future__ import annotations
 
 import contextlib
+import importlib
 import os
 import shlex
 import sys
@@ -41,9 +42,7 @@ def main(args: list[str] | None = None) -> int:
     Raises:
         TeleopctlError: A simulator of the same name runs already.
     """
-    # The simulator renders nothing, so MUJOCO_GL and its errors concern the camera node only.
-    # mujoco reads the variable at import.
-    os.environ["MUJOCO_GL"] = "disable"
+    _render_nothing()
     from teleopctl.sim import MujocoSim
 
     arguments = sys.argv if args is None else args
@@ -67,6 +66,23 @@ def main(args: list[str] | None = None) -> int:
             )
         spin(node)
     return 0
+
+
+def preload() -> None:
+    """Import the modules that the simulator needs for a robot with controllers."""
+    _render_nothing()
+    for module in (
+        "teleopctl.control.controller_manager_node",
+        "teleopctl.nodes.hosted_control",
+        "teleopctl.sim.node",
+    ):
+        importlib.import_module(module)
+
+
+def _render_nothing() -> None:
+    # The simulator renders nothing, so MUJOCO_GL and its errors concern the camera node only.
+    # mujoco reads the variable at import.
+    os.environ["MUJOCO_GL"] = "disable"
 
 
 def _manager_arguments(words: list[str]) -> tuple[list[str] | None, bool]:

@@ -1,8 +1,10 @@
 """Publishing outside the control cycle, and cycles on the wall clock."""
 
 import os
+import subprocess
 import sys
 import threading
+from pathlib import Path
 from types import SimpleNamespace
 from typing import Any, cast
 
@@ -174,6 +176,52 @@ def test_no_thread_of_the_process_waits_for_other_processes_while_the_loop_needs
     assert priorities[cast(int, other.native_id)] == (policy, 49)
     assert threading.get_native_id() not in priorities
     assert log.texts() == ["Successful set up FIFO RT scheduling policy with priority 50."]
+
+
+WITHOUT_PERMISSION = """
+import os, threading
+
+def refuse(*arguments):
+    raise PermissionError
+
+class Log:
+    info = staticmethod(print)
+
+def slice_of(thread):
+    with open(f"/proc/self/task/{thread.native_id}/sched") as file:
+        return next(line.split()[-1] for line in file if line.startswith("se.slice"))
+
+def waiting_thread():
+    thread = threading.Thread(target=threading.Event().wait, daemon=True)
+    thread.start()
+    return thread
+
+os.sched_setscheduler = refuse
+before = waiting_thread()
+from teleopctl.control.asynchronous.scheduling import schedule_control_loop
+schedule_control_loop(Log)
+print(slice_of(threading.main_thread()), slice_of(before), slice_of(waiting_thread()))
+"""
+
+
+def has_slices() -> bool:
+    """Return whether the system's ordinary threads may have time slices of their own."""
+    version = tuple(map(int, os.uname().release.split(".")[:2])) if os.name == "posix" else (0, 0)
+    own = Path("/proc/self/sched")
+    return sys.platform == "linux" and version >= (6, 12) and "se.slice" in own.read_text()
+
+
+@pytest.mark.skipif(not has_slices(), reason="needs Linux 6.12 with scheduler statistics")
+def test_without_permission_the_threads_of_the_loop_get_the_shortest_time_slices():
+    ran = subprocess.run(
+        [sys.executable, "-c", WITHOUT_PERMISSION], capture_output=True, text=True, check=True
+    )
+    log, slices = ran.stdout.splitlines()
+    assert log == "Running without real-time scheduling: the system does not permit it"
+    loop, thread_before, thread_after = map(int, slices.split())
+    assert loop == thread_before == 100_000
+    # Not inherited, as with real-time priority.
+    assert thread_after > 100_000
 
 
 def test_a_cycle_that_fails_is_reported_and_the_next_one_runs():

@@ -6,12 +6,12 @@ each time. The caller uses results from the next cycle on in both cases.
 
 from __future__ import annotations
 
-import os
 import threading
 import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING
 
+from teleopctl.control.asynchronous.scheduling import schedule_thread
 from teleopctl.control.lifecycle import ReturnType
 
 if TYPE_CHECKING:
@@ -154,20 +154,3 @@ class AsyncFunctionHandler:
                 go.clear()
             deadline = max(deadline + nominal, time.monotonic())
             stopping.wait(deadline - time.monotonic())
-
-
-def schedule_thread(thread: AsyncThread, logger: RcutilsLogger) -> None:
-    """Set priority (SCHED_FIFO) and processors of the calling thread; log what is not permitted."""
-    if not hasattr(os, "sched_setscheduler"):
-        return
-    try:
-        os.sched_setscheduler(0, os.SCHED_FIFO, os.sched_param(thread.priority))
-    except (OSError, ValueError):
-        logger.info(
-            f"Running without real-time scheduling: priority {thread.priority} is not permitted"
-        )
-    if thread.affinity:
-        try:
-            os.sched_setaffinity(0, thread.affinity)
-        except (OSError, ValueError, OverflowError) as error:
-            logger.warning(f"Could not set affinity to processors {list(thread.affinity)}: {error}")

@@ -3,84 +3,23 @@
 from __future__ import annotations
 
 import contextlib
-import errno
 import os
 import signal
 import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from collections.abc import Callable
 from functools import partial
 from pathlib import Path
-from typing import IO, Any
+from typing import IO
 
 from teleopctl.base import interrupts, progress
 from teleopctl.base.output import LOG_FILE, LogFile
 from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.execution.standby import StandbyProcess
+from teleopctl.launch.execution.streams import lines, stream
 from teleopctl.launch.model.plan import ProcessPlan
-
-# Bounds the memory for a process that writes no line ends, in bytes.
-_LONGEST_LINE = 1 << 16
-
-
-class OutputStream:
-    """Pipe or pseudo-terminal for one output stream of a child process.
-
-    Attributes:
-        written: File descriptor of the end that the child process writes to.
-    """
-
-    def __init__(self, read: int, written: int) -> None:
-        self.written = written
-        self._read: int | None = read
-
-    def read(self) -> IO[bytes]:
-        """Return the reading end as a binary file, only once; the caller has to close the file."""
-        assert self._read is not None
-        read, self._read = self._read, None
-        return os.fdopen(read, "rb")
-
-    def close(self) -> None:
-        """Close the child's end in this process, and the reading end unless `read` took it."""
-        os.close(self.written)
-        if self._read is not None:
-            os.close(self._read)
-
-
-@contextmanager
-def stream(*, as_terminal: bool = False) -> Iterator[OutputStream]:
-    """Yield a new pipe or pseudo-terminal for a child's output; close the child's end later."""
-    opened = OutputStream(*_terminal()) if as_terminal else OutputStream(*os.pipe())
-    try:
-        yield opened
-    finally:
-        opened.close()
-
-
-def _terminal() -> tuple[int, int]:
-    import pty  # not on Windows
-    import tty
-
-    read, written = pty.openpty()
-    tty.setraw(written)  # keeps line ends as they are written
-    return read, written
-
-
-def lines(pipe: IO[bytes]) -> Iterator[bytes]:
-    """Yield the lines that a process writes to a pipe; lines beyond 64 KiB come in parts."""
-    while True:
-        try:
-            line = pipe.readline(_LONGEST_LINE)
-        except OSError as error:
-            if error.errno != errno.EIO:
-                raise
-            return  # a terminal without writers
-        if not line:
-            return
-        yield line
-
 
 # How long to read on after a process has ended, in case a descendant keeps its output open.
 _LAST_WORDS_S = 1.0
@@ -161,17 +100,28 @@ class Child:
             return True
         return self.was_signalled and status in _ENDED_BY_TERMINATION
 
-    def start(self) -> None:
+    def start(self, standby: StandbyProcess | None = None) -> None:
         """Start the process; its output is not read before `relay_output` is called.
+
+        Args:
+            standby: Process that waits for its arguments, which becomes this one if it fits.
 
         Raises:
             OSError: The process cannot be started.
             ValueError: The command line contains a null byte.
         """
-        plan = self.plan
         self._signals_sent.clear()
         # The progress file is that of the previous process.
         progress.progress_file(self.log_file).unlink(missing_ok=True)
+        environment = _environment(self.plan, self.log_file)
+        taken = None if standby is None else standby.take(self.plan, environment)
+        self._process, self._pipes = taken or self._start_process(environment)
+        self._log = LogFile(self.log_file, partial(self._screen.log, "WARNING", "launch"))
+
+    def _start_process(
+        self, environment: dict[str, str]
+    ) -> tuple[subprocess.Popen[bytes], tuple[IO[bytes], IO[bytes]]]:
+        plan = self.plan
         runs_our_main = plan.is_node and plan.command[0] == sys.executable
         emulate = plan.emulate_tty and sys.platform != "win32"
         with (
@@ -179,20 +129,19 @@ class Child:
             stream(as_terminal=emulate) as out,
             stream(as_terminal=emulate) as err,
         ):
-            self._process = subprocess.Popen(
+            process = subprocess.Popen(
                 plan.command[0] if plan.shell else plan.command,
                 shell=plan.shell,
                 cwd=plan.working_directory,
-                env=_environment(plan, self.log_file),
+                env=environment,
                 stdin=subprocess.DEVNULL,
                 stdout=out.written,
                 stderr=err.written,
                 # When this process is killed, SIGPIPE must not kill a node at its next line.
                 restore_signals=not plan.is_node,
-                **_own_group(),
+                **interrupts.own_group(),
             )
-            self._pipes = (out.read(), err.read())
-        self._log = LogFile(self.log_file, partial(self._screen.log, "WARNING", "launch"))
+            return process, (out.read(), err.read())
 
     def relay_output(self) -> None:
         """Start threads that copy the process's output to log and screen until the process ends."""
@@ -266,13 +215,3 @@ def _environment(plan: ProcessPlan, log_file: Path) -> dict[str, str]:
         # The node writes to this file when this process has ended before it.
         wanted[LOG_FILE] = str(log_file)
     return {name: value for name, value in wanted.items() if value is not None}
-
-
-def _own_group() -> dict[str, Any]:
-    """Return `subprocess.Popen` arguments that keep the terminal's Ctrl-C from the process.
-
-    The launch itself sends the signals, in order.
-    """
-    if sys.platform == "win32":
-        return {"creationflags": subprocess.CREATE_NEW_PROCESS_GROUP}
-    return {"process_group": 0}

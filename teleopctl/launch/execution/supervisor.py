@@ -18,6 +18,7 @@ from teleopctl.launch.execution.child import Child, start_error_text
 from teleopctl.launch.execution.event_loop import EventLoop, Timers
 from teleopctl.launch.execution.restarts import Restarts
 from teleopctl.launch.execution.screen import Screen, in_short
+from teleopctl.launch.execution.standby import StandbyProcess
 from teleopctl.launch.execution.status import ProcessStatus, StatusWriter
 from teleopctl.launch.execution.termination import STEPS, LaunchSignals, ProcessTerminator
 from teleopctl.launch.model.events import (
@@ -51,6 +52,7 @@ class Supervisor:
         coloured: Whether levels and process names are coloured on the screen.
         debug: Whether to log all events.
         log_name: Name of the log file with all output, without its suffix.
+        standby: Process that waits for its arguments, for the first plan that it fits.
 
     Attributes:
         restarts: Restarts of processes whose sources are saved, if the launch watches sources.
@@ -65,8 +67,10 @@ class Supervisor:
         coloured: bool = False,
         debug: bool = False,
         log_name: str = "launch",
+        standby: StandbyProcess | None = None,
     ) -> None:
         self._debug = debug
+        self._standby = standby
         self._plan = plan
         self._respondent = respondent
         self._loop = EventLoop()
@@ -211,6 +215,8 @@ class Supervisor:
         for index in range(len(self._children)):
             if index not in self._companions:
                 self._start_child(index)
+        if self._standby is not None:
+            self._standby.close()
         self._execute(replace(self._plan.start, messages=[], files={}, processes=[]))
 
     def _start_again(self, child: Child) -> None:
@@ -226,7 +232,7 @@ class Supervisor:
         if child.is_running:
             return  # restarted after a save while it waited for its respawn
         try:
-            child.start()
+            child.start(self._standby)
         except (OSError, ValueError) as error:
             self._failed = True
             self._expected.discard(index)
