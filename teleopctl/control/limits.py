@@ -1,9 +1,8 @@
 """Limiters of joint commands, applied once per cycle after all controllers.
 
 A joint without soft limits has ros2_control's JointSaturationLimiter, one with soft limits its
-JointSoftLimiter; both are in ros2_control's package joint_limits. Jerk is not limited. A clamped
-command is reported once for each interface, and again after another controller has claimed the
-interface.
+JointSoftLimiter; both are in ros2_control's package joint_limits. A clamped command is reported
+once for each interface, and again after another controller has claimed the interface.
 """
 
 from __future__ import annotations
@@ -26,6 +25,7 @@ from teleopctl.robot import Joints, RobotDescription, clamped_command_text
 if TYPE_CHECKING:
     from teleopctl.robot import JointLimits, SoftLimits
 
+JERK = "jerk"
 # Distance outside its limits (rad or m) from which a measured position sets velocity commands to 0.
 _OUTSIDE = 0.002
 # Distance outside its limits (rad or m) from which a measured position is reported.
@@ -99,7 +99,7 @@ def make_limiter(
     kind = JointLimiter if limits.soft is None else JointSoftLimiter
     numbers = (
         *(limits.lower, limits.upper, limits.velocity, limits.effort),
-        *(limits.acceleration, limits.deceleration),
+        *(limits.acceleration, limits.deceleration, limits.jerk),
     )
     if kind is JointLimiter and all(map(math.isinf, numbers)):
         return None
@@ -134,6 +134,7 @@ class JointLimiter:
                 (VELOCITY, self._velocity_band),
                 (EFFORT, self._effort_band),
                 (ACCELERATION, self._acceleration_band),
+                (JERK, self._jerk_band),
             )
             if (command := commands.get(name)) is not None
         ]
@@ -264,6 +265,10 @@ class JointLimiter:
         if velocity < 0.0:
             return -limits.acceleration, limits.deceleration
         return -limits.acceleration, limits.acceleration
+
+    def _jerk_band(self, period: float) -> tuple[float, float]:
+        del period
+        return -self._limits.jerk, self._limits.jerk
 
 
 class JointSoftLimiter(JointLimiter):

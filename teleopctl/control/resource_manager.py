@@ -206,7 +206,6 @@ class ResourceManager:
 
     def _limit(self, component: HardwareComponent) -> None:
         joints = dict.fromkeys(command.prefix_name for command in component.command_interfaces)
-        with_jerk = []
         for joint in joints:
             limits = self.limits.get(joint)
             if limits is None or not self._enforce:
@@ -221,8 +220,6 @@ class ResourceManager:
                 f"Using {name} for joint '{joint}' in hardware '{component.name}' : "
                 f"'{limits_text(limits)}'"
             )
-            if math.isfinite(limits.jerk):
-                with_jerk.append(joint)
             limiter = make_limiter(
                 joint,
                 limits,
@@ -237,12 +234,6 @@ class ResourceManager:
             if limiter is not None:
                 self._limiters.append(limiter)
                 self._limiter_of[joint] = limiter
-        if with_jerk:
-            self._logger.warning(
-                f"Jerk limits of {', '.join(with_jerk)} in hardware '{component.name}' have no "
-                "effect, as in ros2_control: commands are limited in position, velocity, effort "
-                "and acceleration"
-            )
 
     def component_of(self, interface: str) -> HardwareComponent | None:
         """Return the hardware component that has an interface; None if none has."""

@@ -110,7 +110,7 @@ def clamped_command_text(
 
     Args:
         joint: Name of the joint.
-        interface: Command interface: ``position``, ``velocity``, ``effort`` or ``acceleration``.
+        interface: Command interface, one of `LIMITED_INTERFACES`.
         command: Command as received.
         clamped: Command after clamping.
         limits: Limits of the joint.

@@ -195,9 +195,10 @@ def test_accelerations_against_the_motion_have_the_limit_of_decelerations():
         assert joint.limit("acceleration", float(wanted)) == limited
 
 
-def test_jerks_are_not_limited():
-    joint = Joint(JointLimits(jerk=1.0, velocity=9.0), "jerk", "velocity")
-    assert joint.limit("jerk", 7.0) == 7.0
+def test_jerks_are_limited_on_both_sides():
+    joint = Joint(JointLimits(jerk=1.5), "jerk")
+    for wanted, limited in ((7.0, 1.5), (-7.0, -1.5), (0.5, 0.5)):
+        assert joint.limit("jerk", wanted) == limited
 
 
 def test_a_command_is_marked_as_limited_until_it_is_not():
@@ -364,11 +365,6 @@ class TestLogLines:
         said = "Joint limits are disabled for joint 'joint1' in hardware 'Hardware'"
         assert said in stack.log.texts("info")
 
-    def test_of_jerk_limits_once(self):
-        jerk = '<command_interface name="jerk"><param name="max">9</param></command_interface>'
-        (line,) = (t for t in self.stack(control=jerk).log.texts("warning") if "Jerk limits" in t)
-        assert line.startswith("Jerk limits of joint1 in hardware 'Hardware' have no effect")
-
 
 COMMAND = '<command_interface name="position"/>'
 
@@ -401,7 +397,7 @@ def test_the_limits_of_a_joint_are_told_on_one_line():
 
 
 def test_a_joint_without_limits_costs_no_limiter():
-    assert make_limiter("joint", JointLimits(jerk=3.0), {}, {}, print) is None
+    assert make_limiter("joint", JointLimits(), {}, {}, print) is None
 
 
 def test_ranges_of_commands_by_interface():
