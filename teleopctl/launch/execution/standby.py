@@ -79,10 +79,10 @@ class StandbyProcess:
         if not self._is_waiting:
             return
         self._is_waiting = False
-        assert self._process.stdin is not None
-        self._process.stdin.close()
-        for pipe in self._output:
-            pipe.close()
+        self._process.kill()
+        for pipe in (self._process.stdin, *self._output):
+            if pipe is not None:
+                pipe.close()
         self._process.wait()
 
 
