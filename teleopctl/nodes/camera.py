@@ -40,6 +40,7 @@ from teleopctl.sim import (
     declare_base_settings,
 )
 from teleopctl.tf import StaticTransformBroadcaster
+from teleopctl.wire import EntityKind
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import JointState
@@ -59,6 +60,8 @@ _TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 _DESCRIPTION_TOPIC = "/robot_description"
 _VIEW_TOPIC = "/mujoco_sim/joint_states"
 _BODIES_TOPIC = "/mujoco_sim/free_joint_states"
+# Longest wait for the simulator at the start, in seconds of wall time.
+_LONGEST_WAIT_S = 3.0
 # Parameters that can be set at runtime, with their allowed values.
 _CHOICES = {"quality": ("auto", "fast", "full"), "compressed.format": ("jpeg", "png")}
 
@@ -145,6 +148,14 @@ class CameraNode(Node):
             # No model is built: the simulator needs the CPU to build its own.
             self._warn_no_camera(description)
             return
+        # The simulator needs the CPU to start; without one, there is nothing to draw.
+        self.wait_for_match(
+            EntityKind.MP,
+            self.resolve_topic_name(_VIEW_TOPIC),
+            _JointState.TYPE_NAME,
+            1,
+            _LONGEST_WAIT_S,
+        )
         import mujoco
 
         from teleopctl.mujoco_model import build_model

@@ -34,6 +34,9 @@ def main(args: list[str] | None = None) -> int:
     Raises:
         PageError: The page cannot be opened.
     """
+    if hasattr(os, "nice"):
+        # The processes that control the robot have priority over the viewer.
+        os.nice(_NICENESS)
     from teleopctl.viewer import open_viewer
 
     words = sys.argv[1:] if args is None else args
@@ -44,9 +47,6 @@ def main(args: list[str] | None = None) -> int:
     add_page_options(parser)
     options, unserved = parser.parse_known_args(parse_ros_arguments(words).program)
     progress.report(progress.STARTING)
-    if hasattr(os, "nice"):
-        # The processes that control the robot have priority over the viewer.
-        os.nice(_NICENESS)
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=words, publishes_after_signal=True),
