@@ -29,9 +29,9 @@ from teleopctl.control.controllers.chainable import (
     ChainableControllerInterface,
     InvalidExportError,
 )
+from teleopctl.control.controllers.controller_node import with_controller_node
 from teleopctl.control.hardware_component import HardwareComponent
 from teleopctl.control.lifecycle import CallbackReturn, State
-from teleopctl.control.reloading.controller_node import with_controller_node
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.robot_stop import RobotStop
 from teleopctl.errors import (

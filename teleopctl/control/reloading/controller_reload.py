@@ -26,9 +26,9 @@ from teleopctl.control.controllers.chainable import (
     ChainableControllerInterface,
     InvalidExportError,
 )
+from teleopctl.control.controllers.controller_node import for_successor
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
-from teleopctl.control.reloading.controller_node import for_successor
 from teleopctl.control.reloading.plain_state import attributes_set_by, copy_plain_attributes
 from teleopctl.control.resource_manager import ClaimError
 from teleopctl.errors import BrokenPluginError, UnknownPluginError
