@@ -113,6 +113,9 @@ if TYPE_CHECKING:
         LOG_FORMAT as LOG_FORMAT,
         SCREEN_FORMAT as SCREEN_FORMAT,
     )
+    from teleopctl.launch.execution.standby import (
+        standby_simulator as standby_simulator,
+    )
     from teleopctl.launch.execution.status import (
         ProcessStatus as ProcessStatus,
         command_text as command_text,

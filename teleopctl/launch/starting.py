@@ -27,7 +27,7 @@ from teleopctl.launch.execution.running import (
     how_to_stop,
     started_in_background,
 )
-from teleopctl.launch.execution.standby import standby_simulator
+from teleopctl.launch.execution.standby import StandbyProcess, standby_simulator
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.plan import LaunchPlan
@@ -130,11 +130,18 @@ def _own_temporary_files() -> Iterator[None]:
 
 
 @_own_temporary_files()
-def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: bool = False) -> int:
+def run_here(
+    request: LaunchRequest,
+    standby: StandbyProcess | None = None,
+    *,
+    on_terminal: bool = False,
+    coloured: bool = False,
+) -> int:
     """Run a launch in the foreground until all processes have ended; return the exit status.
 
     Args:
         request: Launch file with its arguments and options.
+        standby: Process that waits for its arguments, for the first process that it fits.
         on_terminal: Whether the output goes to a terminal; the launch then logs when all processes
             are up.
         coloured: Whether levels and process names are coloured on a terminal.
@@ -143,25 +150,23 @@ def run_here(request: LaunchRequest, *, on_terminal: bool = False, coloured: boo
         TeleopctlError: The file cannot be evaluated; no process was started.
     """
     from teleopctl.base.output import outlive_output
+    from teleopctl.launch.execution.supervisor import Supervisor
 
-    with standby_simulator(Path(request.file)) as standby:
-        from teleopctl.launch.execution.supervisor import Supervisor
-
-        plan, evaluation = evaluate_request(request, new_log_directory())
-        prepare(plan)
-        outlive_output()
-        with _findable(plan.log_directory, request):
-            supervisor = Supervisor(
-                plan,
-                evaluation,
-                coloured=on_terminal and coloured,
-                debug=request.debug,
-                log_name=request.log_name,
-                standby=standby,
-            )
-            if not on_terminal:
-                return _run(supervisor, evaluation, request)
-            return _run_on_terminal(supervisor, evaluation, request)
+    plan, evaluation = evaluate_request(request, new_log_directory())
+    prepare(plan)
+    outlive_output()
+    with _findable(plan.log_directory, request):
+        supervisor = Supervisor(
+            plan,
+            evaluation,
+            coloured=on_terminal and coloured,
+            debug=request.debug,
+            log_name=request.log_name,
+            standby=standby,
+        )
+        if not on_terminal:
+            return _run(supervisor, evaluation, request)
+        return _run_on_terminal(supervisor, evaluation, request)
 
 
 @_own_temporary_files()

@@ -1,5 +1,6 @@
 """``teleopctl launch``: many nodes from a launch file."""
 
+import contextlib
 import os
 import sys
 from pathlib import Path
@@ -118,14 +119,7 @@ def launch(
     if open_page:
         os.environ["TELEOPCTL_OPEN"] = "1"
     from teleopctl.compat import activation
-    from teleopctl.launch import (
-        LaunchRequest,
-        bag_folder,
-        find_launch_file,
-        launch_name,
-        run_here,
-        undeclared_argument_warnings,
-    )
+    from teleopctl.launch import find_launch_file, standby_simulator
 
     if launch_prefix_filter is not None and launch_prefix is None:
         raise UsageError("--launch-prefix must be specified if --launch-prefix-filter is provided")
@@ -141,42 +135,54 @@ def launch(
 
         console.out_text("\n".join(describe_arguments(file, arguments)))
         return 0
-    folder = bag_folder(file, arguments)
-    request = LaunchRequest(
-        file=str(file),
-        arguments=arguments,
-        # In the background all output goes into one log, which has to be complete.
-        show_all_output=show_all or detach,
-        prefix=launch_prefix,
-        prefix_filter=launch_prefix_filter,
-        skip_missing=skip_missing,
-        debug=debug,
-        exit_status=exit_status,
-        watch=watch,
-        record_into=None if folder is None else str(folder),
-        log_name=log_file_name,
-    )
-    try:
-        if print_plan:
-            _print(request)
-            return 0
-        if detach:
-            console.note_once(
-                "launch-d",
-                "-d means --detach here; ROS 2's -d, for debug messages, is --debug. "
-                "(Printed once.)",
-            )
-            _start(request, launch_name(file), timeouts)
-            return 0
-        return run_here(
-            request,
-            on_terminal=sys.stdout.isatty(),
-            coloured=console.colour_enabled(sys.stdout),
+    runs_here = not (print_plan or detach)
+    # Before the imports that the evaluation needs.
+    with standby_simulator(file) if runs_here else contextlib.nullcontext() as standby:
+        from teleopctl.launch import (
+            LaunchRequest,
+            bag_folder,
+            launch_name,
+            run_here,
+            undeclared_argument_warnings,
         )
-    except TeleopctlError:
-        for warning in undeclared_argument_warnings(file, arguments):
-            console.warn(warning)
-        raise
+
+        folder = bag_folder(file, arguments)
+        request = LaunchRequest(
+            file=str(file),
+            arguments=arguments,
+            # In the background all output goes into one log, which has to be complete.
+            show_all_output=show_all or detach,
+            prefix=launch_prefix,
+            prefix_filter=launch_prefix_filter,
+            skip_missing=skip_missing,
+            debug=debug,
+            exit_status=exit_status,
+            watch=watch,
+            record_into=None if folder is None else str(folder),
+            log_name=log_file_name,
+        )
+        try:
+            if print_plan:
+                _print(request)
+                return 0
+            if detach:
+                console.note_once(
+                    "launch-d",
+                    "-d means --detach here; ROS 2's -d, for debug messages, is --debug. "
+                    "(Printed once.)",
+                )
+                _start(request, launch_name(file), timeouts)
+                return 0
+            return run_here(
+                request,
+                standby,
+                on_terminal=sys.stdout.isatty(),
+                coloured=console.colour_enabled(sys.stdout),
+            )
+        except TeleopctlError:
+            for warning in undeclared_argument_warnings(file, arguments):
+                console.warn(warning)
+            raise
 
 
 def _start(request: "LaunchRequest", name: str, timeouts: "StartTimeouts") -> None:
