@@ -38,6 +38,9 @@ ENDED = "ended"
 CONTROL = "control"
 """Part of a process: its controller manager, if it hosts one beside its own node."""
 
+ANY_SESSION = "*"
+"""Session of a process that does not know its Zenoh sessions, such as a program in C++."""
+
 # The state of a process with several parts is the first of these that one of its parts has.
 _ORDER = (ENDED, FAILED, STARTING, WAITING, READY, STARTED)
 
@@ -45,6 +48,7 @@ _file: str | None = None
 _failure = ""
 _parts: dict[str, tuple[str, str]] = {}
 _remarks: list[str] = []
+_sessions: list[str] = []
 # Reentrant: Ctrl-C may end a report whose process then reports its end.
 _lock = RLock()
 
@@ -58,6 +62,7 @@ class Progress(NamedTuple):
         time: Time of the report, in seconds since the Unix epoch.
         part: Part of the process that has the state, such as `CONTROL`; empty for its own node.
         remarks: Sentences that the process wants to be shown where it was started.
+        sessions: Identifiers of the process's Zenoh sessions so far, or `ANY_SESSION`.
     """
 
     state: str
@@ -65,6 +70,7 @@ class Progress(NamedTuple):
     time: float
     part: str = ""
     remarks: tuple[str, ...] = ()
+    sessions: tuple[str, ...] = ()
 
     @property
     def reports_itself(self) -> bool:
@@ -120,10 +126,19 @@ def _write(state: str, detail: str, part: str) -> None:
     if _file is None:
         return
     try:
-        lines = (f"{state} {' '.join(detail.split())}", part, *_remarks)
+        lines = (f"{state} {' '.join(detail.split())}", part, " ".join(_sessions), *_remarks)
         write_private(_file, "".join(f"{line}\n" for line in lines))
     except OSError:
         return  # a full disk is no reason to end
+
+
+def report_session(identifier: str) -> None:
+    """Add a Zenoh session of this process, by which others find its nodes in the graph."""
+    with _lock:
+        _sessions.append(identifier)
+        decisive = _decisive_part()
+        if decisive in _parts:
+            _write(*_parts[decisive], decisive)
 
 
 def doing(text: str, *, part: str = "") -> None:
@@ -175,10 +190,16 @@ def read(log_file: Path) -> Progress | None:
     """Return the last progress in the progress file of a process's log; None if there is none."""
     file = progress_file(log_file)
     try:
-        said, part, *remarks = [*file.read_text(encoding="utf-8").splitlines(), "", ""]
+        text = file.read_text(encoding="utf-8")
+        said, part, sessions, *remarks = [*text.splitlines(), "", "", ""]
         state, _, detail = said.partition(" ")
         return Progress(
-            state, detail.strip(), file.stat().st_mtime, part.strip(), tuple(filter(None, remarks))
+            state,
+            detail.strip(),
+            file.stat().st_mtime,
+            part.strip(),
+            tuple(filter(None, remarks)),
+            tuple(sessions.split()),
         )
     except (OSError, UnicodeDecodeError):
         return None

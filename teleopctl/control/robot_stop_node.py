@@ -18,6 +18,8 @@ if TYPE_CHECKING:
 
 _LIMITS_FILE = "joint_limits_file"
 _SERVICE = "~/stop"
+# Longest wait for the name of a node that holds the robot, in seconds.
+_LONGEST_NAMING_S = 0.3
 
 
 class RobotStopNode:
@@ -67,6 +69,9 @@ class RobotStopNode:
 
     def _changed(self, names: tuple[str, ...]) -> None:
         was_stopped = self._stop.is_stopped
+        self._stop.hold(", ".join(names))
+        # The joints decelerate already.
+        names = self._holders.name_all(_LONGEST_NAMING_S)
         self._stop.hold(", ".join(names))
         if not names:
             self._logger.info("The robot is released")

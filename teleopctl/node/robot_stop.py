@@ -66,6 +66,23 @@ class StopHolders:
         self._holders.clear()
         self._update()
 
+    def name_all(self, timeout_s: float) -> tuple[str, ...]:
+        """Return ``names`` once the graph has all holders, or after a time limit in seconds.
+
+        A message may arrive before the news that its publisher is in the graph.
+        """
+        publishers: dict[bytes, str] = {}
+
+        def has_all() -> bool:
+            publishers.update(_publishers(self._node))
+            return self._holders.keys() <= publishers.keys()
+
+        if _UNKNOWN in self.names:
+            self._node.context.wait_for_change(has_all, timeout_s)
+            self._holders = {key: publishers.get(key, old) for key, old in self._holders.items()}
+            self.names = tuple(dict.fromkeys(self._holders.values()))
+        return self.names
+
     def _received(self, message: Any, info: MessageInfo) -> None:
         publishers = _publishers(self._node)
         gid = bytes(info["publisher_gid"])

@@ -13,7 +13,7 @@ import sys
 from collections.abc import Sequence
 from pathlib import Path
 
-from teleopctl.base import interrupts
+from teleopctl.base import interrupts, progress
 from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
 from teleopctl.packages import PackageProgram, find_executable
 
@@ -152,6 +152,7 @@ def _run_program(file: Path, args: Sequence[str]) -> int:
     """Run a program that is not Python; pass SIGINT and SIGTERM on to it."""
     import subprocess
 
+    progress.report_session(progress.ANY_SESSION)
     try:
         # SIGPIPE stays ignored, as in Python: printing to a closed pipe must not end a node.
         process = subprocess.Popen([str(file), *args], restore_signals=False)

@@ -72,7 +72,7 @@ def test_a_failure_keeps_its_time_while_other_parts_of_the_process_report(tmp_pa
         env={progress.VARIABLE: str(progress.progress_file(log_file))},
         check=True,
     )
-    assert progress.read(log_file) == ("failed", "refused", 1000.0, "control", ())
+    assert progress.read(log_file) == ("failed", "refused", 1000.0, "control", (), ())
 
 
 def test_remarks_stay_until_the_end_each_once(tmp_path):
@@ -93,6 +93,24 @@ def test_remarks_stay_until_the_end_each_once(tmp_path):
     said = progress.read(log_file)
     assert said is not None
     assert (said.state, said.reason, said.remarks) == ("ended", None, ("one line", "two"))
+
+
+def test_a_process_names_its_sessions_without_another_state(tmp_path):
+    log_file = tmp_path / "a.log"
+    program = (
+        "from teleopctl.base import progress\n"
+        "progress.report('started')\n"
+        "progress.report_session('a1')\n"
+        "progress.report_session('b2')\n"
+    )
+    subprocess.run(
+        [sys.executable, "-c", program],
+        env={progress.VARIABLE: str(progress.progress_file(log_file))},
+        check=True,
+    )
+    said = progress.read(log_file)
+    assert said is not None
+    assert (said.state, said.sessions, said.remarks) == ("started", ("a1", "b2"), ())
 
 
 def test_what_a_process_does_is_reported_while_it_starts_and_not_later(tmp_path):

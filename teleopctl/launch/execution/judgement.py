@@ -59,7 +59,7 @@ def find_up_processes(
         graph: ROS graph that contains these nodes.
     """
     said = {process.name: progress.read(Path(process.log_file)) for process in statuses}
-    up = _in_graph(statuses, new_nodes)
+    up = _in_graph(statuses, said, new_nodes)
     # A spawner usually ends by itself, but may stay (``--stay``).
     up.update((process.name, None) for process in statuses if _stays(process, said[process.name]))
     # A program that a shell started, such as a spawner, may leave its last step in the file.
@@ -88,9 +88,31 @@ def _stays(process: ProcessStatus, said: progress.Progress | None) -> bool:
 _NOT_YET = (progress.STARTING, progress.WAITING, progress.FAILED)
 
 
+def own_nodes(
+    said: progress.Progress | None, new_nodes: Mapping[str, list[str]]
+) -> tuple[list[str], bool]:
+    """Return which new nodes are those of a process, and whether that is certain.
+
+    Args:
+        said: Last progress of the process.
+        new_nodes: Nodes that appeared after the start of the process, by Zenoh session.
+    """
+    if said is None:
+        return [], False
+    is_any = progress.ANY_SESSION in said.sessions
+    if said.sessions and not is_any:
+        return sorted(name for zid in said.sessions for name in new_nodes.get(zid, ())), True
+    # Perhaps those of a process that it has started.
+    return sorted(next(iter(new_nodes.values()), ())), is_any
+
+
 def _in_graph(
-    statuses: Sequence[ProcessStatus], new: Mapping[str, list[str]]
+    statuses: Sequence[ProcessStatus],
+    said: Mapping[str, progress.Progress | None],
+    new: Mapping[str, list[str]],
 ) -> dict[str, str | None]:
+    # The nodes of a process are in sessions that it names, if it does.
+    named = {name: words.sessions for name, words in said.items() if words is not None}
     sessions = dict(new)
     up: dict[str, str | None] = {}
     unnamed: list[ProcessStatus] = []
@@ -100,10 +122,16 @@ def _in_graph(
         elif process.state != "running" or process.ends_by_itself:
             continue
         elif process.node_name is None:
-            unnamed.append(process)
+            own = named.get(process.name, ())
+            if owner := next((zid for zid in own if zid in sessions), ""):
+                del sessions[owner]
+                up[process.name] = None
+            elif not own or progress.ANY_SESSION in own:
+                unnamed.append(process)
         else:
-            owner = next((zid for zid, names in sessions.items() if process.node_name in names), "")
-            if owner:
+            own = named.get(process.name, ())
+            here = [zid for zid, names in sessions.items() if process.node_name in names]
+            if owner := next((zid for zid in here if zid in own), next(iter(here), "")):
                 del sessions[owner]
                 up[process.name] = process.node_name
     if len(sessions) >= len(unnamed):

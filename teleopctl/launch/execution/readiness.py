@@ -22,6 +22,7 @@ from teleopctl.launch.execution.judgement import (
     find_up_processes,
     first_failure,
     log_tail,
+    own_nodes,
     progress_marker,
     refusal_text,
     reported_step,
@@ -184,7 +185,7 @@ def wait_for_node(
             reason or the end of its log.
     """
     graph = new_nodes.snapshot()
-    stable = _StableCondition()
+    stable, guessed = _StableCondition(), _StableCondition()
     wait = _Wait(timeouts, show)
     hint = f"See `teleopctl logs {record.name}`, `teleopctl stop {record.name}`."
     while True:
@@ -200,9 +201,12 @@ def wait_for_node(
         state = progress.STARTED if said is None else said.state
         if said is not None and state == progress.FAILED:
             raise LaunchError(f"{record.name}: {said.detail}", hint=f"It keeps running. {hint}")
-        nodes = sorted(next(iter(new_nodes.names_by_session(graph).values()), []))
+        nodes, is_certain = own_nodes(said, new_nodes.names_by_session(graph))
+        # Nodes of another process that has just started may be in the graph before its own.
+        are_here = guessed.holds(bool(nodes), graph) or (is_certain and bool(nodes))
         waits = state == progress.WAITING and not graph.publishers(said.detail if said else "")
-        if nodes and (state in (progress.STARTED, progress.READY) or stable.holds(waits, graph)):
+        is_settled = stable.holds(waits, graph)
+        if are_here and (state in (progress.STARTED, progress.READY) or is_settled):
             return nodes
         work = reported_step(record.log_file)
         if not work:

@@ -8,7 +8,7 @@ import pytest
 
 from teleopctl.base import progress
 from teleopctl.base.background import StartTime
-from teleopctl.launch.execution.judgement import UpProcesses, find_up_processes
+from teleopctl.launch.execution.judgement import UpProcesses, find_up_processes, own_nodes
 from teleopctl.launch.execution.status import ProcessStatus, State
 from teleopctl.wire import Graph
 
@@ -42,6 +42,33 @@ def test_a_command_that_loads_a_controller_is_up_only_when_it_has_ended(tmp_path
     loads = {"is_node": False, "ends_by_itself": True, "start": StartTime(0.0)}
     assert _up_by(tmp_path, None, "running", **loads).names == {}
     assert _up_by(tmp_path, None, "finished", **loads).names == {"arm-1": None}
+
+
+NEW_NODES = {"other": ["/stranger"], "own": ["/arm", "/arm_helper"]}
+
+
+@pytest.mark.parametrize(
+    ("sessions", "found"),
+    [
+        (None, ([], False)),  # it has not begun
+        (["own"], (["/arm", "/arm_helper"], True)),
+        (["later"], ([], True)),  # its node is not in the graph yet, another one is
+        ([], (["/stranger"], False)),  # perhaps that of a process that it has started
+        ([progress.ANY_SESSION], (["/stranger"], True)),  # a program in another language
+    ],
+)
+def test_a_process_has_the_nodes_of_the_sessions_that_it_names(
+    sessions: list[str] | None, found: tuple[list[str], bool]
+) -> None:
+    said = None
+    if sessions is not None:
+        said = progress.Progress("started", "", 0.0, sessions=tuple(sessions))
+    assert own_nodes(said, NEW_NODES) == found
+
+
+def test_a_node_without_a_name_in_the_launch_file_is_found_by_its_session(tmp_path: Path) -> None:
+    assert _up_by(tmp_path, "started\n\nsession", "running", node_name=None).names
+    assert not _up_by(tmp_path, "started\n\nlater", "running", node_name=None).names
 
 
 def _up_by(folder: Path, reported: str | None, state: State, **more: Any) -> UpProcesses:

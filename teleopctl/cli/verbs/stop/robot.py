@@ -41,6 +41,7 @@ def stop_robot(as_json: bool) -> int:
         if f"/{_HOLDER}" not in graph.button.others():
             program, arguments = find_program([_HOLDER])
             start_in_background(_HOLDER, command_of(program, arguments), StartTimeouts())
+            graph.wait_for_holder()
     _print(managers, late, "stopped", as_json)
     return 0
 
@@ -125,6 +126,12 @@ class _Graph:
         if waiting:
             self._executor.spin_until_future_complete(done, _LONGEST_WAIT_S)
         return sorted(waiting)
+
+    def wait_for_holder(self) -> None:
+        """Wait until the node that holds the robot is in the graph, where a release finds it."""
+        self._node.context.wait_for_change(
+            lambda: f"/{_HOLDER}" in self.button.others(), _LONGEST_WAIT_S
+        )
 
     def call_release(self, node: str) -> None:
         """Call a node's service ``~/release``, if it has one."""
