@@ -11,9 +11,9 @@ import os
 import sys
 from _thread import RLock  # short commands do not import threading
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.base.files import write_private
+from teleopctl.base.typed import TYPE_CHECKING, NamedTuple
 from teleopctl.errors import EXIT_INTERRUPTED
 
 if TYPE_CHECKING:
