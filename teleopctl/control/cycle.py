@@ -171,7 +171,7 @@ class Cycle:
             if stop.is_stopped:
                 states = manager.resource_manager.state_interfaces
                 ramps[controller] = StopRamp(
-                    commands, states, stop, standing=controller.has_standing_commands
+                    commands, states, stop, step_age_s=controller.seconds_since_step
                 )
         active = {spec.controller for spec in manager.active_controllers}
         for controller in [one for one in ramps if one not in active or not stop.is_stopped]:

@@ -33,6 +33,8 @@ _LAG = 0.01
 # A joint at rest moves from this part of its velocity limit on, else from this speed (rad/s, m/s).
 _MOVING = 0.1
 _MOVING_SPEED = 0.05
+# In this time after a step, in seconds, the joint may not have begun to move.
+_YOUNG_S = 0.1
 
 
 class RobotStop:
@@ -140,7 +142,8 @@ class StopRamp:
         commands: Command or reference interfaces of the controller, with its last commands.
         states: Measured state interfaces of the robot, by full name.
         stop: State of the stop, with the decelerations.
-        standing: Whether the commands stand still, so that a moving joint follows a step.
+        step_age_s: Time since a step of the position commands, in seconds; NaN for commands that
+            change steadily, which the joints follow.
     """
 
     def __init__(
@@ -149,10 +152,10 @@ class StopRamp:
         states: Mapping[str, StateInterface],
         stop: RobotStop,
         *,
-        standing: bool = False,
+        step_age_s: float = math.nan,
     ) -> None:
         self._joints = [
-            _JointRamp(command, states, stop, standing=standing)
+            _JointRamp(command, states, stop, step_age_s)
             for command in commands
             if command.interface_name in (POSITION, VELOCITY)
         ]
@@ -182,8 +185,7 @@ class _JointRamp:
         command: CommandInterface,
         states: Mapping[str, StateInterface],
         stop: RobotStop,
-        *,
-        standing: bool,
+        step_age_s: float,
     ) -> None:
         # A reference interface has its controller's name in front of the joint's.
         joint = command.prefix_name.rpartition("/")[2]
@@ -199,24 +201,45 @@ class _JointRamp:
         self._top = top = limits.velocity if limits else math.inf
         self._moving = _MOVING * top if math.isfinite(top) else _MOVING_SPEED
         self.held = self.speed = 0.0
+        # A step that was given up, until the joint decelerates.
+        self._given_up = math.nan
         self._begin()
-        lead = self._command.value - self._position.value
-        if self._is_position and standing and lead * self.speed > 0.0 and abs(lead) > _LAG:
-            self.held = self._position.value
+        if self._is_position and math.isfinite(step_age_s):
+            self._begin_after_step(step_age_s)
 
     def _begin(self) -> None:
         self.deceleration = self._limit
         if self._is_position:
             self.held, self.speed = math.nan, 0.0
             if math.isfinite(self._command.value):
-                # Measured speeds jump where hardware differentiates positions.
-                speed = min(max(self._velocity.value, -self._top), self._top)
                 self.held, self.speed = stopping_state(
-                    self._command.value, math.nan, self._position.value, speed
+                    self._command.value, math.nan, self._position.value, self._measured_speed()
                 )
         else:
             value = self._command.value
             self.held, self.speed = value, value if math.isfinite(value) else 0.0
+
+    def _measured_speed(self) -> float:
+        # Measured speeds jump where hardware differentiates positions.
+        return min(max(self._velocity.value, -self._top), self._top)
+
+    def _begin_after_step(self, age_s: float) -> None:
+        """Decelerate from the place of a joint that follows a step, however near the step is.
+
+        A joint that stands away from an older step, or has arrived, keeps the command.
+        """
+        position, speed = self._position.value, self._measured_speed()
+        lead = self._command.value - position
+        if not math.isfinite(lead):
+            return
+        if not math.isfinite(speed):
+            speed = 0.0
+        follows = lead * speed > 0.0 or age_s <= _YOUNG_S
+        if follows and (abs(lead) > _LAG or abs(speed) > _MOVING_SPEED):
+            self.held, self.speed = position, speed
+            self._given_up = self._command.value
+        else:
+            self.held, self.speed = self._command.value, 0.0
 
     def apply(self, period: float) -> None:
         command = self._command
@@ -243,10 +266,16 @@ class _JointRamp:
 
         The command was a step, and the joint had not begun to move when the robot was stopped.
         """
-        speed, lead = self._velocity.value, self.held - self._position.value
+        speed, position, is_given_up = self._velocity.value, self._position.value, False
+        lead = self._given_up - position
+        if math.isfinite(lead):
+            is_given_up = True
+        else:
+            lead = self.held - position
         if (
             abs(speed) > abs(self.speed) + self._moving
             and lead * speed > 0.0
-            and abs(lead) > _LAG_S * abs(speed) + _LAG
+            and (is_given_up or abs(lead) > _LAG_S * abs(speed) + _LAG)
         ):
-            self.held, self.speed, self.deceleration = self._position.value, speed, self._limit
+            self.held, self.speed, self.deceleration = position, speed, self._limit
+            self._given_up = math.nan

@@ -21,6 +21,7 @@ from teleopctl.mujoco_model import DRIVE_RAD_S, compensated_bodies, drive_name, 
 from teleopctl.robot import clamped_command_text
 from teleopctl.sim.state.set_points import (
     feedforward_speed,
+    goes_on_from_joint,
     lag_distance,
     limited_lead,
     position_speed,
@@ -403,6 +404,16 @@ class Drives:
             setpoint, speed, fed = setpoints[row], 0.0, 0.0
             if mode == _POSITION:
                 away, fresh = target - setpoint, target != planned
+                if fresh and not fed_forward[row]:
+                    # On the way to a distant position the set-point is ahead of the joint.
+                    _, _, place, dof = self._places[row]
+                    actual, joint_speed = self._positions[place], self._speeds[dof]
+                    if goes_on_from_joint(
+                        target - actual, joint_speed, away, before, self._max_speed[row], period_s
+                    ):
+                        setpoint, before = actual, joint_speed
+                        away = target - setpoint
+                        speeds_before[row] = fed_forward[row] = before
                 if not (away or fresh or before or speeds_before[row] or fed_forward[row]):
                     # The set-point stands still, as in the previous period.
                     settled &= self._lower[row] <= setpoint <= self._upper[row]

@@ -303,6 +303,52 @@ def test_a_joint_near_a_command_that_stands_still_decelerates_from_where_it_is()
     assert robot.commands_until_rest()[-1] == pytest.approx(0.5 + 0.5**2 / (2 * DECELERATION))
 
 
+def streamed(robot, *values):
+    """Command positions to the first joint, one in each cycle."""
+    for value in values:
+        robot.stack.nodes["forward"].receive("~/commands", Floats(data=[value]))
+        robot.stack.step()
+
+
+@pytest.mark.parametrize(
+    "commands",
+    [
+        pytest.param([0.6], id="of one cycle ago"),
+        pytest.param([0.6] * 15, id="that is repeated in each cycle"),
+        pytest.param([0.48, 0.485, 0.49, 0.6], id="within a stream of positions"),
+    ],
+)
+def test_a_joint_near_a_step_decelerates_from_where_it_is(commands):
+    robot = Robot()
+    robot.load("forward", FORWARD, joints=["joint1"], interface_name="position")
+    robot.measure(0.5, 0.5)
+    streamed(robot, *commands)
+    robot.stop()
+    assert robot.commands_until_rest()[-1] == pytest.approx(0.5 + 0.5**2 / (2 * DECELERATION))
+
+
+def test_a_joint_behind_a_stream_of_positions_decelerates_from_its_command():
+    """A servo lags behind: from its place the command would jump back."""
+    robot = Robot()
+    robot.load("forward", FORWARD, joints=["joint1"], interface_name="position")
+    robot.measure(0.5, 0.5)
+    streamed(robot, *(0.5 + 0.005 * number for number in range(20)))
+    robot.stop()
+    assert_decelerates([0.595, *robot.commands_until_rest()], 0.5)
+
+
+def test_a_step_that_is_young_is_given_up_by_a_joint_at_rest_and_an_older_one_is_kept():
+    """A joint that still rests after a tenth of a second is held back, as fingers are."""
+    for cycles, held in ((1, 0.5), (15, 0.6)):
+        robot = Robot()
+        robot.load("forward", FORWARD, joints=["joint1"], interface_name="position")
+        robot.measure(0.5, 0.0)
+        streamed(robot, 0.6)
+        robot.stack.step(cycles)
+        robot.stop()
+        assert robot.commands_until_rest(5) == [held] * 5
+
+
 def test_a_joint_that_begins_to_follow_a_step_only_after_the_stop_is_held_back():
     robot = Robot()
     robot.load("forward", FORWARD, joints=["joint1"], interface_name="position")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 import re
 from collections.abc import Iterable
 from dataclasses import dataclass, field
@@ -284,13 +285,13 @@ class ControllerInterface:
         self.on_activate()
 
     @property
-    def has_standing_commands(self) -> bool:
-        """Whether the commands have not changed for a while, so that moving joints follow a step.
+    def seconds_since_step(self) -> float:
+        """Seconds since a position command that joints cannot follow at once; NaN for none.
 
-        Such joints decelerate from where they are when the robot is stopped. False in the base
-        class: joints near their commands follow them.
+        When the robot is stopped, joints that follow such a step decelerate from where they are.
+        NaN in the base class: joints near their commands follow them, and decelerate from there.
         """
-        return False
+        return math.nan
 
     def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
         """Return the interfaces whose commands are replaced while the robot is stopped; all here.

@@ -11,7 +11,7 @@ from teleopctl.control.controllers.base import (
     InterfaceConfiguration,
     InterfaceConfigurationType,
 )
-from teleopctl.control.handles import ACCELERATION, EFFORT, VELOCITY
+from teleopctl.control.handles import ACCELERATION, EFFORT, POSITION, VELOCITY
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
@@ -55,7 +55,9 @@ class ForwardCommandController(ControllerInterface):
             self.logger.error(f"Parameter 'cmd_timeout' must be at least 0 s, got {timeout:g}")
             return CallbackReturn.FAILURE
         self._timeout_ns = round(timeout * NANOSECONDS_PER_SECOND)
-        self._since_ns = self._now_ns = 0
+        self._since_ns = self._now_ns = self._changed_ns = 0
+        self._is_step = True
+        self._limits = [self._velocity_limit(name) for name in self._names]
         self._log = realtime_log(self.params.publish_queue)
         self._incoming: deque[list[float]] = deque(maxlen=1)
         self._command: list[float] | None = None
@@ -85,13 +87,23 @@ class ForwardCommandController(ControllerInterface):
             for interface in self.command_interfaces:
                 interface.value = 0.0
 
-    def export_state(self) -> object:
-        """Return the last command, with its time, and one that has just been received."""
-        return self._command, self._since_ns, list(self._incoming)
+    def _velocity_limit(self, interface: str) -> float:
+        """Return the velocity limit of the joint of a position interface; infinite for others."""
+        prefix, _, kind = interface.rpartition("/")
+        limits = self.params.joint_limits.get(prefix.rpartition("/")[2])
+        return limits.velocity if limits is not None and kind == POSITION else math.inf
 
-    def import_state(self, state: tuple[list[float] | None, int, list[list[float]]]) -> None:
+    def export_state(self) -> object:
+        """Return the last command, with its times, and one that has just been received."""
+        times = self._since_ns, self._changed_ns, self._is_step
+        return self._command, times, list(self._incoming)
+
+    def import_state(
+        self, state: tuple[list[float] | None, tuple[int, int, bool], list[list[float]]]
+    ) -> None:
         """Go on with the last command of the replaced instance."""
-        self._command, self._since_ns, incoming = state
+        self._command, times, incoming = state
+        self._since_ns, self._changed_ns, self._is_step = times
         self._incoming.extend(incoming)
 
     def on_restart(self) -> None:
@@ -99,9 +111,15 @@ class ForwardCommandController(ControllerInterface):
         self._command = None
 
     @property
-    def has_standing_commands(self) -> bool:
-        """Whether the last command is older than a tenth of a second: commands are not streamed."""
-        return self._now_ns - self._since_ns > _STREAMED_NS
+    def seconds_since_step(self) -> float:
+        """Seconds since the last command, if it is a step; NaN if commands are streamed.
+
+        A command is streamed if it is a tenth of a second old at most, came at most that long after
+        the command before, and is no further from it than the joints move in that time.
+        """
+        age_ns = self._now_ns - self._changed_ns
+        is_streamed = not self._is_step and age_ns <= _STREAMED_NS
+        return math.nan if is_streamed else age_ns / NANOSECONDS_PER_SECOND
 
     def on_stop(self) -> None:
         """Discard received commands; commands are refused while the robot is stopped."""
@@ -126,11 +144,9 @@ class ForwardCommandController(ControllerInterface):
 
     def update(self, time_ns: int, period: float) -> ReturnType | None:
         """Write the last received command to the interfaces; return ERROR for a wrong length."""
-        del period
         self._now_ns = time_ns
         if self._incoming:
-            self._command = self._incoming.pop()
-            self._since_ns = time_ns
+            self._take(self._incoming.pop(), time_ns, period)
         command = self._command
         if command is None:
             return None
@@ -147,6 +163,23 @@ class ForwardCommandController(ControllerInterface):
         for interface, value in zip(self.command_interfaces, command, strict=True):
             interface.value = value
         return None
+
+    def _take(self, command: list[float], time_ns: int, period: float) -> None:
+        """Make a received command the present one, and note whether it is a step."""
+        before, self._command, self._since_ns = self._command, command, time_ns
+        if command == before:
+            return
+        since_ns, self._changed_ns = time_ns - self._changed_ns, time_ns
+        # Messages do not arrive in step with the cycles.
+        longest_s = since_ns / NANOSECONDS_PER_SECOND + period
+        self._is_step = (
+            before is None
+            or since_ns > _STREAMED_NS
+            or any(
+                abs(now - then) > limit * longest_s
+                for now, then, limit in zip(command, before, self._limits, strict=False)
+            )
+        )
 
     def _end_command(self) -> None:
         """Command rest after the timeout, until the next command."""

@@ -55,6 +55,35 @@ def position_speed(
     return copysign(most, away)
 
 
+def goes_on_from_joint(
+    joint_away: float,
+    joint_speed: float,
+    away: float,
+    before: float,
+    max_speed: float,
+    period_s: float,
+) -> bool:
+    """Return whether a new position continues the joint's own motion, not that of its set-point.
+
+    On the way to a distant position nothing is fed forward, and the set-point is ahead of the joint
+    by the lag of the drive and by its acceleration. Positions that then go on from the joint, no
+    faster than it moves, as those of a stop do, would stop the set-point until the joint has caught
+    up with it.
+
+    Args:
+        joint_away: Distance from the joint to the position, with its sign.
+        joint_speed: Speed of the joint.
+        away: Distance from the set-point to the position.
+        before: Speed of the set-point in the previous period.
+        max_speed: Speed limit of the joint.
+        period_s: Control period in seconds.
+    """
+    farthest = min(abs(joint_speed), max_speed) * period_s * _NEARLY
+    if joint_away * joint_speed <= 0.0 or abs(joint_away) > farthest:
+        return False
+    return abs(joint_away / period_s - joint_speed) < abs(away / period_s - before)
+
+
 def feedforward_speed(speed: float, fed_before: float, expected: float, most_more: float) -> float:
     """Return the part of a set-point's speed that is fed forward, so that the joint does not lag.
 
