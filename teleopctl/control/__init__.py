@@ -70,7 +70,6 @@ if TYPE_CHECKING:
     )
     from teleopctl.control.hardware.transmissions import (
         ActuatorInterfaces as ActuatorInterfaces,
-        Transmission as Transmission,
     )
     from teleopctl.control.hardware_component import HardwareComponent as HardwareComponent
     from teleopctl.control.in_memory import (

@@ -11,12 +11,11 @@ from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.asynchronous.hardware import AsyncHardwareComponent
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface, HardwareComponentParams
-from teleopctl.control.hardware.transmissions import has_effect
 from teleopctl.control.hardware_component import HardwareComponent, RatedHardwareComponent
-from teleopctl.control.lifecycle import ReturnType, State
+from teleopctl.control.lifecycle import OnException, ReturnType, State, handle_exception
 from teleopctl.control.limits import JointLimiter, limits_text, make_limiter
 from teleopctl.errors import BrokenPluginError, HardwareError, UnknownPluginError
-from teleopctl.robot import Joints
+from teleopctl.robot import Joints, transmission_has_effect
 
 if TYPE_CHECKING:
     from teleopctl.node import Node, RcutilsLogger
@@ -44,8 +43,11 @@ class ResourceManager:
         report: Function called with a sentence when a command is first clamped.
         update_rate: Update rate of the controller manager in Hz.
         enforce_limits: Whether commands are clamped to the limits of their joints.
+        on_exception: Called with each exception of a controller or hardware, after it was logged,
+            and with what was logged.
 
     Attributes:
+        on_exception: See above.
         components: Hardware components by name, in the order of the robot description.
         limits: Limits of all joints with one axis, by joint name.
         state_interfaces: State interfaces by full name, in the order of the description.
@@ -63,8 +65,10 @@ class ResourceManager:
         *,
         update_rate: int,
         enforce_limits: bool,
+        on_exception: OnException = handle_exception,
     ) -> None:
         self._node = node
+        self.on_exception = on_exception
         self._logger = logger
         self._report = report
         self._update_rate = update_rate
@@ -93,6 +97,11 @@ class ResourceManager:
             else "Enforcing command limits is disabled. Command limits from URDF will be ignored."
         )
         components = {info.name: self._make(info) for info in infos}
+        for component in components.values():
+            hardware = component.hardware
+            # The simulator applies those of a robot from an MJCF file.
+            if not hardware.applies_transmissions and description.mjcf is None:
+                self._report_transmissions(hardware.info, in_simulation=hardware.drives_cycle)
         self.components = components
         self.limits = {name: model.limits for name, model in Joints.of(description).items()}
         for component in components.values():
@@ -118,24 +127,25 @@ class ResourceManager:
                 hint=f"{error} {_WITHOUT_HARDWARE}",
             ) from error
         except BrokenPluginError as error:
-            raise HardwareError(
-                f"Failed to load hardware '{info.name}': {error.message}"
-            ) from error
+            sentence = f"Failed to load hardware '{info.name}': {error.message}"
+            self.on_exception(sentence, error.__cause__ or error)
+            raise HardwareError(sentence) from error
         try:
             hardware = hardware_class(
                 HardwareComponentParams(info, self._node, self._logger.get_child(info.name))
             )
         except Exception as error:
-            raise HardwareError(
+            sentence = (
                 f"Failed to load hardware '{info.name}': plugin '{plugin}' raised "
                 f"{with_origin(error)}"
-            ) from error
+            )
+            self.on_exception(sentence, error)
+            raise HardwareError(sentence) from error
         self._logger.info(f"Loaded hardware '{info.name}' from plugin '{plugin}'")
         component = self._component(hardware)
+        component.on_exception = self.on_exception
         if not component.initialize():
             raise HardwareError(f"Hardware component '{info.name}' failed to initialize")
-        if not hardware.applies_transmissions:
-            self._report_transmissions(info, in_simulation=hardware.drives_cycle)
         return component
 
     def _report_transmissions(self, info: HardwareInfo, *, in_simulation: bool) -> None:
@@ -146,7 +156,7 @@ class ResourceManager:
         unused = [
             one
             for one in info.transmissions
-            if has_effect(one) and not (in_simulation and len(one.joints) == 1)
+            if transmission_has_effect(one) and not (in_simulation and len(one.joints) == 1)
         ]
         if unused:
             named = ", ".join(f"'{one.name}' (line {one.line})" for one in unused)
@@ -348,10 +358,12 @@ class ResourceManager:
             try:
                 outcome = method(hardware)(starting, stopping)
             except Exception as error:  # noqa: BLE001 - a plug-in's failure refuses the switch
-                self._logger.error(
+                sentence = (
                     f"Hardware '{component.name}' raised in {method(hardware).__name__}: "
                     f"{with_origin(error)}"
                 )
+                self._logger.error(sentence)
+                self.on_exception(sentence, error)
                 return False
             component.after_mode_switch()
             if (outcome or ReturnType.OK) is not ReturnType.OK:

@@ -32,6 +32,7 @@ if TYPE_CHECKING:
         motor_name as motor_name,
     )
     from teleopctl.mujoco_model.joints import JointSpec as JointSpec
+    from teleopctl.mujoco_model.mjcf import ActuatorTransmission as ActuatorTransmission
     from teleopctl.mujoco_model.model import (
         RobotModel as RobotModel,
         build_model as build_model,

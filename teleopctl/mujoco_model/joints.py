@@ -45,6 +45,8 @@ class JointSpec:
             ``<ros2_control>`` has none.
         actuators: Actuators of an MJCF file that take the joint's commands; without any, a drive
             that teleopctl adds takes them.
+        transmission: Name of the transmission through which actuators of an MJCF file take the
+            joint's commands; otherwise empty.
         ball: Name of the MuJoCo ball joint of which this joint is one rotation; otherwise empty.
     """
 
@@ -56,12 +58,13 @@ class JointSpec:
     initial_position: float
     armature: float | None = None
     actuators: tuple[JointActuator, ...] = ()
+    transmission: str = ""
     ball: str = ""
 
     @property
     def has_drive(self) -> bool:
         """Whether a drive that teleopctl adds moves the joint."""
-        return bool(self.command_interfaces) and not self.actuators
+        return bool(self.command_interfaces) and not (self.actuators or self.transmission)
 
     @property
     def driven_by_velocity(self) -> bool:

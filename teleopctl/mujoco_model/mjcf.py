@@ -19,13 +19,16 @@ from teleopctl.robot import (
     JointActuator,
     Mjcf,
     ball_joint_names,
+    ends_by_role,
     joint_actuators,
+    length_actuator,
     load_mjcf,
+    make_transmission,
     sensor_tags,
 )
 
 if TYPE_CHECKING:
-    from teleopctl.robot import Pose, RobotDescription, World
+    from teleopctl.robot import Pose, RobotDescription, Transmission, World
 
 Values = Mapping[str, npt.NDArray[np.float64]]
 
@@ -98,6 +101,7 @@ class MjcfDraft:
     # Any: a `mujoco.MjSpec`.
     spec: Any
     joints: list[JointSpec]
+    transmissions: list[ActuatorTransmission]
     cameras: list[CameraModel]
     free_bodies: list[FreeBody]
     things: tuple[WorldObject, ...]
@@ -125,8 +129,11 @@ def draft_mjcf(
     assert description.mjcf is not None
     mjcf = load_mjcf(description.mjcf)
     spec, bare, data = mjcf.spec, mjcf.model, mjcf.start()
-    actuators, warnings = joint_actuators(bare)
-    joints, complaints = _joints(description, mjcf, actuators)
+    transmissions, of_transmissions = actuator_transmissions(description, bare)
+    used = {actuator.name for one in transmissions for actuator in one.actuators}
+    actuators, warnings = joint_actuators(bare, used)
+    warnings += of_transmissions
+    joints, complaints = _joints(description, mjcf, actuators, transmissions)
     warnings += complaints + sensor_tags(mjcf)[1]
     # The description has the cameras of the file.
     cameras, complaints = camera_models(description)
@@ -175,12 +182,79 @@ def draft_mjcf(
     if add_to_spec is not None:
         add_to_spec(spec)
     return MjcfDraft(
-        spec, joints, cameras, free, things, base, fixed, start, keyframes, names, warnings
+        spec,
+        joints,
+        transmissions,
+        cameras,
+        free,
+        things,
+        base,
+        fixed,
+        start,
+        keyframes,
+        names,
+        warnings,
     )
 
 
+@dataclass(frozen=True)
+class ActuatorTransmission:
+    """Transmission between actuators of an MJCF file and joints, which take the commands.
+
+    Attributes:
+        name: Name of the ``<transmission>``.
+        transmission: Its formulas.
+        interface: Command interface of the joints: ``position``, ``velocity`` or ``effort``.
+        joints: Names of the joints, in the order of their roles.
+        actuators: Actuators, with commands in their own lengths, in the order of their roles.
+    """
+
+    name: str
+    transmission: Transmission
+    interface: str
+    joints: tuple[str, ...]
+    actuators: tuple[JointActuator, ...]
+
+
+# Any: MuJoCo's model.
+def actuator_transmissions(
+    description: RobotDescription, model: Any
+) -> tuple[list[ActuatorTransmission], list[str]]:
+    """Return a description's transmissions on actuators of an MJCF file, and why others have none.
+
+    Raises:
+        InvalidDescriptionError: A transmission is of unknown type or has wrong values.
+    """
+    found, warnings = [], []
+    for one in description.transmissions:
+        transmission = make_transmission(one)
+        named = {end.name: length_actuator(model, end.name) for end in ends_by_role(one.actuators)}
+        unknown = [name for name, actuator in named.items() if actuator is None]
+        actuators = [actuator for actuator in named.values() if actuator is not None]
+        interfaces = sorted({actuator.interface for actuator in actuators})
+        where = f"Transmission '{one.name}'" + (f" (line {one.line})" if one.line else "")
+        if unknown:
+            warnings.append(
+                f"{where} has no effect: the file has no position, velocity or motor actuator "
+                f"{', '.join(map(repr, unknown))}"
+            )
+        elif len(interfaces) > 1:
+            warnings.append(f"{where} has no effect: its actuators take {' and '.join(interfaces)}")
+        else:
+            joints = tuple(end.name for end in ends_by_role(one.joints))
+            found.append(
+                ActuatorTransmission(
+                    one.name, transmission, interfaces[0], joints, tuple(actuators)
+                )
+            )
+    return found, warnings
+
+
 def _joints(
-    description: RobotDescription, mjcf: Mjcf, actuators: list[JointActuator]
+    description: RobotDescription,
+    mjcf: Mjcf,
+    actuators: list[JointActuator],
+    transmissions: list[ActuatorTransmission],
 ) -> tuple[list[JointSpec], list[str]]:
     """Return the description's joints, with the file's actuators that take their commands."""
     specs, warnings = joint_specs(description)
@@ -190,11 +264,15 @@ def _joints(
         if joint.type[0] == _BALL
         for turn in ball_joint_names(joint.name)
     }
+    moved = {joint: one for one in transmissions for joint in one.joints}
     joints = []
     for spec in specs:
         own = tuple(actuator for actuator in actuators if actuator.joint == spec.name)
         kinds = {actuator.interface for actuator in own}
-        why = f"actuator takes {' and '.join(sorted(kinds))}" if own else "actuators move others"
+        through = moved.get(spec.name)
+        if through is not None:
+            kinds.add(through.interface)
+        why = f"actuator takes {' and '.join(sorted(kinds))}" if kinds else "actuators move others"
         commands = tuple(command for command in spec.command_interfaces if command in kinds)
         warnings += [
             f"Command interface '{spec.name}/{command}' is left out: the file's {why}"
@@ -202,7 +280,13 @@ def _joints(
             if command not in kinds
         ]
         joints.append(
-            replace(spec, command_interfaces=commands, actuators=own, ball=turns.get(spec.name, ""))
+            replace(
+                spec,
+                command_interfaces=commands,
+                actuators=own,
+                transmission="" if through is None else through.name,
+                ball=turns.get(spec.name, ""),
+            )
         )
     return joints, warnings
 

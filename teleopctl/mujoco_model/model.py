@@ -36,7 +36,12 @@ from teleopctl.mujoco_model.contacts import (
 from teleopctl.mujoco_model.drives import add_drives, prepare_joints
 from teleopctl.mujoco_model.inertia import repair_inertias
 from teleopctl.mujoco_model.joints import JointSpec, close_loops, joint_specs
-from teleopctl.mujoco_model.mjcf import MjcfDraft, MjcfStart, draft_mjcf
+from teleopctl.mujoco_model.mjcf import (
+    ActuatorTransmission,
+    MjcfDraft,
+    MjcfStart,
+    draft_mjcf,
+)
 from teleopctl.mujoco_model.surroundings.scene import add_scene
 from teleopctl.mujoco_model.surroundings.surfaces import add_contact_pairs
 from teleopctl.mujoco_model.surroundings.world import (
@@ -78,6 +83,7 @@ class RobotModel:
         excluded: Pairs of links that overlap at the start: no contact until they have come apart.
         weightless: Links of the robot on which gravity does not act.
         directed: Direction-dependent friction of the robot's links.
+        transmissions: Transmissions between actuators of an MJCF file and joints.
         start: Starting state of a robot from an MJCF file; None for a robot from a URDF.
         keyframes: Keyframes of an MJCF file, by name.
     """
@@ -96,6 +102,7 @@ class RobotModel:
     excluded: tuple[tuple[str, str], ...]
     weightless: tuple[str, ...] = ()
     directed: tuple[DirectedFriction, ...] = ()
+    transmissions: tuple[ActuatorTransmission, ...] = ()
     start: MjcfStart | None = None
     keyframes: Mapping[str, MjcfStart] = field(default_factory=dict)
 
@@ -265,6 +272,7 @@ def _build_mjcf(description: RobotDescription, draft: MjcfDraft) -> RobotModel:
         world_geoms=tuple(around),
         warnings=tuple(draft.warnings),
         excluded=(),
+        transmissions=tuple(draft.transmissions),
         start=draft.start,
         keyframes=draft.keyframes,
     )

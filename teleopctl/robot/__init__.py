@@ -58,6 +58,7 @@ if TYPE_CHECKING:
     from teleopctl.robot.mjcf.actuators import (
         JointActuator as JointActuator,
         joint_actuators as joint_actuators,
+        length_actuator as length_actuator,
     )
     from teleopctl.robot.mjcf.mjcf_as_urdf import ball_joint_names as ball_joint_names
     from teleopctl.robot.mjcf.mjcf_file import Mjcf as Mjcf, load_mjcf as load_mjcf
@@ -138,6 +139,15 @@ if TYPE_CHECKING:
         tag_value as tag_value,
     )
     from teleopctl.robot.tags.urdf import unknown_tags as unknown_tags
+    from teleopctl.robot.transmissions import (
+        DifferentialTransmission as DifferentialTransmission,
+        FourBarLinkageTransmission as FourBarLinkageTransmission,
+        SimpleTransmission as SimpleTransmission,
+        Transmission as Transmission,
+        ends_by_role as ends_by_role,
+        make_transmission as make_transmission,
+        transmission_has_effect as transmission_has_effect,
+    )
     from teleopctl.robot.urdf import (
         Box as Box,
         Capsule as Capsule,

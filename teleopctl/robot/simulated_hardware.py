@@ -208,10 +208,16 @@ def with_ros2_control_of(urdf: str, other: str) -> str:
 
 def _take_over(systems: list[etree._Element]) -> list[str]:
     """Make the simulator the hardware of every system; return sentences about the changes."""
-    foreign = []
+    foreign, remarks = [], []
     for system in systems:
         plugin = system.findtext("hardware/plugin", "").strip()
         if plugin in _SIMULATORS:
+            file = system.findtext("hardware/param[@name='mujoco_model']", "").strip()
+            if file:
+                remarks.append(
+                    f"The physics of '{system.get('name')}' is that of this description, not of "
+                    f"its mujoco_model: model:={file} simulates that file"
+                )
             continue
         names = [tag.get("name") for tag in system.iterfind("hardware/param")]
         without = f", without its {', '.join(map(str, names))}" if names else ""
@@ -223,7 +229,8 @@ def _take_over(systems: list[etree._Element]) -> list[str]:
         system.insert(0, hardware)
         # The simulator has only components of type system.
         system.set("type", "system")
-    remarks = [f"The simulator is the hardware of {', '.join(foreign)}"] if foreign else []
+    if foreign:
+        remarks.insert(0, f"The simulator is the hardware of {', '.join(foreign)}")
     return remarks + _plain_commands(systems)
 
 

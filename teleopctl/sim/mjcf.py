@@ -17,7 +17,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.sim.sensors.base import Sensor
 
 if TYPE_CHECKING:
-    from teleopctl.mujoco_model import JointSpec
+    from teleopctl.mujoco_model import ActuatorTransmission, JointSpec
     from teleopctl.robot import JointActuator, SensorTag as Description
 
 Array = npt.NDArray[np.float64]
@@ -74,11 +74,23 @@ class FileActuators:
         model: The ``mujoco.MjModel``.
         data: Its ``mujoco.MjData``.
         joints: The robot's movable joints.
+        transmissions: Transmissions between actuators and joints that several of them move.
     """
 
     # Any stands for MuJoCo's types, which have no static ones.
-    def __init__(self, model: Any, data: Any, joints: Sequence[JointSpec]) -> None:
+    def __init__(
+        self,
+        model: Any,
+        data: Any,
+        joints: Sequence[JointSpec],
+        transmissions: Sequence[ActuatorTransmission] = (),
+    ) -> None:
         self._m, self._d = model, data
+        self._transmissions = [
+            (one, [int(model.actuator(actuator.name).id) for actuator in one.actuators])
+            for one in transmissions
+        ]
+        self._moved = {joint for one in transmissions for joint in one.joints}
         self._parts = {
             joint.name: [
                 (
@@ -94,22 +106,30 @@ class FileActuators:
         self._limits = {joint.name: joint.limits.mechanical for joint in joints}
 
     def __len__(self) -> int:
-        return len(self._parts)
+        return len(self._parts) + len(self._moved)
 
     def __contains__(self, joint: object) -> bool:
-        return joint in self._parts
+        return joint in self._parts or joint in self._moved
 
     def hold_present(self) -> None:
         """Set position actuators to the present positions of their joints."""
         for joint, parts in self._parts.items():
             position = float(self._d.joint(joint).qpos[0])
             for interface, number, actuator in parts:
-                first = int(self._m.actuator_actadr[number])
-                if interface == 0:
-                    self._d.ctrl[number] = _control(actuator, position)
-                if first >= 0 and interface < 2:
-                    # Actuators that filter positions or integrate velocities have a state.
-                    self._d.act[first] = _control(actuator, position)
+                self._hold(interface, number, actuator, position)
+        for one, numbers in self._transmissions:
+            positions = [float(self._d.joint(joint).qpos[0]) for joint in one.joints]
+            lengths = one.transmission.joint_to_actuator("position", positions)
+            for number, actuator, length in zip(numbers, one.actuators, lengths, strict=True):
+                self._hold(_INTERFACES.index(one.interface), number, actuator, length)
+
+    def _hold(self, interface: int, number: int, actuator: JointActuator, position: float) -> None:
+        first = int(self._m.actuator_actadr[number])
+        if interface == 0:
+            self._d.ctrl[number] = _control(actuator, position)
+        if first >= 0 and interface < 2:
+            # Actuators that filter positions or integrate velocities have a state.
+            self._d.act[first] = _control(actuator, position)
 
     def apply(
         self,
@@ -122,7 +142,7 @@ class FileActuators:
         given = [
             values if len(values) == len(names) else () for values in (position, velocity, effort)
         ]
-        columns = {name: column for column, name in enumerate(names) if name in self._parts}
+        columns = {name: column for column, name in enumerate(names) if name in self}
         for joint, parts in self._parts.items():
             column = columns.get(joint)
             limits = self._limits[joint]
@@ -135,6 +155,39 @@ class FileActuators:
                     self._d.ctrl[number] = _control(actuator, value)
                 elif interface:
                     self._d.ctrl[number] = _control(actuator, 0.0)
+        for one, numbers in self._transmissions:
+            values = given[_INTERFACES.index(one.interface)]
+            wanted = [
+                float(values[columns[joint]]) if values and joint in columns else math.nan
+                for joint in one.joints
+            ]
+            self._apply_transmission(one, numbers, wanted)
+
+    def _apply_transmission(
+        self, one: ActuatorTransmission, numbers: list[int], wanted: list[float]
+    ) -> None:
+        """Set the controls of actuators that move joints together; NaN is no command."""
+        instead: Sequence[float] = [0.0] * len(wanted)
+        if one.interface == "position":
+            if not any(map(isfinite, wanted)):
+                return
+            lengths = [
+                (float(self._d.ctrl[number]) - actuator.offset) / actuator.scale
+                for number, actuator in zip(numbers, one.actuators, strict=True)
+            ]
+            instead = one.transmission.actuator_to_joint("position", lengths)
+            limits = [self._limits[joint] for joint in one.joints]
+            wanted = [
+                min(max(value, limit.lower), limit.upper) if isfinite(value) else value
+                for value, limit in zip(wanted, limits, strict=True)
+            ]
+        filled = [
+            value if isfinite(value) else other
+            for value, other in zip(wanted, instead, strict=True)
+        ]
+        commands = one.transmission.joint_to_actuator(one.interface, filled)
+        for number, actuator, command in zip(numbers, one.actuators, commands, strict=True):
+            self._d.ctrl[number] = _control(actuator, command)
 
     def hold(self) -> None:
         """Set velocity and effort actuators to zero; position actuators keep their targets."""

@@ -82,7 +82,7 @@ class Simulation:
         self._pushes = Pushes()
         self._drives = Drives(self._m, self._d, joints, control_period_ns * 1e-9, self._others)
         self._drives.remove_gravity(model.weightless)
-        self._file_actuators = FileActuators(self._m, self._d, joints)
+        self._file_actuators = FileActuators(self._m, self._d, joints, model.transmissions)
         self.movers: list[PlanarMove] = []
         self._parting = InitialOverlaps(self._m, self._d, model.excluded)
         self._parting_steps = -(-_PARTING_NS // control_period_ns) * self.steps_per_period
@@ -117,7 +117,7 @@ class Simulation:
         copy_state(m, d, self._m, self._d)
         self._physics.restore(physics.save())
         self._drives = self._drives.transferred_to(self._m, self._d, self._others)
-        self._file_actuators = FileActuators(self._m, self._d, model.joints)
+        self._file_actuators = FileActuators(self._m, self._d, model.joints, model.transmissions)
         self._parting = self._parting.transferred_to(self._m, self._d)
         self.refresh()
 

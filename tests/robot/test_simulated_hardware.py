@@ -57,6 +57,15 @@ def test_whatever_hardware_a_system_has_it_becomes_the_simulator_and_that_is_sai
     assert remarks == ("The simulator is the hardware of 'Real' (vendor/Driver, without its port)",)
 
 
+def test_an_mjcf_file_of_mujoco_ros2_control_is_named_since_the_urdf_is_simulated():
+    tag = system("Sim", "mujoco_ros2_control/MujocoSystemInterface", "a", "b")
+    tag = tag.replace('name="port">/dev/ttyUSB0', 'name="mujoco_model">/robots/scene.xml')
+    assert simulated(arm(tag)).remarks == (
+        "The physics of 'Sim' is that of this description, not of its mujoco_model: "
+        "model:=/robots/scene.xml simulates that file",
+    )
+
+
 def test_of_several_systems_each_keeps_its_name_and_its_joints():
     mock = system("Hand", "mock_components/GenericSystem", "b")
     urdf, remarks = simulated(

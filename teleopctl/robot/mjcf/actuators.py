@@ -7,9 +7,12 @@ b1 = 0 and b2 < 0 a damper at a velocity, and with b1 = b2 = 0 a plain force.
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import itertools
+import math
+from collections import Counter
+from collections.abc import Collection, Iterator
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import mujoco
 
@@ -55,6 +58,27 @@ class JointActuator:
     effort: float
 
 
+@dataclass(frozen=True, slots=True)
+class ActuatorPair:
+    """Two MJCF actuators that move two joints together, as a transmission of ros2_control.
+
+    Attributes:
+        kind: ``DifferentialTransmission`` or ``FourBarLinkageTransmission``.
+        interface: Command interface of the joints: ``position``, ``velocity`` or ``effort``.
+        joints: Names of the joints, ``joint1`` first.
+        actuators: Names of the actuators, ``actuator1`` first.
+        joint_reductions: Reductions of the joints.
+        actuator_reductions: Reductions of the actuators.
+    """
+
+    kind: str
+    interface: str
+    joints: tuple[str, str]
+    actuators: tuple[str, str]
+    joint_reductions: tuple[float, float]
+    actuator_reductions: tuple[float, float]
+
+
 # Any, here and below: MuJoCo's model has no static type.
 def equality_mimics(model: Any) -> dict[str, Mimic]:
     """Return the active linear joint equalities of an MJCF model as mimic relations, by joint.
@@ -76,8 +100,14 @@ def equality_mimics(model: Any) -> dict[str, Mimic]:
     return found
 
 
-def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
+def joint_actuators(
+    model: Any, of_transmissions: Collection[str] = ()
+) -> tuple[list[JointActuator], list[str]]:
     """Return MJCF actuators that can be command interfaces, and sentences about the others.
+
+    Args:
+        model: The ``mujoco.MjModel`` of the file.
+        of_transmissions: Names of actuators that take commands through transmissions; left out.
 
     Returns:
         At most one actuator for each interface of a joint, and a sentence about each other actuator
@@ -87,16 +117,20 @@ def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
     remarks = []
     mimics = equality_mimics(model)
     for number in range(model.nu):
-        name = model.actuator(number).name
-        moved = _moved(model, number, mimics)
-        made = None if moved is None else _actuator(model, number, *moved)
-        if moved is None:
+        name = str(model.actuator(number).name)
+        if name in of_transmissions:
+            continue
+        length = _length(model, number, mimics)
+        if length is None or len(length.slopes) != 1:
             remarks.append(
                 f"Actuator '{name}' does not move a single joint: it keeps its control value"
             )
-        elif made is None:
+            continue
+        ((joint, slope),) = length.slopes.items()
+        made = _actuator(model, number, joint, slope, length.offset)
+        if made is None:
             remarks.append(
-                f"Actuator '{name}' of joint '{moved[0]}' is neither position, velocity nor "
+                f"Actuator '{name}' of joint '{joint}' is neither position, velocity nor "
                 "motor: it keeps its control"
             )
         elif (made.joint, made.interface) in found:
@@ -109,8 +143,20 @@ def joint_actuators(model: Any) -> tuple[list[JointActuator], list[str]]:
     return list(found.values()), remarks
 
 
-def _moved(model: Any, number: int, mimics: dict[str, Mimic]) -> tuple[str, float, float] | None:
-    """Return the joint q that an actuator moves, and its length as slope * q + offset."""
+class Lengths(NamedTuple):
+    """Length of an MJCF actuator as a sum over joints: slope * q of each joint, plus an offset.
+
+    Attributes:
+        slopes: Change of the length per rad or m of each joint, by joint name.
+        offset: Length with all joints at 0.
+    """
+
+    slopes: dict[str, float]
+    offset: float
+
+
+def _length(model: Any, number: int, mimics: dict[str, Mimic]) -> Lengths | None:
+    """Return the length of an actuator by the joints that it moves; None if it is not linear."""
     target = int(model.actuator_trnid[number][0])
     gear = float(model.actuator_gear[number][0])
     kind = int(model.actuator_trntype[number])
@@ -131,10 +177,93 @@ def _moved(model: Any, number: int, mimics: dict[str, Mimic]) -> tuple[str, floa
             name, offset = mimic.joint, offset + coefficient * mimic.offset
             coefficient *= mimic.multiplier
         slopes[name] = slopes.get(name, 0.0) + coefficient
-    if len(slopes) != 1:
+    moved = {name: slope * gear for name, slope in slopes.items() if slope * gear}
+    return Lengths(moved, offset * gear) if moved else None
+
+
+def length_actuator(model: Any, name: str) -> JointActuator | None:
+    """Return an MJCF actuator with commands in its own length, as transmissions give them.
+
+    The length is that of MuJoCo: of the joint or tendon, times the gear. For an actuator that is
+    named by its joint, as in mujoco_ros2_control, it is the position of that joint.
+
+    Args:
+        model: The ``mujoco.MjModel``.
+        name: Name of the actuator, or of the joint that only this actuator moves.
+
+    Returns:
+        The actuator, of no joint; None if there is none, or if it is neither position, velocity nor
+        motor.
+    """
+    number = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_ACTUATOR, name)
+    if number >= 0:
+        return _actuator(model, number, "", 1.0, 0.0)
+    joint = mujoco.mj_name2id(model, mujoco.mjtObj.mjOBJ_JOINT, name)
+    own = [
+        number
+        for number in range(model.nu)
+        if int(model.actuator_trntype[number]) in _ON_JOINTS
+        and int(model.actuator_trnid[number][0]) == joint
+    ]
+    if joint < 0 or len(own) != 1:
         return None
-    ((name, slope),) = slopes.items()
-    return (name, slope * gear, offset * gear) if slope * gear else None
+    return _actuator(model, own[0], "", float(model.actuator_gear[own[0]][0]), 0.0)
+
+
+def actuator_pairs(model: Any) -> list[ActuatorPair]:
+    """Return the pairs of MJCF actuators that move two joints together as a transmission does.
+
+    The lengths a1, a2 of two actuators on fixed tendons depend on the joints j1, j2 by a matrix.
+    That of a differential is a1 = n1 (m1 j1 + m2 j2), a2 = n2 (m1 j1 - m2 j2); that of a four-bar
+    linkage is a1 = n1 m1 j1, a2 = n2 (j1 + m2 j2).
+    """
+    mimics = equality_mimics(model)
+    lengths = {
+        str(model.actuator(number).name): length
+        for number in range(model.nu)
+        if (length := _length(model, number, mimics)) is not None
+    }
+    users = Counter(joint for length in lengths.values() for joint in length.slopes)
+    pairs: list[ActuatorPair] = []
+    for first, second in itertools.permutations(lengths, 2):
+        ends = (first, lengths[first]), (second, lengths[second])
+        moved = Counter(joint for _, length in ends for joint in length.slopes)
+        # Other actuators of these joints would work against the pair.
+        if len(moved) == 2 and all(users[joint] == count for joint, count in moved.items()):
+            pair = _pair(model, *ends)
+            if pair is not None and not any(first in other.actuators for other in pairs):
+                pairs.append(pair)
+    return pairs
+
+
+def _pair(
+    model: Any, first: tuple[str, Lengths], second: tuple[str, Lengths]
+) -> ActuatorPair | None:
+    """Return two actuators as a transmission; None if they are none, or of different kinds."""
+    (name, length), (other, length_of_other) = first, second
+    slopes, slopes_of_other = length.slopes, length_of_other.slopes
+    made, made_of_other = (length_actuator(model, each) for each in (name, other))
+    if made is None or made_of_other is None or made.interface != made_of_other.interface:
+        return None
+    interface = made.interface
+    if len(slopes_of_other) != 2 or length.offset or length_of_other.offset:
+        return None
+    if len(slopes) == 1:
+        (one,) = slopes
+        (two,) = (joint for joint in slopes_of_other if joint != one)
+        n2 = slopes_of_other[one]
+        reductions = (slopes[one], slopes_of_other[two] / n2), (1.0, n2)
+        return ActuatorPair(
+            "FourBarLinkageTransmission", interface, (one, two), (name, other), *reductions
+        )
+    one, two = slopes
+    products = slopes[one] * slopes_of_other[two], slopes[two] * slopes_of_other[one]
+    if not math.isclose(products[0], -products[1], rel_tol=1e-6):
+        return None
+    reductions = (slopes[one], slopes[two]), (1.0, slopes_of_other[one] / slopes[one])
+    return ActuatorPair(
+        "DifferentialTransmission", interface, (one, two), (name, other), *reductions
+    )
 
 
 def _joints_of_tendon(model: Any, tendon: int) -> Iterator[tuple[int, float]]:

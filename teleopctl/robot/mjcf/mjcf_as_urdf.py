@@ -19,7 +19,9 @@ from lxml import etree
 from teleopctl.robot.meshes import cached_stl, unit_sphere_stl
 from teleopctl.robot.mjcf.actuators import (
     SINGLE_AXIS,
+    ActuatorPair,
     JointActuator,
+    actuator_pairs,
     equality_mimics,
     joint_actuators,
 )
@@ -161,12 +163,13 @@ def mjcf_as_urdf(path: Path) -> ExpandedXacro:
     robot = etree.Element("robot", name=path.stem if name in ("", _UNNAMED) else name)
     # <mujoco> is the URDF element for MuJoCo's settings; the attribute `file` is an extension.
     etree.SubElement(robot, "mujoco", file=mjcf.path.as_uri())
-    actuators, _ = joint_actuators(m)
+    pairs = actuator_pairs(m)
+    actuators, _ = joint_actuators(m, {name for pair in pairs for name in pair.actuators})
     for remark in _add_links(robot, mjcf):
         etree.SubElement(robot, REMARK).text = remark
-    _add_joints(robot, mjcf, actuators)
+    _add_joints(robot, mjcf, actuators, pairs)
     if robot.find("joint[axis]") is not None:
-        _add_control(robot, mjcf, actuators)
+        _add_control(robot, mjcf, actuators, pairs)
         if not m.nu:
             etree.SubElement(
                 robot, REMARK
@@ -210,9 +213,12 @@ def _add_links(robot: etree._Element, mjcf: Mjcf) -> list[str]:
     return remarks
 
 
-def _add_joints(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator]) -> None:
+def _add_joints(
+    robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator], pairs: list[ActuatorPair]
+) -> None:
     m, start = mjcf.model, mjcf.start()
     commanded = {actuator.joint for actuator in actuators}
+    commanded.update(joint for pair in pairs for joint in pair.joints)
     mimics = {name: mimic for name, mimic in equality_mimics(m).items() if name not in commanded}
     for body in mjcf.bodies():
         name, parent = m.body(body).name, m.body(int(m.body_parentid[body])).name
@@ -324,7 +330,9 @@ def _add_moving(
         )
 
 
-def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator]) -> None:
+def _add_control(
+    robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuator], pairs: list[ActuatorPair]
+) -> None:
     """Add a ``<ros2_control>`` system with command interfaces for the file's actuators."""
     m, start = mjcf.model, mjcf.start()
     system = etree.SubElement(robot, "ros2_control", name=_SYSTEM, type="system")
@@ -340,6 +348,7 @@ def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuato
             continue
         joint = etree.SubElement(system, "joint", name=name)
         commands = [actuator.interface for actuator in actuators if actuator.joint == name]
+        commands += [pair.interface for pair in pairs if name in pair.joints]
         for command in commands:
             etree.SubElement(joint, "command_interface", name=command)
         position = etree.SubElement(joint, "state_interface", name="position")
@@ -347,3 +356,18 @@ def _add_control(robot: etree._Element, mjcf: Mjcf, actuators: list[JointActuato
         etree.SubElement(position, "param", name="initial_value").text = value
         for state in ("velocity", "effort"):
             etree.SubElement(joint, "state_interface", name=state)
+    for pair in pairs:
+        _add_transmission(system, pair)
+
+
+def _add_transmission(system: etree._Element, pair: ActuatorPair) -> None:
+    """Add the ``<transmission>`` through which two actuators move two joints together."""
+    element = etree.SubElement(system, "transmission", name="_".join(pair.actuators))
+    etree.SubElement(element, "plugin").text = f"transmission_interface/{pair.kind}"
+    for tag, names, reductions in (
+        ("actuator", pair.actuators, pair.actuator_reductions),
+        ("joint", pair.joints, pair.joint_reductions),
+    ):
+        for number, (name, reduction) in enumerate(zip(names, reductions, strict=True), 1):
+            end = etree.SubElement(element, tag, name=name, role=f"{tag}{number}")
+            etree.SubElement(end, "mechanical_reduction").text = numbers(reduction)
