@@ -160,9 +160,9 @@ class ControllerManager:
                 self.logger.info(f"  {known}")
             return False
         except BrokenPluginError as error:
-            self.logger.error(
-                f"Could not load controller '{name}' (type '{type_name}'): {error.message}"
-            )
+            sentence = f"Could not load controller '{name}' (type '{type_name}'): {error.message}"
+            self.logger.error(sentence)
+            self.resource_manager.on_exception(sentence, error.__cause__ or error)
             return False
         try:
             fallbacks = tuple(string_list_parameter(self.node, f"{name}.fallback_controllers"))
@@ -181,9 +181,9 @@ class ControllerManager:
         try:
             controller: ControllerInterface = controller_class(params)
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a controller's failure is reported, not ours
-            self.logger.error(
-                f"Could not initialize the controller named '{name}': {with_origin(error)}"
-            )
+            sentence = f"Could not initialize the controller named '{name}': {with_origin(error)}"
+            self.logger.error(sentence)
+            self.resource_manager.on_exception(sentence, error)
             self.node.destroy_controller_node(params.node)
             return False
         if self.call(controller, controller.on_init) is not CallbackReturn.SUCCESS:
@@ -430,9 +430,9 @@ class ControllerManager:
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a controller's failure must not end the manager
             outcome = CallbackReturn.ERROR
             self._causes[controller.name] = f"{where} raised {with_origin(error)}"
-            self.logger.error(
-                f"Controller '{controller.name}' raised in {where}: {with_origin(error)}"
-            )
+            sentence = f"Controller '{controller.name}' raised in {where}: {with_origin(error)}"
+            self.logger.error(sentence)
+            self.resource_manager.on_exception(sentence, error)
         if outcome is not CallbackReturn.SUCCESS:
             self._causes.setdefault(controller.name, f"{where} returned {outcome.name}")
         return outcome

@@ -3,7 +3,9 @@
 from __future__ import annotations
 
 import time
+import traceback
 from collections.abc import Callable, Container, Iterable, Sequence
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -14,7 +16,7 @@ from teleopctl.control.controller_manager import ControllerManager, string_list_
 from teleopctl.control.controllers.base import ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle, WallClockLoop
 from teleopctl.control.cycle_watchdog import DEFAULT_LIMIT_S, CycleWatchdog
-from teleopctl.control.lifecycle import State
+from teleopctl.control.lifecycle import OnException, State, handle_exception
 from teleopctl.control.limits import limits_enforced_by_default
 from teleopctl.control.manager_log import DESCRIPTION_RECEIVED, DESCRIPTION_REFUSED
 from teleopctl.control.realtime_publisher import PublishQueue
@@ -27,7 +29,7 @@ from teleopctl.control.statistics_publishers import (
     IntrospectionPublisher,
     StatisticsPublisher,
 )
-from teleopctl.errors import HardwareError, InvalidParameterError, TeleopctlError
+from teleopctl.errors import DefectError, HardwareError, InvalidParameterError, TeleopctlError
 from teleopctl.interfaces import get_message, is_distribution_since
 from teleopctl.node import (
     AllowableParameterValue,
@@ -35,6 +37,7 @@ from teleopctl.node import (
     ClockType,
     Executor,
     Node,
+    RcutilsLogger,
     find_parameter_line,
     parse_ros_arguments,
     qos_profile_latched,
@@ -69,8 +72,10 @@ class ControllerManagerNode:
         node: Node of the manager.
         executor: Executor that the nodes of controllers are added to.
         ros_arguments: ROS arguments of the process; they apply to controllers' nodes, too.
-        on_cycle_timeout: Called with the error if a control cycle does not end within the parameter
-            ``cycle_timeout``, 10 s by default; None for a manager whose process goes on.
+        on_failure: Called, from any thread, with the error that is to end the process: a control
+            cycle does not end within the parameter ``cycle_timeout``, 10 s by default, or, with
+            ``handle_exceptions`` false, a controller or hardware raises. None for a process of the
+            manager's own, which ends by ``node.fail`` and has no limit for a cycle.
     """
 
     def __init__(
@@ -79,9 +84,10 @@ class ControllerManagerNode:
         executor: Executor,
         ros_arguments: Sequence[str],
         *,
-        on_cycle_timeout: Callable[[TeleopctlError], object] | None = None,
+        on_failure: Callable[[TeleopctlError], object] | None = None,
     ) -> None:
         self._node = node
+        self._fail = on_failure or node.fail
         self._executor = executor
         self._ros_arguments = without_node_name(ros_arguments)
         self._logger = node.get_logger()
@@ -100,6 +106,7 @@ class ControllerManagerNode:
             lambda sentence: self._cycle.report(sentence),
             update_rate=rate,
             enforce_limits=enforce,
+            on_exception=self._on_exception(),
         )
         self._publish_queue = PublishQueue(lambda sentence: self._cycle.report(sentence))
         self.manager = ControllerManager(self._resource_manager, self, self._logger, rate)
@@ -107,8 +114,8 @@ class ControllerManagerNode:
         self._watchdog = CycleWatchdog(
             self._cycle,
             self._logger,
-            limit_s=0.0 if on_cycle_timeout is None else self._cycle_timeout_s(),
-            on_limit=on_cycle_timeout or node.fail,
+            limit_s=0.0 if on_failure is None else self._cycle_timeout_s(),
+            on_limit=self._fail,
         )
         self._stop = RobotStopNode(node, self.manager.robot_stop, self.parameter)
         self._loop: WallClockLoop | None = None
@@ -144,6 +151,16 @@ class ControllerManagerNode:
             raise error.at(place) if place else error
         assert isinstance(rate, int)
         return rate
+
+    def _on_exception(self) -> OnException:
+        handles = self.parameter("handle_exceptions")
+        if handles is None or handles is True:
+            return handle_exception
+        if handles is False:
+            return partial(end_with_exception, self._logger, self._fail)
+        raise InvalidParameterError(
+            f"Parameter 'handle_exceptions' must be true or false, got {handles}"
+        )
 
     def _cycle_timeout_s(self) -> float:
         limit_s = self.parameter("cycle_timeout")
@@ -386,6 +403,34 @@ class ControllerManagerNode:
             component.hardware.set_cycle(_no_cycle)
         self.manager.shutdown()
         self._publish_queue.close()
+
+
+def end_with_exception(
+    logger: RcutilsLogger,
+    fail: Callable[[TeleopctlError], object],
+    what: str,
+    error: BaseException,
+) -> None:
+    """End the process with an exception of a controller or hardware: ``handle_exceptions: false``.
+
+    A foreseen failure, such as an invalid parameter, is a TeleopctlError, and ends nothing.
+
+    Args:
+        logger: Logger of the traceback.
+        fail: Called with the error that is to end the process.
+        what: What raised it, in a sentence.
+        error: The exception.
+    """
+    if isinstance(error, TeleopctlError):
+        return
+    logger.fatal("".join(traceback.format_exception(error)).rstrip())
+    failure = DefectError(
+        what,
+        hint="The log has the traceback. With `handle_exceptions: true`, the default, the others "
+        "go on.",
+    )
+    failure.__cause__ = error
+    fail(failure)
 
 
 def unread_manager_parameters(given: Iterable[str], read: Container[str]) -> list[str]:

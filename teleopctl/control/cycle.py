@@ -178,7 +178,9 @@ class Cycle:
             del ramps[controller]
 
     def _report_raised(self, spec: ControllerSpec, function: str, error: BaseException) -> None:
-        self.report(f"Controller '{spec.name}' raised in {function}: {with_origin(error)}")
+        sentence = f"Controller '{spec.name}' raised in {function}: {with_origin(error)}"
+        self.report(sentence)
+        self._manager.resource_manager.on_exception(sentence, error)
 
     def _update(self, time_ns: int, trigger_ns: int, period_ns: int) -> None:
         failed: list[ControllerSpec] | None = None

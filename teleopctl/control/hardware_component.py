@@ -9,7 +9,13 @@ from typing import TYPE_CHECKING
 from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.hardware.base import HardwareComponentInterface
-from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
+from teleopctl.control.lifecycle import (
+    CallbackReturn,
+    OnException,
+    ReturnType,
+    State,
+    handle_exception,
+)
 from teleopctl.control.statistics import WorkStatistics
 
 if TYPE_CHECKING:
@@ -34,6 +40,8 @@ class HardwareComponent:
         update_rate: Update rate of the controller manager in Hz.
 
     Attributes:
+        on_exception: Called with each exception of the plug-in, after it was logged, and with what
+            was logged; by default it does nothing.
         lifecycle_state: Lifecycle state of the component.
         group: Name of the group of components that fail together; empty for none.
         rw_rate: Rate of reads and writes in Hz.
@@ -48,6 +56,7 @@ class HardwareComponent:
         self, hardware: HardwareComponentInterface, logger: RcutilsLogger, update_rate: int
     ) -> None:
         self.hardware = hardware
+        self.on_exception: OnException = handle_exception
         self.name: str = hardware.info.name
         self.group: str = hardware.info.group
         self.rw_rate = update_rate
@@ -169,9 +178,7 @@ class HardwareComponent:
             if not isinstance(outcome, ReturnType):
                 raise TypeError(f"it returned {outcome!r} in the place of a ReturnType")
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a plug-in's failure must not end the loop
-            self._logger.error(
-                f"Hardware '{self.name}' raised in {function.__name__}: {with_origin(error)}"
-            )
+            self._report_raised(function.__name__, error)
             outcome = ReturnType.ERROR
         return outcome
 
@@ -179,10 +186,13 @@ class HardwareComponent:
         try:
             return function() or CallbackReturn.SUCCESS
         except (Exception, SystemExit) as error:  # noqa: BLE001 - a plug-in's failure is the component's
-            self._logger.error(
-                f"Hardware '{self.name}' raised in {function.__name__}: {with_origin(error)}"
-            )
+            self._report_raised(function.__name__, error)
             return CallbackReturn.ERROR
+
+    def _report_raised(self, function: str, error: BaseException) -> None:
+        sentence = f"Hardware '{self.name}' raised in {function}: {with_origin(error)}"
+        self._logger.error(sentence)
+        self.on_exception(sentence, error)
 
 
 class Pace:

@@ -10,7 +10,7 @@ from typing import Any, ClassVar, cast
 from teleopctl.control.controller_manager import ControllerManager
 from teleopctl.control.controllers.base import ControllerInterface, ControllerInterfaceParams
 from teleopctl.control.cycle import Cycle
-from teleopctl.control.lifecycle import State
+from teleopctl.control.lifecycle import State, handle_exception, raise_exception
 from teleopctl.control.limits import limits_enforced_by_default
 from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.reloading.controller_reload import ControllerReload
@@ -375,7 +375,8 @@ class ControlStack:
     Args:
         urdf: Robot description whose hardware is loaded and activated; None to load none.
         update_rate: Control cycles per second.
-        parameters: Parameters of the controller manager, by dotted name.
+        parameters: Parameters of the controller manager, by dotted name. With
+            ``handle_exceptions`` false, exceptions of controllers and hardware are raised.
         enforce_limits: Whether commands are clamped to the limits of their joints; None for the
             default of the ROS 2 distribution, as for the manager's ``enforce_command_limits``.
         last_only: Whether only the last published message of each topic is stored, for long runs.
@@ -433,6 +434,9 @@ class ControlStack:
             enforce_limits=limits_enforced_by_default()
             if enforce_limits is None
             else enforce_limits,
+            on_exception=raise_exception
+            if self.parameter("handle_exceptions") is False
+            else handle_exception,
         )
         self.publish_queue = PublishQueue(self.log.warning)
         self.manager = ControllerManager(self.resources, self, logger, update_rate)

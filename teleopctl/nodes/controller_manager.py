@@ -54,7 +54,7 @@ def controller_manager(
     *,
     is_process: bool = True,
     prepare: Callable[[Node], object] = lambda _: None,
-    on_cycle_timeout: Callable[[TeleopctlError], object] | None = None,
+    on_failure: Callable[[TeleopctlError], object] | None = None,
 ) -> Iterator[Executor]:
     """Context manager that makes a controller manager and its executor, and ends the manager.
 
@@ -62,7 +62,7 @@ def controller_manager(
         arguments: Command line with the manager's ROS arguments.
         is_process: Whether they are those of the whole process.
         prepare: Called with the manager's node before the robot description is received.
-        on_cycle_timeout: See `ControllerManagerNode`.
+        on_failure: See `ControllerManagerNode`.
 
     Raises:
         TeleopctlError: A controller manager of the same name runs already, or a parameter is
@@ -84,12 +84,12 @@ def controller_manager(
         require_single_instance(node)
         prepare(node)
         executor.add_node(node)
-        manager_node = ControllerManagerNode(
-            node, executor, arguments, on_cycle_timeout=on_cycle_timeout
-        )
-        yield executor
-        node.get_logger().info("Shutting down the controller manager")
-        manager_node.close()
+        manager_node = ControllerManagerNode(node, executor, arguments, on_failure=on_failure)
+        try:
+            yield executor
+        finally:
+            node.get_logger().info("Shutting down the controller manager")
+            manager_node.close()
     finally:
         node.destroy_node()
 

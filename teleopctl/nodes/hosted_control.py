@@ -148,7 +148,7 @@ def hosted_control(
                     arguments,
                     is_process=False,
                     prepare=channel.set_manager,
-                    on_cycle_timeout=simulator.fail,
+                    on_failure=simulator.fail,
                 ) as executor,
                 contextlib.suppress(ExternalShutdownException),
             ):
