@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from teleopctl.control.client import (
         ControllerManagerClient as ControllerManagerClient,
         ControllerManagerUnavailableError as ControllerManagerUnavailableError,
+        controller_managers as controller_managers,
         managers_of_same_robot as managers_of_same_robot,
     )
     from teleopctl.control.controller_files import (

@@ -277,6 +277,17 @@ class ControllerManagerClient:
                 "it with its pid.",
             )
 
+    def execution_times(self) -> Any | None:
+        """Request the histograms of execution times; None from a manager of ROS 2 or none at all.
+
+        Returns:
+            The response of teleopctl_msgs/GetExecutionTimes.
+        """
+        service, type_name = "get_execution_times", "teleopctl_msgs/srv/GetExecutionTimes"
+        if not self._client(service, type_name).service_is_ready():
+            return None
+        return self.call(service, type_name)
+
     def list_controllers(self) -> list[Any]:
         """Request the loaded controllers; return them as ControllerState messages."""
         return list(self.call("list_controllers", "ListControllers").controller)

@@ -26,6 +26,7 @@ from teleopctl.control.services import ControllerManagerServices, lifecycle_stat
 from teleopctl.control.statistics_publishers import (
     INTROSPECTION_CHECK_S,
     DiagnosticsPublisher,
+    ExecutionTimesService,
     IntrospectionPublisher,
     StatisticsPublisher,
 )
@@ -322,6 +323,7 @@ class ControllerManagerNode:
             self._logger.warning(f"Parameters that have no effect: {', '.join(unread)}")
         progress.report(progress.READY, part=progress.CONTROL)
         StatisticsPublisher(self._node, self.manager, self._cycle)
+        ExecutionTimesService(self._node, self.manager, self._cycle)
         introspection = IntrospectionPublisher(
             self._node, self.manager, self._cycle, self._publish_queue
         )

@@ -51,7 +51,7 @@ class Cycle:
         began_s: Begin of the running cycle, on the monotonic clock in seconds; 0 between cycles.
         running: Name of the controller whose method runs in the cycle, empty for that of hardware,
             and the method's name.
-        times: Durations of the parts of the last cycle.
+        times: Durations of the cycles and their parts, and errors of their period.
         missed_count: Number of cycles that the loop on the wall clock has missed, as it logs them.
         on_written: Function called in each cycle after the hardware is written, or None.
     """
@@ -68,7 +68,7 @@ class Cycle:
         self.time_ns = 0
         self.began_s = 0.0
         self.running = ("", "read")
-        self.times = CycleTimes()
+        self.times = CycleTimes(self._nominal_ns)
         self.missed_count = 0
         self.on_written: Callable[[], None] | None = None
 
@@ -120,7 +120,7 @@ class Cycle:
                 self._component_failed(component, "write")
             if self.on_written is not None:
                 self.on_written()
-            self.times.record(began_ns, read_ns, updated_ns, None if last_ns is None else period)
+            self.times.record(began_ns, read_ns, updated_ns, None if last_ns is None else period_ns)
             self.began_s = 0.0
         if not manager.first_cycle.is_set():
             manager.first_cycle.set()

@@ -38,6 +38,7 @@ class HardwareComponent:
         hardware: Instance of the plug-in.
         logger: Logger for lifecycle transitions and errors.
         update_rate: Update rate of the controller manager in Hz.
+        rw_rate: Rate of reads and writes in Hz; by default that of the controller manager.
 
     Attributes:
         on_exception: Called with each exception of the plug-in, after it was logged, and with what
@@ -53,18 +54,22 @@ class HardwareComponent:
     is_async = False
 
     def __init__(
-        self, hardware: HardwareComponentInterface, logger: RcutilsLogger, update_rate: int
+        self,
+        hardware: HardwareComponentInterface,
+        logger: RcutilsLogger,
+        update_rate: int,
+        rw_rate: int | None = None,
     ) -> None:
         self.hardware = hardware
         self.on_exception: OnException = handle_exception
         self.name: str = hardware.info.name
         self.group: str = hardware.info.group
-        self.rw_rate = update_rate
+        self.rw_rate = rw_rate or update_rate
         self.state_interfaces: list[StateInterface] = list(hardware.state_interfaces.values())
         self.command_interfaces: list[CommandInterface] = list(hardware.command_interfaces.values())
         self.lifecycle_state = State.UNCONFIGURED
-        self.reads = WorkStatistics()
-        self.writes = WorkStatistics()
+        self.reads = WorkStatistics(self.rw_rate)
+        self.writes = WorkStatistics(self.rw_rate)
         self._logger = logger
 
     def initialize(self) -> bool:
@@ -255,8 +260,7 @@ class RatedHardwareComponent(HardwareComponent):
         update_rate: int,
         rw_rate: int,
     ) -> None:
-        super().__init__(hardware, logger, update_rate)
-        self.rw_rate = rw_rate
+        super().__init__(hardware, logger, update_rate, rw_rate)
         self._reading, self._writing = Pace(rw_rate, update_rate), Pace(rw_rate, update_rate)
 
     def _enter(self, state: State) -> None:

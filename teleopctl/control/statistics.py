@@ -10,7 +10,8 @@ import math
 import time
 from collections.abc import Iterator
 
-_NANOSECONDS_PER_US = 1000.0
+_NANOSECONDS_PER_US = 1e3
+_NANOSECONDS_PER_S = 1e9
 
 
 class MovingStatistics:
@@ -72,17 +73,98 @@ class MovingStatistics:
         yield f"{name}/current_value", self.current
 
 
+class DurationHistogram:
+    """Numbers of durations in bins that are narrow for short and wide for long durations.
+
+    It counts all durations since the start, so the difference of its counts at two times is the
+    histogram of the durations between them. Bins of 64 ns up to 2 µs, then 16 bins for each power
+    of two, so that a bin is at most 1/16 as wide as the durations in it; the last one, from 66 s,
+    has no upper edge. Source: HdrHistogram (Gil Tene), whose index needs no logarithm.
+
+    Args:
+        limit_ns: Limit; longer durations are counted on their own, too.
+
+    Attributes:
+        over_limit: Number of durations above the limit.
+        longest_ns: Longest duration since the start; 0 without durations.
+    """
+
+    __slots__ = ("_counts", "_limit_ns", "longest_ns", "over_limit")
+
+    def __init__(self, limit_ns: float = math.inf) -> None:
+        self._counts = [0] * _BINS
+        self._limit_ns = limit_ns
+        self.over_limit = 0
+        self.longest_ns = 0
+
+    def set_limit(self, limit_ns: float) -> None:
+        """Set the limit for the durations that follow."""
+        self._limit_ns = limit_ns
+
+    def add(self, duration_ns: int) -> None:
+        """Count a duration, which must not be negative."""
+        if duration_ns > self.longest_ns:
+            self.longest_ns = duration_ns
+        if duration_ns > self._limit_ns:
+            self.over_limit += 1
+        index = duration_ns >> _UNIT_BITS
+        shift = index.bit_length() - _LINEAR_BITS
+        if shift > 0:
+            index = (shift << _STEP_BITS) + (index >> shift)
+        try:
+            self._counts[index] += 1
+        except IndexError:
+            self._counts[-1] += 1
+
+    def bins(self) -> list[tuple[int, int, int]]:
+        """Return lower edge, upper edge (ns) and count of each bin with durations, ascending."""
+        return [
+            (_edge_ns(index), _edge_ns(index + 1), count)
+            # A copy: the cycle's thread goes on counting.
+            for index, count in enumerate(self._counts.copy())
+            if count
+        ]
+
+
+# Edges of bins are multiples of 2**6 ns; there are 2**4 bins for each power of two.
+_UNIT_BITS, _STEP_BITS = 6, 4
+# Bins below 2**5 units have one unit each.
+_LINEAR_BITS = _STEP_BITS + 1
+_BINS = (36 - _UNIT_BITS - _STEP_BITS + 1) << _STEP_BITS  # up to 2**36 ns
+
+
+def _edge_ns(index: int) -> int:
+    """Return the lower edge of a bin, in nanoseconds."""
+    shift = max(0, (index >> _STEP_BITS) - 1)
+    return (index - (shift << _STEP_BITS)) << (shift + _UNIT_BITS)
+
+
 class WorkStatistics:
-    """Statistics of a controller's or hardware's execution time in µs and rate in Hz."""
+    """Statistics of a controller's or hardware's execution time in µs and rate in Hz.
 
-    __slots__ = ("execution_time", "periodicity")
+    Args:
+        rate: Nominal rate in Hz. An execution that takes longer than its period is an overrun.
 
-    def __init__(self) -> None:
+    Attributes:
+        execution_time: Statistics of the execution time since the last reset.
+        periodicity: Statistics of the rate since the last reset.
+        durations: Execution times since the start.
+    """
+
+    __slots__ = ("durations", "execution_time", "periodicity")
+
+    def __init__(self, rate: float = math.inf) -> None:
         self.execution_time = MovingStatistics()
         self.periodicity = MovingStatistics()
+        self.durations = DurationHistogram()
+        self.set_rate(rate)
+
+    def set_rate(self, rate: float) -> None:
+        """Set the nominal rate in Hz."""
+        self.durations.set_limit(_NANOSECONDS_PER_S / rate if rate < math.inf else math.inf)
 
     def reset(self) -> None:
-        """Reset the statistics of execution time and rate."""
+        """Reset the statistics of execution time and rate, but not the numbers of durations."""
         self.execution_time.reset()
         self.periodicity.reset()
 
@@ -93,7 +175,9 @@ class WorkStatistics:
             began_ns: Begin of the execution, by ``time.perf_counter_ns``.
             period_s: Seconds since the previous execution; None if unknown.
         """
-        self.execution_time.add((time.perf_counter_ns() - began_ns) / _NANOSECONDS_PER_US)
+        duration_ns = time.perf_counter_ns() - began_ns
+        self.execution_time.add(duration_ns / _NANOSECONDS_PER_US)
+        self.durations.add(duration_ns)
         if period_s is not None:
             self.periodicity.add(1.0 / period_s)
 
@@ -104,32 +188,51 @@ class WorkStatistics:
 
 
 class CycleTimes:
-    """Read, update and write times of the last control cycle in µs, and rate statistics.
+    """Times of the control cycle: parts of the last one in µs, rate, durations and period errors.
+
+    Args:
+        period_ns: Nominal period in nanoseconds.
 
     Attributes:
         periodicity: Statistics of the cycle rate, in Hz.
+        durations: Times of whole cycles since the start. One above the period is an overrun.
+        period_errors: Differences between period and nominal period, without their sign.
     """
 
-    __slots__ = ("periodicity", "read_us", "update_us", "write_us")
+    __slots__ = (
+        "_period_ns",
+        "durations",
+        "period_errors",
+        "periodicity",
+        "read_us",
+        "update_us",
+        "write_us",
+    )
 
-    def __init__(self) -> None:
+    def __init__(self, period_ns: int) -> None:
+        self._period_ns = period_ns
         self.read_us = self.update_us = self.write_us = 0.0
         self.periodicity = MovingStatistics()
+        self.durations = DurationHistogram(period_ns)
+        self.period_errors = DurationHistogram()
 
-    def record(self, began_ns: int, read_ns: int, updated_ns: int, period_s: float | None) -> None:
-        """Store the read, update and write times of the cycle that ends now, and add its rate.
+    def record(self, began_ns: int, read_ns: int, updated_ns: int, period_ns: int | None) -> None:
+        """Add the times of the cycle that ends now.
 
         Args:
             began_ns: Begin of the cycle. All times are by ``time.perf_counter_ns``.
             read_ns: Time after reading the hardware.
             updated_ns: Time after updating the controllers.
-            period_s: Seconds since the last cycle; None for the first cycle.
+            period_ns: Time since the last cycle; None for the first cycle.
         """
+        ended_ns = time.perf_counter_ns()
         self.read_us = (read_ns - began_ns) / _NANOSECONDS_PER_US
         self.update_us = (updated_ns - read_ns) / _NANOSECONDS_PER_US
-        self.write_us = (time.perf_counter_ns() - updated_ns) / _NANOSECONDS_PER_US
-        if period_s is not None:
-            self.periodicity.add(1.0 / period_s)
+        self.write_us = (ended_ns - updated_ns) / _NANOSECONDS_PER_US
+        self.durations.add(ended_ns - began_ns)
+        if period_ns is not None:
+            self.periodicity.add(_NANOSECONDS_PER_S / period_ns)
+            self.period_errors.add(abs(period_ns - self._period_ns))
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
         """Yield name-value pairs of the last cycle's read, update, write and total times in µs."""

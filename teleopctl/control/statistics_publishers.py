@@ -1,4 +1,7 @@
-"""Publishers of a manager: ``~/statistics/…``, ``~/introspection_data/…``, ``/diagnostics``."""
+"""Measurements of a manager: ``~/statistics/…``, ``~/introspection_data/…``, ``/diagnostics``.
+
+The service ``~/get_execution_times`` has the histograms of all execution times.
+"""
 
 from __future__ import annotations
 
@@ -9,12 +12,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from teleopctl.base.exception_origin import with_origin
 from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.cycle import Cycle
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import State
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
-from teleopctl.control.statistics import MovingStatistics
-from teleopctl.interfaces import get_message, set_stamp
+from teleopctl.control.statistics import DurationHistogram, MovingStatistics
+from teleopctl.interfaces import get_message, get_service, set_stamp
 from teleopctl.node import Clock, ClockType, qos_profile_latched
 
 if TYPE_CHECKING:
@@ -231,15 +235,96 @@ def statistics_entries(
     for component in manager.resource_manager.components.values():
         yield from component.reads.entries(f"{component.name}.stats/read_cycle")
         yield from component.writes.entries(f"{component.name}.stats/write_cycle")
-    commands = manager.resource_manager.command_interfaces
     for spec in list(manager.controllers.values()):
         yield from spec.statistics.entries(f"{spec.name}.stats")
-        limited = (
-            commands[each].limited_count
-            for each in spec.required_command_interfaces
-            if each in commands
+        yield f"{spec.name}.stats/limited_commands", float(_limited_commands(manager, spec))
+
+
+def _limited_commands(manager: ControllerManager, spec: ControllerSpec) -> int:
+    """Return how many commands of a controller's interfaces were clamped to limits."""
+    commands = manager.resource_manager.command_interfaces
+    return sum(
+        commands[name].limited_count
+        for name in spec.required_command_interfaces
+        if name in commands
+    )
+
+
+EXECUTION_TIMES = "teleopctl_msgs/srv/GetExecutionTimes"
+"""Type of the service ``~/get_execution_times``."""
+
+
+class ExecutionTimesService:
+    """Service ``~/get_execution_times``: histograms of all execution times since the start.
+
+    Requested at two times, they give the percentiles of all updates between. A topic would send
+    them to whoever records all topics.
+
+    Args:
+        node: Node of the controller manager.
+        manager: Controller manager with the controllers and hardware.
+        cycle: Control cycle of the manager.
+    """
+
+    def __init__(self, node: Node, manager: ControllerManager, cycle: Cycle) -> None:
+        self._name = node.get_name()
+        self._manager = manager
+        self._cycle = cycle
+        node.create_service(get_service(EXECUTION_TIMES), "~/get_execution_times", self._answer)
+
+    # Any: message classes are generated at run time.
+    def _answer(self, _: Any, response: Any) -> Any:
+        set_stamp(response.stamp, self._cycle.time_ns)
+        response.missed_cycles = self._cycle.missed_count
+        response.times = list(execution_times(self._name, self._manager, self._cycle))
+        return response
+
+
+def execution_times(name: str, manager: ControllerManager, cycle: Cycle) -> Iterator[Any]:
+    """Yield ExecutionTimes messages: of the cycle, its period errors, hardware and controllers.
+
+    Args:
+        name: Name of the controller manager.
+        manager: Controller manager with the controllers and hardware.
+        cycle: Control cycle of the manager.
+    """
+    rate = float(manager.update_rate)
+    for kind, durations in (
+        ("cycle", cycle.times.durations),
+        ("period_error", cycle.times.period_errors),
+    ):
+        yield _execution_times(durations, name=name, kind=kind, rate=rate)
+    for component in manager.resource_manager.components.values():
+        for kind, work in (("read", component.reads), ("write", component.writes)):
+            yield _execution_times(
+                work.durations,
+                name=component.name,
+                kind=kind,
+                state=component.lifecycle_state.label,
+                rate=float(component.rw_rate),
+            )
+    for spec in list(manager.controllers.values()):
+        yield _execution_times(
+            spec.statistics.durations,
+            name=spec.name,
+            kind="update",
+            state=spec.lifecycle_state.label,
+            rate=float(spec.controller.update_rate),
+            limited_commands=_limited_commands(manager, spec),
         )
-        yield f"{spec.name}.stats/limited_commands", float(sum(limited))
+
+
+# Any: fields of a message, and a message whose class is generated at run time.
+def _execution_times(durations: DurationHistogram, **fields: Any) -> Any:
+    bins = durations.bins()
+    return get_message("teleopctl_msgs/msg/ExecutionTimes")(
+        longest_ns=durations.longest_ns,
+        overruns=durations.over_limit,
+        bin_begins_ns=[begin for begin, _, _ in bins],
+        bin_ends_ns=[end for _, end, _ in bins],
+        bin_counts=[count for _, _, count in bins],
+        **fields,
+    )
 
 
 _TOPIC = "/diagnostics"

@@ -324,6 +324,7 @@ def _run(manager: ControllerManager, started: Sequence[ControllerSpec]) -> None:
     for spec in started:
         spec.last_update_cycle_time_ns = None
         spec.statistics.reset()
+        spec.statistics.set_rate(spec.controller.update_rate)
     chosen = {*(c.name for c in manager.active_controllers), *(c.name for c in started)}
     manager.active_controllers = tuple(c for c in manager.controllers.values() if c.name in chosen)
 

@@ -53,16 +53,20 @@ def test_frames_and_what_runs_in_the_background_are_completed(ros, monkeypatch, 
     assert candidates(monkeypatch, capsys, "teleopctl logs st") == ["static_transform_publisher"]
 
 
-def test_controllers_are_completed(ros, monkeypatch, capsys):
-    line = "teleopctl control set_controller_state "
-    assert candidates(monkeypatch, capsys, line) == []
+def test_controllers_hardware_and_managers_are_completed(ros, monkeypatch, capsys):
+    def offered(line):
+        return set(candidates(monkeypatch, capsys, f"teleopctl control {line}"))
+
+    verb = "set_controller_state "
+    assert offered(verb) == offered("doctor -c ") == set()
     up = ros.run("launch --detach controller.yaml")
     assert up.returncode == 0, up.stderr
-    assert set(candidates(monkeypatch, capsys, line)) == {
-        "joint_state_broadcaster",
-        "arm_controller",
-        "gripper_controller",
-    }
+    controllers = {"joint_state_broadcaster", "arm_controller", "gripper_controller"}
+    assert offered(verb) == offered("plot -c /controller_manager ") == controllers
+    assert offered("doctor -c /nobody ") == offered("switch_controllers --activate ") == set()
+    assert offered("switch_controllers --deactivate arm") == {"arm_controller"}
+    assert offered("top -c ") == {"/controller_manager"}
+    assert offered("set_hardware_component_state ") == {"RobotSystem"}
 
 
 def test_launch_files_their_packages_and_their_arguments_are_completed(

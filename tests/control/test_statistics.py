@@ -1,11 +1,12 @@
 """The numbers of many measurements, of which none is kept."""
 
+import math
 import statistics
 
 import pytest
-from hypothesis import given, strategies as st
+from hypothesis import given, settings, strategies as st
 
-from teleopctl.control.statistics import MovingStatistics, WorkStatistics
+from teleopctl.control.statistics import DurationHistogram, MovingStatistics, WorkStatistics
 
 measurements = st.lists(st.floats(-1e6, 1e6), min_size=1)
 
@@ -39,3 +40,28 @@ def test_work_that_is_done_for_the_first_time_has_no_rate():
     work.add(0, 0.02)
     assert (work.execution_time.count, work.periodicity.count) == (2, 1)
     assert work.periodicity.average == pytest.approx(50.0)
+
+
+@given(st.lists(st.integers(0, 2**40), min_size=1, max_size=30))
+@settings(max_examples=30)
+def test_each_duration_is_counted_in_a_narrow_bin_around_it(durations):
+    histogram = DurationHistogram(limit_ns=1e6)
+    for duration in durations:
+        histogram.add(duration)
+    for begin, end, count in histogram.bins():
+        last = math.inf if end == 2**36 else end
+        assert count == sum(begin <= duration < last for duration in durations)
+        assert end - begin <= max(64, begin / 16)
+    assert sum(count for _, _, count in histogram.bins()) == len(durations)
+    assert histogram.longest_ns == max(durations)
+    assert histogram.over_limit == sum(duration > 1e6 for duration in durations)
+
+
+def test_a_reset_keeps_the_numbers_of_durations():
+    work = WorkStatistics(rate=100.0)
+    work.add(0, None)
+    work.reset()
+    work.add(0, None)
+    assert (work.execution_time.count, work.durations.over_limit) == (1, 2)
+    ((*_, count),) = work.durations.bins()
+    assert count == 2

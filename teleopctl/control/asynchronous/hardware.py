@@ -49,8 +49,7 @@ class AsyncHardwareComponent(HardwareComponent):
         rw_rate: int,
         uses_threads: Callable[[], bool],
     ) -> None:
-        super().__init__(hardware, logger, update_rate)
-        self.rw_rate = rw_rate
+        super().__init__(hardware, logger, update_rate, rw_rate)
         self._own_states, self._own_commands = self.state_interfaces, self.command_interfaces
         self.state_interfaces = [copy.copy(state) for state in self._own_states]
         self.command_interfaces = [copy.copy(command) for command in self._own_commands]

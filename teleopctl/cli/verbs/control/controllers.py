@@ -273,11 +273,11 @@ def set_controller_state(
 def switch_controllers(
     deactivate: Annotated[
         list[str] | None,
-        Option("--deactivate", help="Controllers to stop.", complete="controllers"),
+        Option("--deactivate", help="Controllers to stop.", complete="active_controllers"),
     ] = None,
     activate: Annotated[
         list[str] | None,
-        Option("--activate", help="Controllers to start.", complete="controllers"),
+        Option("--activate", help="Controllers to start.", complete="inactive_controllers"),
     ] = None,
     strict: Annotated[bool, Option("--strict", help="Switch all controllers or none.")] = False,
     best_effort: Annotated[

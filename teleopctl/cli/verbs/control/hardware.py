@@ -11,6 +11,10 @@ from teleopctl.errors import NotFoundError, RefusedError, existing_names_hint
 
 _STATES = {"unconfigured": 1, "inactive": 2, "active": 3}
 _DOING = {"unconfigured": "cleaning up", "inactive": "stopping", "active": "activating"}
+_GREEN, _CYAN, _BLUE = "\033[92m", "\033[96m", "\033[94m"
+_YELLOW, _RED, _MAGENTA = "\033[93m", "\033[91m", "\033[95m"
+# By the id of lifecycle_msgs/State.
+_STATE_COLOURS = {1: _YELLOW, 2: _MAGENTA, 3: _GREEN}
 
 
 def list_hardware_components(
@@ -29,23 +33,29 @@ def list_hardware_components(
         return
     for number, component in enumerate(components, start=1):
         state = component.state
+        colour = _STATE_COLOURS.get(state.id, _RED)
         console.out(f"Hardware Component {number}")
-        console.out(f"\tname: {component.name}")
+        console.out_coloured(("\tname: ", ""), (component.name, colour))
         console.out(f"\ttype: {component.type}")
         console.out(f"\tplugin name: {component.plugin_name}")
-        console.out(f"\tstate: id={state.id} label={state.label}")
+        console.out_coloured((f"\tstate: id={state.id} label=", ""), (state.label, colour))
         console.out(f"\tread/write rate: {component.rw_rate} Hz")
         console.out(f"\tis_async: {component.is_async}")
         console.out("\tcommand interfaces")
-        console.out_lines(
-            f"\t\t{_interface(command, verbose)} {_claimed(command)}"
-            for command in component.command_interfaces
-        )
+        for command in component.command_interfaces:
+            claimed = _claimed(command)
+            console.out_coloured(
+                (f"\t\t{_typed_name(command, verbose)} ", ""),
+                _availability(command),
+                (" ", ""),
+                (claimed, _BLUE if command.is_claimed else ""),
+            )
         if verbose:
             console.out("\tstate interfaces")
-            console.out_lines(
-                f"\t\t{_interface(measured, verbose)}" for measured in component.state_interfaces
-            )
+            for measured in component.state_interfaces:
+                console.out_coloured(
+                    (f"\t\t{_typed_name(measured, verbose)} ", ""), _availability(measured)
+                )
 
 
 def list_hardware_interfaces(
@@ -68,17 +78,21 @@ def list_hardware_interfaces(
         )
         return
     console.out("command interfaces")
-    console.out_lines(
-        f"\t{_interface(command, verbose)} {_claimed(command)}" for command in commands
-    )
+    for command in commands:
+        available, _ = _availability(command)
+        colour = _YELLOW
+        if command.is_available:
+            colour = _BLUE if command.is_claimed else _CYAN
+        text = f"{_typed_name(command, verbose)} {available} {_claimed(command)}"
+        console.out_coloured(("\t", ""), (text, colour))
     console.out("state interfaces")
-    console.out_lines(
-        f"\t{state.name} [{state.data_type}]" if verbose else f"\t{state.name}" for state in states
-    )
+    console.out_lines(f"\t{_typed_name(state, verbose)}" for state in states)
 
 
 def set_hardware_component_state(
-    component_name: Annotated[str, Argument(help="The hardware component.")],
+    component_name: Annotated[
+        str, Argument(help="The hardware component.", complete="hardware_components")
+    ],
     state: TargetState,
     *,
     manager: ManagerOptions,
@@ -117,10 +131,13 @@ def _name(interface: Any) -> str:
     return name
 
 
-def _interface(interface: Any, verbose: bool) -> str:
-    data_type = f" [{interface.data_type}]" if verbose else ""
-    available = "available" if interface.is_available else "unavailable"
-    return f"{interface.name}{data_type} [{available}]"
+def _typed_name(interface: Any, verbose: bool) -> str:
+    return f"{interface.name} [{interface.data_type}]" if verbose else str(interface.name)
+
+
+def _availability(interface: Any) -> tuple[str, str]:
+    """Return the word for an interface's availability, and its colour."""
+    return ("[available]", _BLUE) if interface.is_available else ("[unavailable]", _YELLOW)
 
 
 def _claimed(interface: Any) -> str:
@@ -159,7 +176,6 @@ _KINDS = {
     "EtherCAT States": "ethercat_states",
     "VDA5050 States": "vda5050_states",
 }
-_GREEN, _CYAN, _BLUE, _YELLOW, _RED = (f"\033[{code}m" for code in (92, 96, 94, 93, 91))
 
 
 def view_hardware_status(

@@ -1,15 +1,18 @@
 """The controller manager that the verbs of ``control`` call, and their options."""
 
 import os
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 
 from teleopctl.base import progress
-from teleopctl.base.typed import Annotated
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option, OptionSet
-from teleopctl.control import ControllerManagerClient
+from teleopctl.control import ControllerManagerClient, controller_managers
 from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    from teleopctl.cli.completion.completing import TypedWords
 
 RosArgs = Annotated[
     list[str] | None,
@@ -40,6 +43,7 @@ class ManagerOptions(OptionSet):
             "--controller-manager",
             help="Name of the controller manager's node.",
             metavar="NAME",
+            complete="controller_managers",
         ),
     ] = DEFAULT_MANAGER
     ros_args: RosArgs = None
@@ -73,16 +77,65 @@ def manager_client(
         yield client
 
 
-def complete_controllers(incomplete: str) -> list[str]:
-    """Return completion candidates: controllers loaded in ``/controller_manager``."""
-    from teleopctl.cli.completion.candidates import nodes
+def complete_managers(incomplete: str) -> list[str]:
+    """Return completion candidates: the controller managers in the graph."""
+    from teleopctl.cli.graph_lookup import live_graph
 
-    # The client waits a moment for a missing manager, so the graph is checked first.
-    if f"/{DEFAULT_MANAGER}" not in nodes(""):
-        return []
     try:
-        with manager_client(DEFAULT_MANAGER) as client:
-            names = [controller.name for controller in client.list_controllers()]
+        managers = controller_managers(live_graph().endpoints)
     except TeleopctlError:
         return []
-    return [name for name in names if name.startswith(incomplete)]
+    return [name for name in managers if name.startswith(incomplete)]
+
+
+def complete_controllers(ctx: "TypedWords", incomplete: str) -> list[str]:
+    """Return completion candidates: the loaded controllers."""
+    return _controllers(ctx, incomplete)
+
+
+def complete_active_controllers(ctx: "TypedWords", incomplete: str) -> list[str]:
+    """Return completion candidates: the active controllers."""
+    return _controllers(ctx, incomplete, "active")
+
+
+def complete_inactive_controllers(ctx: "TypedWords", incomplete: str) -> list[str]:
+    """Return completion candidates: the inactive controllers."""
+    return _controllers(ctx, incomplete, "inactive")
+
+
+def _controllers(ctx: "TypedWords", incomplete: str, state: str | None = None) -> list[str]:
+    return _from_manager(
+        ctx,
+        incomplete,
+        lambda client: [
+            one.name for one in client.list_controllers() if state in (None, one.state)
+        ],
+    )
+
+
+def complete_hardware_components(ctx: "TypedWords", incomplete: str) -> list[str]:
+    """Return completion candidates: the hardware components."""
+
+    def components(client: ControllerManagerClient) -> list[str]:
+        found = client.call("list_hardware_components", "ListHardwareComponents").component
+        return [one.name for one in found]
+
+    return _from_manager(ctx, incomplete, components)
+
+
+def _from_manager(
+    ctx: "TypedWords", incomplete: str, names: Callable[[ControllerManagerClient], list[str]]
+) -> list[str]:
+    """Return names from the controller manager of a command line that begin with a text."""
+    from teleopctl.cli.completion.candidates import nodes
+
+    manager = ctx.params.get("controller_manager") or DEFAULT_MANAGER
+    # The client waits a moment for a missing manager, so the graph is checked first.
+    if f"/{manager.removeprefix('/')}" not in nodes(""):
+        return []
+    try:
+        with manager_client(manager) as client:
+            found = names(client)
+    except TeleopctlError:
+        return []
+    return [name for name in found if name.startswith(incomplete)]
