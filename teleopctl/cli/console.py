@@ -9,7 +9,12 @@ from __future__ import annotations
 import os
 import sys
 
-from teleopctl.base.printable import printable_json, printable_line, printable_text
+from teleopctl.base.printable import (
+    printable_json,
+    printable_line,
+    printable_log,
+    printable_text,
+)
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.errors import TeleopctlError
 
@@ -55,6 +60,11 @@ def out_lines(lines: Iterable[str]) -> None:
 def out_text(text: str) -> None:
     """Write a text of one or more lines to stdout, with a line break added at its end."""
     sys.stdout.write(printable_text(text) + "\n")
+
+
+def out_drawing(text: str) -> None:
+    """Write a drawing to stdout; its colours stay, other control characters are made visible."""
+    sys.stdout.write(printable_log(text) + "\n")
 
 
 def clear_terminal() -> None:

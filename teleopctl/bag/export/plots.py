@@ -246,13 +246,15 @@ _FEW_POINTS = 40
 
 
 def check_plot_file(file: Path) -> None:
-    """Raise UsageError if a file's suffix is not PNG, SVG or PDF, which `save_plot` writes.
+    """Raise UsageError unless `save_plot` can write a file of this name.
 
     Raises:
-        UsageError: The suffix is another one.
+        UsageError: The suffix is not PNG, SVG or PDF, or the folder does not exist.
     """
     if file.suffix.lower() not in SUFFIXES:
         raise UsageError(f"'{file}' must end in {', '.join(SUFFIXES)}")
+    if not file.parent.is_dir():
+        raise UsageError(f"There is no folder '{file.parent}' for '{file.name}'")
 
 
 def save_plot(curves: Sequence[Curve], file: Path, title: str = "") -> None:

@@ -87,4 +87,4 @@ def _draw(curves: "Sequence[Curve]") -> None:
         height - 1,
         colour=sys.stdout.isatty() and console.colour_enabled(sys.stdout),
     )
-    console.out_lines((text or "None of the values is a number").splitlines())
+    console.out_drawing(text or "None of the values is a number")

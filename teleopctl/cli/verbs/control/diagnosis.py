@@ -16,6 +16,8 @@ from teleopctl.wire import Graph
 
 COMMANDS_TYPE = "std_msgs/msg/Float64MultiArray"
 """Type of the messages on ``~/commands``."""
+DEFAULT_NAME = "/controller_manager"
+"""Full name of the controller manager by default."""
 _TRAJECTORY = "/JointTrajectoryController"
 _FORWARDING = (
     "ForwardCommandController",
@@ -62,8 +64,12 @@ class ManagerSnapshot:
 
     def command_line(self, verb: str, *words: str) -> str:
         """Return a command line of ``teleopctl control`` for this manager."""
-        other = () if self.manager == "/controller_manager" else ("-c", self.manager)
-        return " ".join(("teleopctl control", verb, *other, *words))
+        return " ".join(("teleopctl control", verb, *self.manager_option, *words))
+
+    @property
+    def manager_option(self) -> Sequence[str]:
+        """Words of a command line that select this manager; none for the default one."""
+        return () if self.manager == DEFAULT_NAME else ("-c", self.manager)
 
     def with_state(self, *states: str) -> list[Any]:
         """Return the controllers that are in one of some lifecycle states."""
@@ -92,8 +98,9 @@ def check_hardware(snapshot: ManagerSnapshot, controller: str | None) -> Iterato
                 "teleopctl ps",
             )
         else:
+            failed = "; if it has failed, the manager's log says why" * (state == "unconfigured")
             yield Finding(
-                f"Hardware '{component.name}' is {state}: its joints do not move.",
+                f"Hardware '{component.name}' is {state}: its joints do not move{failed}.",
                 snapshot.command_line("set_hardware_component_state", component.name, "active"),
             )
 
@@ -113,21 +120,29 @@ def check_controllers(snapshot: ManagerSnapshot, controller: str | None) -> Iter
         near = did_you_mean(controller, names, most=1)
         yield Finding(
             f"Controller '{controller}' is not loaded{loaded}.{f' {near}' if near else ''}",
-            f"teleopctl run controller_manager spawner {controller} --param-file FILE",
+            _spawner(snapshot, controller),
         )
     elif not names:
         yield Finding(
             "No controller is loaded.",
-            "teleopctl launch spawn_controllers.yaml controllers_file:=FILE",
+            "teleopctl launch spawn_controllers.yaml controllers_file:=FILE"
+            if snapshot.manager == DEFAULT_NAME
+            else _spawner(snapshot, "CONTROLLER"),
         )
     for one in snapshot.with_state("unconfigured", "inactive", "finalized"):
         if controller in (None, one.name):
             yield _why_not_active(snapshot, one, is_asked=controller is not None)
 
 
+def _spawner(snapshot: ManagerSnapshot, controller: str) -> str:
+    words = ("spawner", controller, *snapshot.manager_option, "--param-file FILE")
+    return f"teleopctl run controller_manager {' '.join(words)}"
+
+
 def _why_not_active(snapshot: ManagerSnapshot, one: Any, *, is_asked: bool) -> Finding:
     subject = f"Controller '{one.name}' is {one.state}"
-    needed = (*one.required_command_interfaces, *one.required_state_interfaces)
+    # A command and a state may have the same name.
+    needed = dict.fromkeys((*one.required_command_interfaces, *one.required_state_interfaces))
     missing = [name for name in needed if name not in snapshot.available]
     unavailable = [name for name in needed if not snapshot.available.get(name, True)]
     holders = {
@@ -152,10 +167,17 @@ def _why_not_active(snapshot: ManagerSnapshot, one: Any, *, is_asked: bool) -> F
             snapshot.command_line("list_hardware_interfaces"),
         )
     if unavailable:
-        return Finding(
-            f"{subject}: {', '.join(unavailable)} {_are(unavailable)} not available.",
-            snapshot.command_line("list_hardware_components"),
-        )
+        text = f"{subject}: {', '.join(unavailable)} {_are(unavailable)} not available"
+        for component in snapshot.components:
+            interfaces = (*component.command_interfaces, *component.state_interfaces)
+            if component.state.label != "finalized" and any(
+                each.name in unavailable for each in interfaces
+            ):
+                return Finding(
+                    f"{text}, as their hardware '{component.name}' is {component.state.label}.",
+                    snapshot.command_line("set_hardware_component_state", component.name, "active"),
+                )
+        return Finding(f"{text}.", snapshot.command_line("list_hardware_components"))
     if holders:
         by = "; ".join(f"'{holder}' commands {', '.join(of)}" for holder, of in holders.items())
         return Finding(
@@ -236,10 +258,16 @@ def check_commands(snapshot: ManagerSnapshot, controller: str | None) -> Iterato
             if math.isnan(snapshot.values.get(f"command_interface.{name}", 0.0))
         ]
         if silent:
+            is_measured = not any(
+                math.isnan(snapshot.values.get(f"state_interface.{name}", 0.0)) for name in silent
+            )
+            measured = "" if is_measured else "; its hardware measures NaN, too"
             yield Finding(
                 f"Controller '{one.name}' is active, and has no command for {', '.join(silent)} "
-                "yet (NaN).",
-                _how_to_command(snapshot, one),
+                f"yet (NaN){measured}.",
+                _how_to_command(snapshot, one)
+                if is_measured
+                else snapshot.command_line("list_hardware_components", "-v"),
                 is_error=controller is not None,
             )
 

@@ -17,7 +17,6 @@ from teleopctl.errors import (
     NotFoundError,
     UnavailableError,
     UsageError,
-    did_you_mean,
     existing_names_hint,
 )
 from teleopctl.interfaces import get_message, to_nanoseconds
@@ -30,6 +29,8 @@ _TYPE = "control_msgs/msg/JointTrajectoryControllerState"
 _PARTS = ("reference", "feedback", "error")
 _WIDTH, _HEIGHT = 80, 16
 _NS_PER_S = 1e9
+# Decimals that are drawn: further ones are rounding errors.
+_DECIMALS = 9
 
 
 def plot(
@@ -54,7 +55,8 @@ def plot(
 ) -> None:
     """Draw reference, feedback and error of a trajectory controller over a window of time.
 
-    Start it, then send the trajectory. The largest and the mean error follow the drawing.
+    Start it, then send the trajectory. The largest error and the root mean square of the errors
+    follow the drawing.
     """
     if not 0.0 < window < math.inf:
         raise UsageError(f"--window must be more than 0 s, not {window:g}")
@@ -81,7 +83,7 @@ def plot(
 
         save_panels(tracking.panels(wanted), Path(output), f"{controller}: {field}", columns=2)
     else:
-        console.out_lines(_drawing(tracking, wanted))
+        console.out_drawing("\n".join(_drawing(tracking, wanted)))
     console.out_lines(tracking.summary(wanted))
 
 
@@ -195,7 +197,7 @@ def _recorded(
     if controller not in found:
         raise NotFoundError(
             f"controller {controller} does not seem to be loaded",
-            hint=did_you_mean(controller, found),
+            hint=existing_names_hint("controllers", [controller], found),
         )
     node, one = client.node, found[controller]
     topic = f"{client.name.rpartition('/')[0]}/{controller}/controller_state"
@@ -204,6 +206,11 @@ def _recorded(
             f"Controller '{controller}' ({one.type}, {one.state}) publishes no {_TYPE} on {topic}",
             hint="Trajectory controllers do, once they are configured; `teleopctl topic echo TOPIC "
             "--plot FIELD` draws other topics.",
+        )
+    if one.state != "active":
+        raise UnavailableError(
+            f"Controller '{controller}' is {one.state}: only an active controller has a reference",
+            hint=f"`teleopctl control doctor {controller}` says how to activate it.",
         )
     tracking = Tracking(field, window_s)
     changed = threading.Condition()
@@ -238,29 +245,33 @@ def _wait(changed: threading.Condition, tracking: Tracking, window_s: float) -> 
 
 
 def _drawing(tracking: Tracking, joints: Sequence[str]) -> Iterator[str]:
-    """Yield the lines of text plots: of each joint, then of all errors."""
+    """Yield text plots with their titles: of each joint, then of all errors."""
+    from teleopctl.base.printable import printable_line
     from teleopctl.cli.verbs.topic.plot import MOST_TRACES
 
     width = shutil.get_terminal_size().columns if sys.stdout.isatty() else _WIDTH
     for joint in joints:
-        yield f"{joint}:"
-        yield from _text_plot(tracking.curves(joint, "reference", "feedback"), width)
-    errors = [tracking.curves(joint, "error")[0]._replace(name=joint) for joint in joints]
+        yield f"{printable_line(joint)}:"
+        yield _text_plot(tracking.curves(joint, "reference", "feedback"), width)
+    errors = [
+        tracking.curves(joint, "error")[0]._replace(name=printable_line(joint)) for joint in joints
+    ]
+    if not any(round(value, _DECIMALS) for curve in errors for value in curve.values):
+        yield f"No error (reference - feedback) above {10**-_DECIMALS:g}"
+        return
     yield "Errors (reference - feedback):"
-    yield from _text_plot(errors[:MOST_TRACES], width)
+    yield _text_plot(errors[:MOST_TRACES], width)
 
 
-def _text_plot(curves: "Sequence[Curve]", width: int) -> list[str]:
+def _text_plot(curves: "Sequence[Curve]", width: int) -> str:
     from teleopctl.cli.verbs.topic.plot import line_plot_text, reduced_points
 
     last_s = max(curves[0].times[-1], 1e-3)
-    lines = [
-        (
-            curve.name,
-            *reduced_points(list(zip(curve.times, curve.values, strict=True)), 0.0, last_s, width),
-        )
-        for curve in curves
-    ]
+    lines = []
+    for curve in curves:
+        values = [round(value, _DECIMALS) for value in curve.values]
+        points = list(zip(curve.times, values, strict=True))
+        lines.append((curve.name, *reduced_points(points, 0.0, last_s, width)))
     colour = sys.stdout.isatty() and console.colour_enabled(sys.stdout)
     text = line_plot_text(lines, (0.0, last_s), width, _HEIGHT, colour=colour)
-    return (text or "None of the values is a number").splitlines()
+    return text or "None of the values is a number"

@@ -44,10 +44,10 @@ def top(
 ) -> None:
     """Watch rates and execution times of controllers and hardware until Ctrl-C.
 
-    The percentiles and the longest time (MAX) are of all updates in the window, of ROS 2's managers
-    of those that are published; LONGEST is since the start. An overrun is an update that takes
-    longer than its period. MISSED are cycles that the manager's loop missed, LIMITED are clamped
-    commands. The period error is the difference of a cycle's period from the one that is set.
+    P50, P99 and MAX are of all updates in the window; of a manager of ROS 2, of those that it
+    publishes. LONGEST is since the start. An overrun is an update that takes longer than its
+    period. MISSED are cycles that the manager's loop missed, LIMITED are clamped commands. The
+    period error is the difference between a cycle's period and the one that is set.
     """
     for flag, value in (("--window", window), ("--period", period)):
         if not _LEAST_S <= value < math.inf:
@@ -55,20 +55,35 @@ def top(
     with manager.client() as client:
         watch, began_s = _watch(client, window), time.monotonic()
         is_screen = sys.stdout.isatty() and not as_json
+        if once:
+            console.note(f"Measuring {client.name} for {window:g} s")
         while True:
             watch.wait(window if once else period)
             rows = watch.rows()
             if as_json:
                 console.out_json([row._asdict() for row in rows], compact=not once)
             else:
-                width = shutil.get_terminal_size().columns if is_screen else None
-                if is_screen and not once:
-                    console.clear_terminal()
+                width, height = shutil.get_terminal_size() if is_screen else (None, None)
                 shown_s = min(window, time.monotonic() - began_s)
-                console.out_lines(table(rows, client.name, shown_s, width))
+                lines = list(table(rows, client.name, shown_s, width))
+                if once:
+                    console.out_lines(lines)
+                elif height:
+                    console.clear_terminal()
+                    console.out_lines(_fitting(lines, height - 1))
+                else:
+                    console.out_lines([*lines, ""])
             console.flush()
             if once:
                 return
+
+
+def _fitting(lines: Sequence[str], most: int) -> list[str]:
+    """Return at most so many lines; the last one says how many are left out."""
+    if len(lines) <= most:
+        return list(lines)
+    kept = max(0, most - 1)
+    return [*lines[:kept], f"{len(lines) - kept} more: a higher terminal or --once shows them"]
 
 
 class _Column(NamedTuple):

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import math
+import re
 import shutil
 import sys
 import threading
@@ -33,7 +34,9 @@ _OTHER_LINES = 5
 _OTHER_COLUMNS = 14
 _COLOURS = ("blue", "red", "green", "yellow", "cyan", "magenta")
 # Numbers of the axis between these powers of ten are written without an exponent.
-_SMALLEST_EXPONENT, _LARGEST_EXPONENT = -3, 5
+_SMALLEST_EXPONENT, _LARGEST_EXPONENT = -1, 5
+# On an axis, with as many digits as uniplot has chosen.
+_NEGATIVE_ZERO = re.compile(r"(│ )-(0(?:\.0*)?)(?![.\d])")
 
 
 class _Trace:
@@ -144,6 +147,7 @@ def line_plot_text(
         character_set="braille",
         color=[_COLOURS[i % len(_COLOURS)] for i in range(len(labels))] if colour else False,
     )
+    text = _NEGATIVE_ZERO.sub(r"\1\2", text)
     return f"{text}\nNo numbers: {missing}" if missing else text
 
 

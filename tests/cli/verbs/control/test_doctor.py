@@ -1,5 +1,6 @@
 """``control doctor``: what keeps controllers from activation or joints from motion."""
 
+import math
 from dataclasses import replace
 
 import pytest
@@ -84,6 +85,8 @@ def test_an_inactive_controller_is_an_error_if_its_joints_are_free_or_it_is_aske
 def test_commands_name_a_manager_of_another_name(stack):
     (finding,) = findings(snapshot_of(stack, "/left/manager"), "forward")
     assert "switch_controllers -c /left/manager --deactivate arm" in finding
+    (finding,) = findings(replace(snapshot_of(stack, "/left/manager"), controllers=[]))
+    assert "spawner CONTROLLER -c /left/manager --param-file FILE" in finding
 
 
 def test_a_controller_that_is_not_loaded_or_not_configured(stack):
@@ -109,6 +112,19 @@ def test_interfaces_that_nothing_has(stack):
         "Controller 'third' is inactive: neither hardware nor a controller has joint9/position. "
         "Did you mean joint2/position?\n"
         "  teleopctl control list_hardware_interfaces"
+    ]
+
+
+def test_hardware_that_failed_is_named_where_its_interfaces_are_missing(stack):
+    stack.deactivate("arm")
+    (component,) = stack.resources.components.values()
+    assert component.change_state(State.UNCONFIGURED)
+    activate = f"  teleopctl control set_hardware_component_state {component.name} active"
+    assert findings(snapshot_of(stack, values=None), "arm") == [
+        f"Hardware '{component.name}' is unconfigured: its joints do not move; if it has failed, "
+        f"the manager's log says why.\n{activate}",
+        "Controller 'arm' is inactive: joint1/position, joint2/position are not available, as "
+        f"their hardware '{component.name}' is unconfigured.\n{activate}",
     ]
 
 
@@ -144,6 +160,17 @@ def test_a_forward_command_controller_without_a_command():
     )
     assert findings(snapshot_of(stack), "forward") == [text]
     assert findings(snapshot_of(stack)) == [f"WARNING: {text}"]
+
+
+def test_no_command_of_nan_is_proposed():
+    stack = ControlStack(serial_robot(1))
+    stack.load_controller("forward", FORWARD, {"joints": ["joint1"], "interface_name": "position"})
+    stack.activate("forward")
+    stack.resources.state_interfaces["joint1/position"].value = math.nan
+    assert findings(snapshot_of(stack), "forward") == [
+        "Controller 'forward' is active, and has no command for joint1/position yet (NaN); its "
+        "hardware measures NaN, too.\n  teleopctl control list_hardware_components -v"
+    ]
 
 
 def token(kind, node, topic, type_name):
