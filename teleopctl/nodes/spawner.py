@@ -581,7 +581,8 @@ def unspawner(args: list[str] | None = None) -> int:
             logger.info("Deactivated controller")
         for name in names:
             if not client.unload_controller(name):
-                logger.error("Failed to unload controller")
+                cause = client.cause(name)
+                logger.error("Failed to unload controller" + (f": {cause}" if cause else ""))
                 return 1
             logger.info("Unloaded controller")
     except ExternalShutdownException:

@@ -305,7 +305,13 @@ class TestLooking:
             "vendors: {ros__parameters: {type: vendor/Special}}\n"
         )
         done = spawn(ros, f"vendors second --param-file {own} --keep-going")
-        ros.run_module("teleopctl.nodes", "controller_manager unspawner second")
+        for status, words in (
+            (0, "Unloaded controller"),
+            (1, "Failed to unload controller: Could not unload controller with name 'second' "
+                "because no controller with this name exists"),
+        ):  # fmt: skip
+            gone = ros.run_module("teleopctl.nodes", "controller_manager unspawner second")
+            assert (gone.returncode, gone.stderr.partition("]: ")[2]) == (status, f"{words}\n")
         assert done.returncode == 0
         assert (
             f"Controller vendors is left out: its type 'vendor/Special' ({own}:2) is unknown. "

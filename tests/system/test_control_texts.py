@@ -4,9 +4,12 @@ The texts are those of the format strings of ros2controlcli and the controller m
 the manager says of a refusal stands below the verb's words; in ROS 2 it is in the manager's log.
 """
 
+import re
+
 import pytest
 
 from teleopctl.cli import main
+from teleopctl.cli.verbs.control import manager as manager_options
 from teleopctl.robot.xacro.expansion import expand_xacro
 from tests.system.test_control import MODEL, Robot, start_manager
 
@@ -38,6 +41,30 @@ Hardware Component 1
 # What is typed behind `control`, what it prints, what it says on stderr, and its exit status.
 TEXTS = [
     ("list_controllers", "No controllers are currently loaded!\n", "", 0),
+    (
+        "doctor",
+        "\n1/8 check(s) failed\n\nFailed modules: controllers\n",
+        refused(
+            "No controller is loaded.",
+            "  teleopctl launch spawn_controllers.yaml controllers_file:=FILE\n",
+        ),
+        1,
+    ),
+    (
+        "plot nope",
+        "",
+        refused("controller nope does not seem to be loaded", "  There are no controllers.\n"),
+        1,
+    ),
+    (
+        "reload nope",
+        "",
+        refused(
+            "Could not reload controller 'nope': no controller with this name exists; none is "
+            "loaded"
+        ),
+        1,
+    ),
     (
         "load_controller arm_controller nobodys.yaml",
         "",
@@ -135,6 +162,61 @@ TEXTS = [
         1,
     ),
     ("list_controllers", ARM + STATES, "", 0),
+    ("doctor arm_controller", "\nAll 8 checks passed\n\n", "", 0),
+    (
+        "top --once --window 0.2",
+        "/controller_manager, last # s: rates in Hz, times in us\n"
+        "NAME RATE SET P50 P99 MAX LONGEST OVERRUNS MISSED LIMITED SAMPLES\n"
+        "controller_manager # # # # # # # # - #\n"
+        " period error - - # # # # - - - #\n"
+        "RobotSystem read # # # # # # # - - #\n"
+        "RobotSystem write # # # # # # # - - #\n"
+        "arm_controller # # # # # # # - # #\n"
+        "joint_state_broadcaster # # # # # # # - # #\n",
+        "Measuring /controller_manager for 0.2 s\n",
+        0,
+    ),
+    ("top --window 0", "", refused("--window must be at least 0.1 s, not 0"), 2),
+    (
+        "plot arm_controller --joints joint_1 --window 0.2",
+        "joint_1:\n(drawing)\nNo error (reference - feedback) above 1e-09\n"
+        "joint_1  largest error 0 at 0.00 s, rms 0\n",
+        "Recording /arm_controller/controller_state for 0.2 s; Ctrl-C ends it earlier\n",
+        0,
+    ),
+    (
+        "plot joint_state_broadcaster",
+        "",
+        refused(
+            "Controller 'joint_state_broadcaster' (joint_state_broadcaster/JointStateBroadcaster, "
+            "active) publishes no control_msgs/msg/JointTrajectoryControllerState on "
+            "/joint_state_broadcaster/controller_state",
+            "  Trajectory controllers do, once they are configured; `teleopctl topic echo TOPIC "
+            "--plot FIELD` draws other topics.\n",
+        ),
+        1,
+    ),
+    (
+        "reload arm_controller",
+        "Successfully reloaded controller arm_controller: no file has changed\n",
+        "",
+        0,
+    ),
+    (
+        "reload_controller_libraries",
+        "",
+        refused(
+            f"Error reloading libraries, {LOGS}",
+            "  there are still 2 active controllers: arm_controller, joint_state_broadcaster\n",
+        ),
+        1,
+    ),
+    (
+        "view_controller_chains -o /nowhere/chains",
+        "",
+        refused("Cannot write /nowhere/chains.gv: No such file or directory"),
+        1,
+    ),
     (
         "list_controllers -v",
         ARM
@@ -187,6 +269,16 @@ TEXTS = [
         0,
     ),
     (
+        "list_hardware_interfaces",
+        "command interfaces\n"
+        + "".join(f"\t{name} [available] [claimed]\n" for name in JOINTS[:3])
+        + f"\t{JOINTS[3]} [available] [unclaimed]\n"
+        + "state interfaces\n"
+        + "".join(f"\t{name}\n" for name in JOINTS),
+        "",
+        0,
+    ),
+    (
         "list_hardware_interfaces -v",
         "command interfaces\n"
         + "".join(f"\t{name} [double] [available] [claimed]\n" for name in JOINTS[:3])
@@ -210,6 +302,21 @@ TEXTS = [
             "exists"
         ),
         1,
+    ),
+    (
+        "plot arm_controller",
+        "",
+        refused(
+            "Controller 'arm_controller' is inactive: only an active controller has a reference",
+            "  `teleopctl control doctor arm_controller` says how to activate it.\n",
+        ),
+        1,
+    ),
+    (
+        "switch_controllers",
+        "After checking the controllers, no controllers need to be activated or deactivated.\n",
+        "",
+        0,
     ),
     (
         "set_hardware_component_state RobotSystem inactive",
@@ -259,6 +366,16 @@ TEXTS = [
         "",
         0,
     ),
+    (
+        "unload_controller arm_controller",
+        "",
+        refused(
+            f"Error unloading controller arm_controller, {LOGS}",
+            "  Could not unload controller with name 'arm_controller' because no controller with "
+            "this name exists\n",
+        ),
+        1,
+    ),
     ("reload_controller_libraries --force-kill", "Reload successful\n", "", 0),
     ("list_controllers", "No controllers are currently loaded!\n", "", 0),
 ]
@@ -274,9 +391,63 @@ def manager(ros):
     robot.close()
 
 
+def masked(text):
+    """A printed text with # for measured numbers, and without drawings."""
+    text = re.sub("┌.*feedback\n", "(drawing)\n", text, flags=re.DOTALL)
+    if "RATE" in text:
+        text = re.sub(r"( |last )[\d.]+(?=\s)", r"\1#", re.sub(" +", " ", text))
+    return text
+
+
 @pytest.mark.usefixtures("manager")
-def test_they_follow_one_another_as_in_a_terminal(capsys):
+def test_they_follow_one_another_as_in_a_terminal(capsys, monkeypatch):
     for line, output, errors, status in TEXTS:
         capsys.readouterr()
-        found = main.run(["control", *line.split()])
-        assert (*capsys.readouterr(), found) == (output, errors, status), line
+        words = line.split()
+        found = main.run(words if words[0] == "stop" else ["control", *words])
+        printed = capsys.readouterr()
+        assert (masked(printed.out), printed.err, found) == (output, errors, status), line
+    monkeypatch.delenv("NO_COLOR", raising=False)
+    monkeypatch.setenv("FORCE_COLOR", "1")
+    main.run(["control", "list_hardware_components"])
+    main.run(["control", "list_hardware_interfaces"])
+    printed = capsys.readouterr().out
+    assert printed.startswith("Hardware Component 1\n\tname: \x1b[93mRobotSystem\x1b[0m\n")
+    assert "\t\tjoint_1/position \x1b[93m[unavailable]\x1b[0m [unclaimed]\n" in printed
+    assert "\t\x1b[93mjoint_1/position [unavailable] [unclaimed]\x1b[0m\n" in printed
+
+
+# Every verb that calls the manager, with the words that it needs.
+VERBS = (
+    "list_controllers",
+    "list_controller_types",
+    "list_hardware_components",
+    "list_hardware_interfaces",
+    "load_controller arm",
+    "unload_controller arm",
+    "cleanup_controller arm",
+    "set_controller_state arm active",
+    "switch_controllers --activate arm",
+    "set_hardware_component_state arm active",
+    "reload_controller_libraries",
+    "reload arm",
+    "plot arm",
+    "view_controller_chains",
+    "top",
+)
+
+
+@pytest.mark.usefixtures("ros")
+def test_without_a_manager_all_say_how_to_start_one(capsys, monkeypatch):
+    monkeypatch.setattr(manager_options, "_WAIT", 0.01)
+    nobody = refused(
+        "Could not contact service /controller_manager/list_controllers",
+        "  no controller manager is running: start one with `teleopctl launch controller.yaml` or "
+        "`teleopctl launch sim.yaml`\n",
+    )
+    failed = "\n1/8 check(s) failed\n\nFailed modules: services\n"
+    for line, output in (*((verb, "") for verb in VERBS), ("doctor", failed)):
+        status = main.run(["control", *line.split()])
+        assert (*capsys.readouterr(), status) == (output, nobody, 1), line
+    assert main.run(["stop", "--robot", "--release"]) == 0
+    assert capsys.readouterr() == ("", "No controller manager is running.\n")

@@ -83,8 +83,9 @@ class ControllerReload:
     def __init__(self, manager: ControllerManager, name: str) -> None:
         spec = manager.controllers.get(name)
         if spec is None:
-            loaded = ", ".join(manager.controllers) or "none"
-            raise ReloadRefusedError(f"no controller with this name exists; loaded are: {loaded}")
+            names = ", ".join(manager.controllers)
+            loaded = f"loaded are: {names}" if names else "none is loaded"
+            raise ReloadRefusedError(f"no controller with this name exists; {loaded}")
         self.name = name
         self.is_settled = threading.Event()
         self.on_settled: Callable[[], object] = _nothing

@@ -7,6 +7,7 @@ from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 
 from teleopctl.base.typed import Any
+from teleopctl.cli.verbs.control.manager import command_line, manager_option
 from teleopctl.cli.verbs.doctor.findings import Finding
 from teleopctl.control import managers_of_same_robot
 from teleopctl.errors import did_you_mean
@@ -16,8 +17,6 @@ from teleopctl.wire import Graph
 
 COMMANDS_TYPE = "std_msgs/msg/Float64MultiArray"
 """Type of the messages on ``~/commands``."""
-DEFAULT_NAME = "/controller_manager"
-"""Full name of the controller manager by default."""
 _TRAJECTORY = "/JointTrajectoryController"
 _FORWARDING = (
     "ForwardCommandController",
@@ -64,12 +63,7 @@ class ManagerSnapshot:
 
     def command_line(self, verb: str, *words: str) -> str:
         """Return a command line of ``teleopctl control`` for this manager."""
-        return " ".join(("teleopctl control", verb, *self.manager_option, *words))
-
-    @property
-    def manager_option(self) -> Sequence[str]:
-        """Words of a command line that select this manager; none for the default one."""
-        return () if self.manager == DEFAULT_NAME else ("-c", self.manager)
+        return command_line(self.manager, verb, *words)
 
     def with_state(self, *states: str) -> list[Any]:
         """Return the controllers that are in one of some lifecycle states."""
@@ -126,7 +120,7 @@ def check_controllers(snapshot: ManagerSnapshot, controller: str | None) -> Iter
         yield Finding(
             "No controller is loaded.",
             "teleopctl launch spawn_controllers.yaml controllers_file:=FILE"
-            if snapshot.manager == DEFAULT_NAME
+            if not manager_option(snapshot.manager)
             else _spawner(snapshot, "CONTROLLER"),
         )
     for one in snapshot.with_state("unconfigured", "inactive", "finalized"):
@@ -135,7 +129,7 @@ def check_controllers(snapshot: ManagerSnapshot, controller: str | None) -> Iter
 
 
 def _spawner(snapshot: ManagerSnapshot, controller: str) -> str:
-    words = ("spawner", controller, *snapshot.manager_option, "--param-file FILE")
+    words = ("spawner", controller, *manager_option(snapshot.manager), "--param-file FILE")
     return f"teleopctl run controller_manager {' '.join(words)}"
 
 

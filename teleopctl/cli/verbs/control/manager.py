@@ -77,6 +77,26 @@ def manager_client(
         yield client
 
 
+def manager_option(manager: str) -> tuple[str, ...]:
+    """Return the words of a command line that select a manager; none for the default one.
+
+    Args:
+        manager: Full name of the controller manager.
+    """
+    return () if manager == f"/{DEFAULT_MANAGER}" else ("-c", manager)
+
+
+def command_line(manager: str, verb: str, *words: str) -> str:
+    """Return a command line of ``teleopctl control`` for a manager.
+
+    Args:
+        manager: Full name of the controller manager.
+        verb: Name of the verb.
+        words: Arguments and options of the verb.
+    """
+    return " ".join(("teleopctl control", verb, *manager_option(manager), *words))
+
+
 def complete_managers(incomplete: str) -> list[str]:
     """Return completion candidates: the controller managers in the graph."""
     from teleopctl.cli.graph_lookup import live_graph

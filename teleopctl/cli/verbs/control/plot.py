@@ -1,5 +1,6 @@
 """``teleopctl control plot``: reference, feedback and error of a trajectory controller."""
 
+import contextlib
 import math
 import shutil
 import sys
@@ -12,7 +13,7 @@ from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson, PictureFile
 from teleopctl.cli.verb import Option
-from teleopctl.cli.verbs.control.manager import ControllerName, ManagerOptions
+from teleopctl.cli.verbs.control.manager import ControllerName, ManagerOptions, command_line
 from teleopctl.errors import (
     NotFoundError,
     UnavailableError,
@@ -29,6 +30,8 @@ _TYPE = "control_msgs/msg/JointTrajectoryControllerState"
 _PARTS = ("reference", "feedback", "error")
 _WIDTH, _HEIGHT = 80, 16
 _NS_PER_S = 1e9
+# Longest wait for the first state, in seconds.
+_FIRST_WITHIN_S = 1.0
 # Decimals that are drawn: further ones are rounding errors.
 _DECIMALS = 9
 
@@ -67,14 +70,11 @@ def plot(
     elif not as_json:
         with extra("tui", "uniplot"):
             import uniplot as uniplot
+    chosen = [name.strip() for name in joints.split(",")] if joints else []
     with manager.client() as client:
-        tracking = _recorded(client, controller, field, window)
-    wanted = [name.strip() for name in joints.split(",")] if joints else list(tracking.joints)
-    if unknown := [name for name in wanted if name not in tracking.joints]:
-        raise NotFoundError(
-            f"Controller '{controller}' has no joint {', '.join(unknown)}",
-            hint=existing_names_hint("joints", unknown, tracking.joints),
-        )
+        tracking = Tracking(field, window)
+        _record(client, controller, chosen, tracking, window)
+    wanted = chosen or list(tracking.joints)
     if as_json:
         console.out_json([tracking.document(joint) for joint in wanted])
         return
@@ -189,10 +189,26 @@ class Tracking:
         }
 
 
-def _recorded(
-    client: "ControllerManagerClient", controller: str, field: str, window_s: float
-) -> Tracking:
-    """Record a controller's states for a window of its time, or until Ctrl-C."""
+def _record(
+    client: "ControllerManagerClient",
+    controller: str,
+    joints: Sequence[str],
+    tracking: Tracking,
+    window_s: float,
+) -> None:
+    """Record a controller's states for a window of its time, or until Ctrl-C.
+
+    Args:
+        client: Client of the controller manager.
+        controller: Name of the controller.
+        joints: Joints that it must have.
+        tracking: Recording, to which the states are added.
+        window_s: Length of the window, in seconds.
+
+    Raises:
+        NotFoundError: The controller does not exist, is none of trajectories, or lacks a joint.
+        UnavailableError: The controller is not active, or sends no states.
+    """
     found = {one.name: one for one in client.list_controllers()}
     if controller not in found:
         raise NotFoundError(
@@ -210,9 +226,8 @@ def _recorded(
     if one.state != "active":
         raise UnavailableError(
             f"Controller '{controller}' is {one.state}: only an active controller has a reference",
-            hint=f"`teleopctl control doctor {controller}` says how to activate it.",
+            hint=f"`{command_line(client.name, 'doctor', controller)}` says how to activate it.",
         )
-    tracking = Tracking(field, window_s)
     changed = threading.Condition()
 
     def take(message: Any) -> None:
@@ -222,26 +237,28 @@ def _recorded(
 
     node.create_subscription(get_message(_TYPE), topic, take, 100, immediate=True)
     console.note(f"Recording {topic} for {window_s:g} s; Ctrl-C ends it earlier")
-    _wait(changed, tracking, window_s)
-    if not len(tracking):
+    with changed:
+        is_sent = changed.wait_for(lambda: len(tracking) > 0, max(window_s, _FIRST_WITHIN_S))
+    if not is_sent:
         raise UnavailableError(
-            f"No message on {topic} within {window_s:g} s",
-            hint=f"`teleopctl control doctor {controller}` says why.",
+            f"No message on {topic}",
+            hint=f"`{command_line(client.name, 'doctor', controller)}` says why.",
         )
-    return tracking
+    if unknown := [name for name in joints if name not in tracking.joints]:
+        raise NotFoundError(
+            f"Controller '{controller}' has no joint {', '.join(unknown)}",
+            hint=existing_names_hint("joints", unknown, tracking.joints),
+        )
+    _wait(changed, tracking, window_s)
 
 
 def _wait(changed: threading.Condition, tracking: Tracking, window_s: float) -> None:
     """Wait until the window is over, no message comes for its length, or Ctrl-C."""
-    try:
-        with changed:
-            before = -1
-            while not tracking.is_complete and len(tracking) != before:
-                before = len(tracking)
-                changed.wait_for(lambda: tracking.is_complete, window_s)
-    except KeyboardInterrupt:
-        if not len(tracking):
-            raise
+    with contextlib.suppress(KeyboardInterrupt), changed:
+        before = -1
+        while not tracking.is_complete and len(tracking) != before:
+            before = len(tracking)
+            changed.wait_for(lambda: tracking.is_complete, window_s)
 
 
 def _drawing(tracking: Tracking, joints: Sequence[str]) -> Iterator[str]:

@@ -16,7 +16,7 @@ from teleopctl.cli.verbs.control.execution_times import (
     StatisticsWindow,
     UpdateTimes,
 )
-from teleopctl.cli.verbs.control.manager import ManagerOptions
+from teleopctl.cli.verbs.control.manager import ManagerOptions, command_line
 from teleopctl.errors import NotFoundError, UnavailableError, UsageError
 from teleopctl.interfaces import get_message, to_nanoseconds
 
@@ -148,7 +148,7 @@ def table(
         del columns[one]
     yield from lines()
     if not any(row.samples for row in rows):
-        yield f"{manager} runs no cycles: `teleopctl control doctor` says why"
+        yield f"{manager} runs no cycles: `{command_line(manager, 'doctor')}` says why"
 
 
 def _watch(client: "ControllerManagerClient", window_s: float) -> "_Histograms | _Statistics":

@@ -214,7 +214,7 @@ def _scale(largest: float) -> tuple[float, str]:
 def _range(values: Sequence[float]) -> tuple[float, float]:
     """Return the lowest and highest value with a margin, so that the range is never empty."""
     low, high = min(values), max(values)
-    room = (high - low) * 0.05 or max(abs(low) * 0.05, 1e-3)
+    room = (high - low) * 0.05 or abs(low) * 0.05 or 1.0
     return low - room, high + room
 
 

@@ -6,6 +6,7 @@ import xml.etree.ElementTree as ET
 import pytest
 
 from teleopctl.bag import save_panels
+from teleopctl.cli import console
 from teleopctl.cli.verbs.control.plot import Tracking
 from teleopctl.interfaces import get_message, set_stamp
 
@@ -65,6 +66,12 @@ def test_a_field_that_the_controller_does_not_have_is_said():
         "error": [None],
     }
     assert math.isnan(tracking.values("error", "hip")[0])
+
+
+def test_colours_of_a_drawing_stay_and_other_control_characters_are_made_visible(capsys):
+    console.out_drawing("\x1b[34m⣀\x1b[0m\n\x1b]0;title\x07")
+    printed = capsys.readouterr().out
+    assert printed == "\x1b[34m⣀\x1b[0m\n\\x1b]0;title\\x07\x1b[0m\n"
 
 
 def test_a_picture_has_two_panels_for_each_joint(tracking, tmp_path):

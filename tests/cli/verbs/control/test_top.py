@@ -288,6 +288,6 @@ class TestTable:
 
     def test_without_cycles_a_line_says_what_to_do(self):
         nothing = [one._replace(samples=0) for one in ROWS]
-        line = "/cm runs no cycles: `teleopctl control doctor` says why"
+        line = "/cm runs no cycles: `teleopctl control doctor -c /cm` says why"
         assert list(table(nothing, "/cm", 5.0))[-1] == line
         assert list(table([], "/cm", 5.0))[-1] == line
