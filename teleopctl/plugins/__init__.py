@@ -106,6 +106,7 @@ COMPLETIONS = Kind(
         "interface_types": f"{_NOUNS}.interface:complete_types",
         "launch_words": f"{_CANDIDATES}:launch_words",
         "licenses": f"{_NOUNS}.pkg:complete_licenses",
+        "loadable_controllers": f"{_NOUNS}.control.manager:complete_loadable_controllers",
         "logged_processes": f"{_CANDIDATES}:logged_processes",
         "managed_nodes": f"{_NOUNS}.lifecycle:complete_managed_nodes",
         "manifest_tags": f"{_NOUNS}.pkg:complete_manifest_tags",

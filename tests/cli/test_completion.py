@@ -63,6 +63,7 @@ def test_controllers_hardware_and_managers_are_completed(ros, monkeypatch, capsy
     assert up.returncode == 0, up.stderr
     controllers = {"joint_state_broadcaster", "arm_controller", "gripper_controller"}
     assert offered(verb) == offered("plot -c /controller_manager ") == controllers
+    assert offered("load_controller ") == controllers
     assert offered("doctor -c /nobody ") == offered("switch_controllers --activate ") == set()
     assert offered("switch_controllers --deactivate arm") == {"arm_controller"}
     assert offered("top -c ") == {"/controller_manager"}

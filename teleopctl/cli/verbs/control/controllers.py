@@ -141,7 +141,9 @@ _LOGS = "check controller_manager logs"
 
 
 def load_controller(
-    controller_name: Annotated[str, Argument(help="The controller.")],
+    controller_name: Annotated[
+        str, Argument(help="The controller.", complete="loadable_controllers")
+    ],
     param_file: Annotated[
         str | None, Argument(help="Parameter file for it.", metavar="PARAM_FILE")
     ] = None,

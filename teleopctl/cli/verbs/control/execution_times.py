@@ -93,16 +93,20 @@ class _Counted(NamedTuple):
     bins: Sequence[Bin]
 
     def since(self, before: "_Counted | None") -> "_Counted":
-        """Return what was counted since another time; all if a new instance was loaded since."""
+        """Return what was counted since another time; all if a new instance was loaded since.
+
+        Clamped commands are counted by the interfaces, which stay.
+        """
+        loaded = self._replace(limited=0)
         if before is None:
-            return self
+            return loaded
         known = {one.begin_ns: one.count for one in before.bins}
         bins = [one._replace(count=one.count - known.pop(one.begin_ns, 0)) for one in self.bins]
         if known or any(one.count < 0 for one in bins):
-            return self
+            return loaded
         return self._replace(
             overruns=self.overruns - before.overruns,
-            limited=max(0, self.limited - before.limited),
+            limited=self.limited - before.limited,
             bins=[one for one in bins if one.count],
         )
 

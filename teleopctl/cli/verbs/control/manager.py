@@ -133,6 +133,16 @@ def _controllers(ctx: "TypedWords", incomplete: str, state: str | None = None) -
     )
 
 
+def complete_loadable_controllers(ctx: "TypedWords", incomplete: str) -> list[str]:
+    """Return completion candidates: the controllers whose types the manager's parameters have."""
+
+    def loadable(client: ControllerManagerClient) -> list[str]:
+        found = client.call("list_parameters", "rcl_interfaces/srv/ListParameters").result.names
+        return [name.removesuffix(".type") for name in found if name.endswith(".type")]
+
+    return _from_manager(ctx, incomplete, loadable)
+
+
 def complete_hardware_components(ctx: "TypedWords", incomplete: str) -> list[str]:
     """Return completion candidates: the hardware components."""
 
