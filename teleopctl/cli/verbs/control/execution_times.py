@@ -62,7 +62,7 @@ class Bin(NamedTuple):
 
     begin_ns: int
     end_ns: int
-    count: int
+    number: int
 
 
 def percentile_of_bins(bins: Sequence[Bin], share: float) -> float | None:
@@ -74,11 +74,11 @@ def percentile_of_bins(bins: Sequence[Bin], share: float) -> float | None:
         bins: Bins in ascending order.
         share: From 0 to 1.
     """
-    rank = max(1, math.ceil(share * sum(one.count for one in bins)))
+    rank = max(1, math.ceil(share * sum(one.number for one in bins)))
     for one in bins:
-        if rank <= one.count:
-            return one.begin_ns + (one.end_ns - one.begin_ns) * (rank - 0.5) / one.count
-        rank -= one.count
+        if rank <= one.number:
+            return one.begin_ns + (one.end_ns - one.begin_ns) * (rank - 0.5) / one.number
+        rank -= one.number
     return None
 
 
@@ -100,14 +100,14 @@ class _Counted(NamedTuple):
         loaded = self._replace(limited=0)
         if before is None:
             return loaded
-        known = {one.begin_ns: one.count for one in before.bins}
-        bins = [one._replace(count=one.count - known.pop(one.begin_ns, 0)) for one in self.bins]
-        if known or any(one.count < 0 for one in bins):
+        known = {one.begin_ns: one.number for one in before.bins}
+        bins = [one._replace(number=one.number - known.pop(one.begin_ns, 0)) for one in self.bins]
+        if known or any(one.number < 0 for one in bins):
             return loaded
         return self._replace(
             overruns=self.overruns - before.overruns,
             limited=self.limited - before.limited,
-            bins=[one for one in bins if one.count],
+            bins=[one for one in bins if one.number],
         )
 
 
@@ -171,35 +171,51 @@ class HistogramWindow:
         """Return the cycle, then hardware, then controllers."""
         begin, end = self._taken[0], self._taken[-1]
         elapsed_s = (end.stamp_ns - begin.stamp_ns) / _NS_PER_S
-        rows = []
-        for key, total in end.counted.items():
-            recent = total.since(begin.counted.get(key))
-            name, (kind, suffix) = key[0], _OF_KIND[key[1]]
-            samples = sum(one.count for one in recent.bins)
-            p50, p99 = (percentile_of_bins(recent.bins, share) for share in (0.5, 0.99))
-            most = recent.bins[-1].end_ns if recent.bins else None
-            # Unknown if simulated time has jumped back.
-            rate = samples / elapsed_s if elapsed_s > 0.0 else None if samples else 0.0
-            is_cycle, is_error = kind == "cycle", kind == "period error"
-            rows.append(
-                UpdateTimes(
-                    f"{name}{suffix}",
-                    kind,
-                    total.state or None,
-                    None if is_error else rate,
-                    None if is_error else total.rate,
-                    *(
-                        None if value is None else min(value, total.longest_ns) / _NS_PER_US
-                        for value in (p50, p99, most)
-                    ),
-                    total.longest_ns / _NS_PER_US,
-                    None if is_error else recent.overruns,
-                    samples,
-                    max(0, end.missed - begin.missed) if is_cycle else None,
-                    recent.limited if kind == "controller" else None,
-                )
-            )
-        return rows
+        missed = max(0, end.missed - begin.missed)
+        return [
+            _row(key, total, total.since(begin.counted.get(key)), elapsed_s, missed)
+            for key, total in end.counted.items()
+        ]
+
+
+def _row(
+    key: tuple[str, str], total: _Counted, recent: _Counted, elapsed_s: float, missed: int
+) -> UpdateTimes:
+    """Return a row of the table.
+
+    Args:
+        key: Name and kind of what was measured.
+        total: What was counted since the start.
+        recent: What was counted in the window.
+        elapsed_s: Length of the window on the manager's clock; negative after a reset of it.
+        missed: Missed cycles in the window.
+    """
+    name, (kind, suffix) = key[0], _OF_KIND[key[1]]
+    samples = sum(one.number for one in recent.bins)
+    rate: float | None = 0.0
+    if samples:
+        rate = samples / elapsed_s if elapsed_s > 0.0 else None
+    is_error = kind == "period error"
+
+    def in_us(value_ns: float | None) -> float | None:
+        # A bin may end above the longest duration.
+        return None if value_ns is None else min(value_ns, total.longest_ns) / _NS_PER_US
+
+    return UpdateTimes(
+        name=f"{name}{suffix}",
+        kind=kind,
+        state=total.state or None,
+        rate=None if is_error else rate,
+        nominal_rate=None if is_error else total.rate,
+        p50_us=in_us(percentile_of_bins(recent.bins, 0.5)),
+        p99_us=in_us(percentile_of_bins(recent.bins, 0.99)),
+        max_us=in_us(recent.bins[-1].end_ns if recent.bins else None),
+        longest_us=in_us(total.longest_ns),
+        overruns=None if is_error else recent.overruns,
+        samples=samples,
+        missed=missed if kind == "cycle" else None,
+        limited=recent.limited if kind == "controller" else None,
+    )
 
 
 # ---- from published statistics

@@ -1,6 +1,7 @@
 """``control top``: percentiles, rates and overruns of a manager's updates."""
 
 import math
+from typing import TYPE_CHECKING, cast
 
 import pytest
 from hypothesis import given, settings, strategies as st
@@ -20,6 +21,9 @@ from teleopctl.control.statistics_publishers import ExecutionTimesService, stati
 from teleopctl.interfaces import get_message, get_service, set_stamp
 from teleopctl.testing import ControlStack, serial_robot
 from tests.control.fakes import TYPE
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
 
 FORWARD = "forward_command_controller/ForwardCommandController"
 POSITIONS = {"joints": ["joint1", "joint2"], "interface_name": "position"}
@@ -52,7 +56,7 @@ class TestHistograms:
         stack.load_controller("forward", FORWARD, POSITIONS)
         stack.load_controller("slow", TYPE, {"update_rate": 25})
         stack.activate("forward", "slow")
-        ExecutionTimesService(stack.node, stack.manager, stack.cycle)
+        ExecutionTimesService(cast("Node", stack.node), stack.manager, stack.cycle)
         return stack
 
     def taken(self, stack):
