@@ -17,6 +17,8 @@ from teleopctl.launch.model.plan import ProcessPlan
 
 _PYTHON = [sys.executable, "-P", "-m", "teleopctl.nodes"]
 _PROGRAM = ["mujoco_sim", "mujoco_sim"]
+# What a launch file that starts the simulator contains, itself or for an included file.
+_NAMES_IN_FILES = (b"mujoco_sim", b"sim.yaml")
 # Restricts the search for the program, which the process repeats with its arguments.
 _BUILTIN = "--builtin"
 # Variables of each process of a launch, which are read once its arguments are known.
@@ -93,7 +95,8 @@ def standby_simulator(file: Path) -> Iterator[StandbyProcess | None]:
     The process ends with the block, unless it has begun its work.
     """
     try:
-        names_simulator = b"mujoco_sim" in file.read_bytes()
+        text = file.read_bytes()
+        names_simulator = any(name in text for name in _NAMES_IN_FILES)
     except OSError:
         names_simulator = False  # the evaluation reports it
     if not names_simulator:

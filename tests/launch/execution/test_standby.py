@@ -23,10 +23,16 @@ def environment(**changes: str) -> dict[str, str]:
     return {**os.environ, "PYTHONUNBUFFERED": "1", progress.VARIABLE: "/nowhere/x", **changes}
 
 
+FILES = (
+    "launch:\n- node: {pkg: mujoco_sim, exec: mujoco_sim}\n",
+    "launch:\n- include: {file: $(find-pkg-share teleopctl)/launch/sim.yaml}\n",
+)
+
+
 @pytest.fixture
-def launch_file(tmp_path: Path) -> Path:
+def launch_file(request: pytest.FixtureRequest, tmp_path: Path) -> Path:
     file = tmp_path / "launch.yaml"
-    file.write_text("launch:\n- node: {pkg: mujoco_sim, exec: mujoco_sim}\n")
+    file.write_text(str(request.param))
     return file
 
 
@@ -35,7 +41,9 @@ def process_of(standby: StandbyProcess | None) -> subprocess.Popen[bytes]:
     return standby._process
 
 
-@pytest.mark.parametrize("words", [[], ["--builtin"]])
+@pytest.mark.parametrize(
+    ("launch_file", "words"), [(FILES[0], []), (FILES[1], ["--builtin"])], indirect=["launch_file"]
+)
 def test_it_becomes_the_simulator_with_the_arguments_of_its_plan(launch_file, words):
     command = [*PLAN.command[:4], *words, *PLAN.command[4:]]
     with standby_simulator(launch_file) as standby:
@@ -51,6 +59,7 @@ def test_it_becomes_the_simulator_with_the_arguments_of_its_plan(launch_file, wo
         assert standby.take(PLAN, environment()) is None  # only once
 
 
+@pytest.mark.parametrize("launch_file", FILES[:1], indirect=True)
 def test_a_process_that_would_differ_is_started_as_usual_and_the_other_ends(launch_file):
     with standby_simulator(launch_file) as standby:
         assert standby is not None
@@ -70,6 +79,7 @@ def test_a_process_that_would_differ_is_started_as_usual_and_the_other_ends(laun
     assert output.closed
 
 
+@pytest.mark.parametrize("launch_file", FILES[:1], indirect=True)
 def test_it_ends_with_a_launch_that_is_killed_while_it_evaluates_its_file(launch_file):
     with standby_simulator(launch_file) as standby:
         process = process_of(standby)
