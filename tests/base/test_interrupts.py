@@ -139,9 +139,11 @@ def test_a_program_that_catches_an_interrupt_of_a_text_ends_as_it_says(tmp_path)
 # As a process that a launch starts: whoever is interrupted before the first line is a Python that
 # starts, and may forget it or end with a fatal error.
 STARTS = """
+import sys
 from teleopctl.base import interrupts
 try:
     interrupts.install_sigint_handler()
+    sys.stdin.read()  # until the interrupt has been sent, on a busy machine
 except KeyboardInterrupt:
     print("interrupted")
 """
@@ -152,6 +154,7 @@ def test_an_interrupt_that_comes_while_python_starts_is_raised_when_it_is_taken(
     with interrupts.blocked_for_children():
         process = subprocess.Popen(
             [sys.executable, "-c", STARTS],
+            stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,
             stderr=subprocess.PIPE,
             text=True,
