@@ -109,6 +109,7 @@ class Cycle:
                 self._component_failed(component, "read")
             if resources.take_state_jumped() or begun_again:
                 self._restart()
+            manager.robot_stop.estimate_speeds(resources.state_interfaces, period)
             if manager.robot_stop.by or self._stop_ramps:
                 self._obey_stop()
             read_ns = time.perf_counter_ns()
@@ -134,6 +135,7 @@ class Cycle:
     def _restart(self) -> None:
         """Restart limiters and active controllers, after the joints have jumped."""
         self._manager.resource_manager.restart()
+        self._manager.robot_stop.forget_speeds()
         # The controllers stop again, from where the joints are now.
         self._stop_ramps.clear()
         for spec in self._manager.active_controllers:

@@ -33,6 +33,8 @@ _LAG = 0.01
 # A joint at rest moves from this part of its velocity limit on, else from this speed (rad/s, m/s).
 _MOVING = 0.1
 _MOVING_SPEED = 0.05
+# A joint whose position has not changed for this time, in seconds, is at rest.
+_AT_REST_S = 0.1
 # In this time after a step, in seconds, the joint may not have begun to move.
 _YOUNG_S = 0.1
 
@@ -45,12 +47,15 @@ class RobotStop:
             robot is released.
         count: Number of stops so far.
         limits: Limits of the joints, by joint name.
+        estimated_speeds: Speeds of joints whose velocity is not measured, by joint name.
     """
 
     def __init__(self) -> None:
         self.by = ""
         self.count = 0
         self.limits: Mapping[str, JointLimits] = {}
+        self.estimated_speeds: dict[str, StateInterface] = {}
+        self._estimates: list[_SpeedEstimate] | None = None
         self._decelerations: Mapping[str, float] = {}
 
     def set_limits(
@@ -82,9 +87,56 @@ class RobotStop:
             self.count += 1
         self.by = by
 
+    def estimate_speeds(self, states: Mapping[str, StateInterface], period: float) -> None:
+        """Estimate the speeds of joints whose velocity is not measured; called in each cycle.
+
+        Args:
+            states: Measured state interfaces of the robot, by full name.
+            period: Seconds since the last cycle.
+        """
+        if self._estimates is None:
+            self._estimates = [
+                _SpeedEstimate(states[f"{joint}/{POSITION}"])
+                for joint in self.limits
+                if f"{joint}/{POSITION}" in states and f"{joint}/{VELOCITY}" not in states
+            ]
+            self.estimated_speeds = {one.speed.prefix_name: one.speed for one in self._estimates}
+        for estimate in self._estimates:
+            estimate.update(period)
+
+    def forget_speeds(self) -> None:
+        """Start the estimates of speeds again, after the joints have jumped."""
+        self._estimates = None
+
     def deceleration(self, joint: str) -> float:
         """Return the deceleration of a joint in rad/s² or m/s²; infinite if unlimited."""
         return self._decelerations.get(joint, math.inf)
+
+
+class _SpeedEstimate:
+    """Speed of a joint from its measured positions, which may change in some cycles only.
+
+    The mean speed between two positions is that of the time between them: half the change since the
+    mean speed before is added, which is exact at a constant acceleration.
+    """
+
+    def __init__(self, position: StateInterface) -> None:
+        self.speed = StateInterface(position.prefix_name, VELOCITY, initial_value=0.0)
+        self._position = position
+        self._before = position.value
+        self._mean = self._since_s = 0.0
+
+    def update(self, period: float) -> None:
+        now = self._position.value
+        self._since_s += period
+        if now != self._before:
+            moved, self._before = now - self._before, now
+            mean = moved / self._since_s if moved == moved else 0.0
+            speed = mean + (mean - self._mean) / 2.0
+            self.speed.value = speed if speed * mean > 0.0 else mean
+            self._mean, self._since_s = mean, 0.0
+        elif self._since_s > _AT_REST_S:
+            self.speed.value = self._mean = 0.0
 
 
 def stopping_state(
@@ -192,7 +244,8 @@ class _JointRamp:
         unknown = StateInterface(joint, "unknown")
         self._command = command
         self._position = states.get(f"{joint}/{POSITION}", unknown)
-        self._velocity = states.get(f"{joint}/{VELOCITY}", unknown)
+        speed = states.get(f"{joint}/{VELOCITY}")
+        self._velocity = speed or stop.estimated_speeds.get(joint, unknown)
         self._is_position = command.interface_name == POSITION
         self._limit = stop.deceleration(joint)
         limits = stop.limits.get(joint)
@@ -201,7 +254,7 @@ class _JointRamp:
         self._top = top = limits.velocity if limits else math.inf
         self._moving = _MOVING * top if math.isfinite(top) else _MOVING_SPEED
         self.held = self.speed = 0.0
-        # A step that was given up, until the joint decelerates.
+        # A step that was given up before the joint began to move, until the joint does so.
         self._given_up = math.nan
         self._begin()
         if self._is_position and math.isfinite(step_age_s):
@@ -237,7 +290,8 @@ class _JointRamp:
         follows = lead * speed > 0.0 or age_s <= _YOUNG_S
         if follows and (abs(lead) > _LAG or abs(speed) > _MOVING_SPEED):
             self.held, self.speed = position, speed
-            self._given_up = self._command.value
+            if abs(speed) <= self._moving:
+                self._given_up = self._command.value
         else:
             self.held, self.speed = self._command.value, 0.0
 
@@ -266,7 +320,7 @@ class _JointRamp:
 
         The command was a step, and the joint had not begun to move when the robot was stopped.
         """
-        speed, position, is_given_up = self._velocity.value, self._position.value, False
+        speed, position, is_given_up = self._measured_speed(), self._position.value, False
         lead = self._given_up - position
         if math.isfinite(lead):
             is_given_up = True

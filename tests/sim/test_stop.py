@@ -27,7 +27,7 @@ JOINTS = ["turn", "lift"]
 
 
 def command_tag(name: str) -> str:
-    states = "".join(f'<state_interface name="{state}"/>' for state in ("position", "velocity"))
+    states = '<state_interface name="position"/><state_interface name="velocity"/>'
     return f'<joint name="{name}"><command_interface name="position"/>{states}</joint>'
 
 
@@ -42,12 +42,12 @@ ARM = f"""<robot name="arm"><link name="world"/>{link("turn_link")}{link("lift_l
 class Robot:
     """An arm of two joints in simulation, with a forward controller for their positions."""
 
-    def __init__(self, rate_hz: int) -> None:
+    def __init__(self, rate_hz: int, urdf: str = ARM) -> None:
         self.period_s = 1.0 / rate_hz
         self.simulation = simulate(
-            ARM, control_period_ns=10**9 // rate_hz, warn=lambda _: None
+            urdf, control_period_ns=10**9 // rate_hz, warn=lambda _: None
         ).simulation
-        self.stack = ControlStack(ARM, update_rate=rate_hz)
+        self.stack = ControlStack(urdf, update_rate=rate_hz)
         (component,) = self.stack.resources.components.values()
         component.hardware.set_cycle(self._cycle)
         self.stack.load_controller(
@@ -96,9 +96,9 @@ class Robot:
         return [(before - after) / self.period_s for before, after in itertools.pairwise(speeds)]
 
 
-def stopped_after(age_s: float, *step: float, rate_hz: int = 100) -> Robot:
+def stopped_after(age_s: float, *step: float, rate_hz: int = 100, urdf: str = ARM) -> Robot:
     """Return a robot that was stopped this long after a step, at rest again."""
-    robot = Robot(rate_hz)
+    robot = Robot(rate_hz, urdf)
     robot.run(0.2)
     robot.command(*step)
     robot.run(age_s)
@@ -123,6 +123,17 @@ def test_also_at_other_control_rates(rate_hz: int) -> None:
     robot = stopped_after(0.3, 1.5, -1.0, rate_hz=rate_hz)
     for number in range(2):
         assert max(robot.decelerations(number)) <= TOLERANCE * DECELERATION
+
+
+@pytest.mark.parametrize(("rate_hz", "age_s"), [(10, 0.3), (100, 0.02), (100, 0.3)])
+def test_also_if_no_speeds_are_measured(rate_hz: int, age_s: float) -> None:
+    """They are estimated from the positions, less exactly while the joint accelerates."""
+    urdf = ARM.replace('<state_interface name="velocity"/>', "")
+    robot = stopped_after(age_s, 1.5, -1.0, rate_hz=rate_hz, urdf=urdf)
+    for number in range(2):
+        assert max(robot.decelerations(number)) <= 2.0 * DECELERATION
+        assert abs(robot.speeds[-1][number]) < 1e-3
+        assert abs(robot.positions[-1][number]) < 0.5
 
 
 def test_a_joint_comes_to_rest_within_its_braking_distance() -> None:

@@ -17,6 +17,10 @@ _SHARE, _LONG_S = 0.5, 0.05
 # two time constants of its drive.
 _BRAKING_S = 0.01
 
+# Greatest speed of positions that go on from a joint, as a factor of its speed: controllers may
+# have to estimate it from measured positions.
+_AT_MOST = 1.5
+
 # Factor for rounding errors of a distance that is just within reach.
 _NEARLY = 1.0 + 1e-6
 
@@ -66,9 +70,9 @@ def goes_on_from_joint(
     """Return whether a new position continues the joint's own motion, not that of its set-point.
 
     On the way to a distant position nothing is fed forward, and the set-point is ahead of the joint
-    by the lag of the drive and by its acceleration. Positions that then go on from the joint, no
-    faster than it moves, as those of a stop do, would stop the set-point until the joint has caught
-    up with it.
+    by the lag of the drive and by its acceleration. Positions that then go on from the joint, at
+    about its speed, as those of a stop do, would stop the set-point until the joint has caught up
+    with it.
 
     Args:
         joint_away: Distance from the joint to the position, with its sign.
@@ -78,7 +82,7 @@ def goes_on_from_joint(
         max_speed: Speed limit of the joint.
         period_s: Control period in seconds.
     """
-    farthest = min(abs(joint_speed), max_speed) * period_s * _NEARLY
+    farthest = min(_AT_MOST * abs(joint_speed), max_speed) * period_s * _NEARLY
     if joint_away * joint_speed <= 0.0 or abs(joint_away) > farthest:
         return False
     return abs(joint_away / period_s - joint_speed) < abs(away / period_s - before)
