@@ -24,6 +24,7 @@ from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.robot_stop_node import RobotStopNode
 from teleopctl.control.services import ControllerManagerServices, lifecycle_state_message
 from teleopctl.control.statistics_publishers import (
+    EXECUTION_TIMES_CHECK_S,
     INTROSPECTION_CHECK_S,
     DiagnosticsPublisher,
     ExecutionTimesService,
@@ -323,15 +324,17 @@ class ControllerManagerNode:
             self._logger.warning(f"Parameters that have no effect: {', '.join(unread)}")
         progress.report(progress.READY, part=progress.CONTROL)
         StatisticsPublisher(self._node, self.manager, self._cycle)
-        ExecutionTimesService(self._node, self.manager, self._cycle)
+        execution_times = ExecutionTimesService(self._node, self.manager, self._cycle)
         introspection = IntrospectionPublisher(
             self._node, self.manager, self._cycle, self._publish_queue
         )
-        self._node.create_timer(
-            INTROSPECTION_CHECK_S,
-            introspection.follow_subscriptions,
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-        )
+        for interval_s, check in (
+            (INTROSPECTION_CHECK_S, introspection.follow_subscriptions),
+            (EXECUTION_TIMES_CHECK_S, execution_times.end_unused_counting),
+        ):
+            self._node.create_timer(
+                interval_s, check, clock=Clock(clock_type=ClockType.STEADY_TIME)
+            )
         DiagnosticsPublisher(self._node, self.manager, self._cycle, self.parameter)
 
     def _start_hardware(self) -> None:

@@ -76,36 +76,32 @@ class MovingStatistics:
 class DurationHistogram:
     """Numbers of durations in bins that are narrow for short and wide for long durations.
 
-    It counts all durations since the start, so the difference of its counts at two times is the
-    histogram of the durations between them. Bins of 64 ns up to 2 µs, then 16 bins for each power
-    of two, so that a bin is at most 1/16 as wide as the durations in it; the last one, from 66 s,
-    has no upper edge. Source: HdrHistogram (Gil Tene), whose index needs no logarithm.
+    It counts all durations, so the difference of its counts at two times is the histogram of the
+    durations between them. Bins of 64 ns up to 2 µs, then 16 bins for each power of two, so that a
+    bin is at most 1/16 as wide as the durations in it; the last one, from 66 s, has no upper edge.
+    Source: HdrHistogram (Gil Tene), whose index needs no logarithm.
 
     Args:
         limit_ns: Limit; longer durations are counted on their own, too.
 
     Attributes:
+        limit_ns: The limit.
         over_limit: Number of durations above the limit.
-        longest_ns: Longest duration since the start; 0 without durations.
     """
 
-    __slots__ = ("_counts", "_limit_ns", "longest_ns", "over_limit")
+    __slots__ = ("_counts", "_longest_ns", "limit_ns", "over_limit")
 
     def __init__(self, limit_ns: float = math.inf) -> None:
         self._counts = [0] * _BINS
-        self._limit_ns = limit_ns
+        self._longest_ns = 0
+        self.limit_ns = limit_ns
         self.over_limit = 0
-        self.longest_ns = 0
-
-    def set_limit(self, limit_ns: float) -> None:
-        """Set the limit for the durations that follow."""
-        self._limit_ns = limit_ns
 
     def add(self, duration_ns: int) -> None:
         """Count a duration, which must not be negative."""
-        if duration_ns > self.longest_ns:
-            self.longest_ns = duration_ns
-        if duration_ns > self._limit_ns:
+        if duration_ns > self._longest_ns:
+            self._longest_ns = duration_ns
+        if duration_ns > self.limit_ns:
             self.over_limit += 1
         index = duration_ns >> _UNIT_BITS
         shift = index.bit_length() - _LINEAR_BITS
@@ -117,13 +113,20 @@ class DurationHistogram:
             self._counts[-1] += 1
 
     def bins(self) -> list[tuple[int, int, int]]:
-        """Return lower edge, upper edge (ns) and count of each bin with durations, ascending."""
-        return [
+        """Return lower edge, upper edge (ns) and count of each bin with durations, ascending.
+
+        The upper edge of the last one is the longest duration.
+        """
+        found = [
             (_edge_ns(index), _edge_ns(index + 1), count)
             # A copy: the cycle's thread goes on counting.
             for index, count in enumerate(self._counts.copy())
             if count
         ]
+        if found:
+            begin, _, count = found[-1]
+            found[-1] = begin, max(begin, self._longest_ns), count
+        return found
 
 
 # Edges of bins are multiples of 2**6 ns; there are 2**4 bins for each power of two.
@@ -148,20 +151,29 @@ class WorkStatistics:
     Attributes:
         execution_time: Statistics of the execution time since the last reset.
         periodicity: Statistics of the rate since the last reset.
-        durations: Execution times since the start.
+        durations: Execution times since `count_durations`; None if they are not counted.
     """
 
-    __slots__ = ("durations", "execution_time", "periodicity")
+    __slots__ = ("_period_ns", "durations", "execution_time", "periodicity")
 
     def __init__(self, rate: float = math.inf) -> None:
         self.execution_time = MovingStatistics()
         self.periodicity = MovingStatistics()
-        self.durations = DurationHistogram()
+        self.durations: DurationHistogram | None = None
         self.set_rate(rate)
 
     def set_rate(self, rate: float) -> None:
         """Set the nominal rate in Hz."""
-        self.durations.set_limit(_NANOSECONDS_PER_S / rate if rate < math.inf else math.inf)
+        self._period_ns = _NANOSECONDS_PER_S / rate if rate < math.inf else math.inf
+        if self.durations is not None:
+            self.durations.limit_ns = self._period_ns
+
+    def count_durations(self, wanted: bool) -> None:
+        """Begin to count execution times, unless they are counted; or end it."""
+        if not wanted:
+            self.durations = None
+        elif self.durations is None:
+            self.durations = DurationHistogram(self._period_ns)
 
     def reset(self) -> None:
         """Reset the statistics of execution time and rate, but not the numbers of durations."""
@@ -177,7 +189,9 @@ class WorkStatistics:
         """
         duration_ns = time.perf_counter_ns() - began_ns
         self.execution_time.add(duration_ns / _NANOSECONDS_PER_US)
-        self.durations.add(duration_ns)
+        durations = self.durations
+        if durations is not None:
+            durations.add(duration_ns)
         if period_s is not None:
             self.periodicity.add(1.0 / period_s)
 
@@ -190,18 +204,25 @@ class WorkStatistics:
 class CycleTimes:
     """Times of the control cycle: parts of the last one in µs, rate, durations and period errors.
 
+    A period error is the difference between a period and the nominal one, without its sign.
+
     Args:
         period_ns: Nominal period in nanoseconds.
 
     Attributes:
         periodicity: Statistics of the cycle rate, in Hz.
-        durations: Times of whole cycles since the start. One above the period is an overrun.
-        period_errors: Differences between period and nominal period, without their sign.
+        longest_ns: Time of the longest cycle.
+        largest_period_error_ns: Largest period error.
+        durations: Times of whole cycles since `count_durations`, of which those above the period
+            are overruns; None if they are not counted.
+        period_errors: Period errors since then, or None.
     """
 
     __slots__ = (
         "_period_ns",
         "durations",
+        "largest_period_error_ns",
+        "longest_ns",
         "period_errors",
         "periodicity",
         "read_us",
@@ -213,8 +234,19 @@ class CycleTimes:
         self._period_ns = period_ns
         self.read_us = self.update_us = self.write_us = 0.0
         self.periodicity = MovingStatistics()
-        self.durations = DurationHistogram(period_ns)
-        self.period_errors = DurationHistogram()
+        self.longest_ns = self.largest_period_error_ns = 0
+        self.durations: DurationHistogram | None = None
+        self.period_errors: DurationHistogram | None = None
+
+    def count_durations(self, wanted: bool) -> None:
+        """Begin to count times of cycles and period errors, unless they are counted; or end it."""
+        if not wanted:
+            self.durations = self.period_errors = None
+        elif self.durations is None:
+            self.durations, self.period_errors = (
+                DurationHistogram(self._period_ns),
+                DurationHistogram(),
+            )
 
     def record(self, began_ns: int, read_ns: int, updated_ns: int, period_ns: int | None) -> None:
         """Add the times of the cycle that ends now.
@@ -229,10 +261,19 @@ class CycleTimes:
         self.read_us = (read_ns - began_ns) / _NANOSECONDS_PER_US
         self.update_us = (updated_ns - read_ns) / _NANOSECONDS_PER_US
         self.write_us = (ended_ns - updated_ns) / _NANOSECONDS_PER_US
-        self.durations.add(ended_ns - began_ns)
+        if ended_ns - began_ns > self.longest_ns:
+            self.longest_ns = ended_ns - began_ns
+        error_ns = 0
         if period_ns is not None:
             self.periodicity.add(_NANOSECONDS_PER_S / period_ns)
-            self.period_errors.add(abs(period_ns - self._period_ns))
+            error_ns = abs(period_ns - self._period_ns)
+            if error_ns > self.largest_period_error_ns:
+                self.largest_period_error_ns = error_ns
+        durations, errors = self.durations, self.period_errors
+        if durations is not None and errors is not None:
+            durations.add(ended_ns - began_ns)
+            if period_ns is not None:
+                errors.add(error_ns)
 
     def entries(self, name: str) -> Iterator[tuple[str, float]]:
         """Yield name-value pairs of the last cycle's read, update, write and total times in µs."""

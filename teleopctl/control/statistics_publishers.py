@@ -1,11 +1,12 @@
 """Measurements of a manager: ``~/statistics/…``, ``~/introspection_data/…``, ``/diagnostics``.
 
-The service ``~/get_execution_times`` has the histograms of all execution times.
+The service ``~/get_execution_times`` has histograms of all execution times.
 """
 
 from __future__ import annotations
 
 import math
+import time
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from enum import IntEnum
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -17,7 +18,7 @@ from teleopctl.control.cycle import Cycle
 from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import State
 from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
-from teleopctl.control.statistics import DurationHistogram, MovingStatistics
+from teleopctl.control.statistics import DurationHistogram, MovingStatistics, WorkStatistics
 from teleopctl.interfaces import get_message, get_service, set_stamp
 from teleopctl.node import Clock, ClockType, qos_profile_latched
 
@@ -254,11 +255,18 @@ EXECUTION_TIMES = "teleopctl_msgs/srv/GetExecutionTimes"
 """Type of the service ``~/get_execution_times``."""
 
 
-class ExecutionTimesService:
-    """Service ``~/get_execution_times``: histograms of all execution times since the start.
+# Time without a request after which execution times are no longer counted.
+_COUNTED_FOR_S = 600.0
+# Interval at which that is looked for.
+EXECUTION_TIMES_CHECK_S = 60.0
 
-    Requested at two times, they give the percentiles of all updates between. A topic would send
-    them to whoever records all topics.
+
+class ExecutionTimesService:
+    """Service ``~/get_execution_times``: histograms of all execution times since the first request.
+
+    The difference of two responses gives the percentiles of all updates between them. Nothing is
+    counted until somebody asks, and ten minutes after the last request. A topic would make whoever
+    records all topics ask.
 
     Args:
         node: Node of the controller manager.
@@ -270,14 +278,30 @@ class ExecutionTimesService:
         self._name = node.get_name()
         self._manager = manager
         self._cycle = cycle
+        self._requested_s = -math.inf
         node.create_service(get_service(EXECUTION_TIMES), "~/get_execution_times", self._answer)
 
     # Any: message classes are generated at run time.
     def _answer(self, _: Any, response: Any) -> Any:
+        self._requested_s = time.monotonic()
+        self._count(True)
         set_stamp(response.stamp, self._cycle.time_ns)
         response.missed_cycles = self._cycle.missed_count
         response.times = list(execution_times(self._name, self._manager, self._cycle))
         return response
+
+    def end_unused_counting(self) -> None:
+        """Count no longer if there was no request for some minutes; called by a timer."""
+        if time.monotonic() - self._requested_s > _COUNTED_FOR_S:
+            self._count(False)
+
+    def _count(self, wanted: bool) -> None:
+        self._cycle.times.count_durations(wanted)
+        for component in self._manager.resource_manager.components.values():
+            component.reads.count_durations(wanted)
+            component.writes.count_durations(wanted)
+        for spec in list(self._manager.controllers.values()):
+            spec.statistics.count_durations(wanted)
 
 
 def execution_times(name: str, manager: ControllerManager, cycle: Cycle) -> Iterator[Any]:
@@ -288,12 +312,12 @@ def execution_times(name: str, manager: ControllerManager, cycle: Cycle) -> Iter
         manager: Controller manager with the controllers and hardware.
         cycle: Control cycle of the manager.
     """
-    rate = float(manager.update_rate)
-    for kind, durations in (
-        ("cycle", cycle.times.durations),
-        ("period_error", cycle.times.period_errors),
+    rate, times = float(manager.update_rate), cycle.times
+    for kind, durations, longest_ns in (
+        ("cycle", times.durations, times.longest_ns),
+        ("period_error", times.period_errors, times.largest_period_error_ns),
     ):
-        yield _execution_times(durations, name=name, kind=kind, rate=rate)
+        yield _execution_times(durations, name=name, kind=kind, rate=rate, longest_ns=longest_ns)
     for component in manager.resource_manager.components.values():
         for kind, work in (("read", component.reads), ("write", component.writes)):
             yield _execution_times(
@@ -302,6 +326,7 @@ def execution_times(name: str, manager: ControllerManager, cycle: Cycle) -> Iter
                 kind=kind,
                 state=component.lifecycle_state.label,
                 rate=float(component.rw_rate),
+                longest_ns=_longest_ns(work),
             )
     for spec in list(manager.controllers.values()):
         yield _execution_times(
@@ -310,16 +335,20 @@ def execution_times(name: str, manager: ControllerManager, cycle: Cycle) -> Iter
             kind="update",
             state=spec.lifecycle_state.label,
             rate=float(spec.controller.update_rate),
+            longest_ns=_longest_ns(spec.statistics),
             limited_commands=_limited_commands(manager, spec),
         )
 
 
+def _longest_ns(work: WorkStatistics) -> int:
+    return round(work.execution_time.maximum * 1e3)
+
+
 # Any: fields of a message, and a message whose class is generated at run time.
-def _execution_times(durations: DurationHistogram, **fields: Any) -> Any:
-    bins = durations.bins()
+def _execution_times(durations: DurationHistogram | None, **fields: Any) -> Any:
+    bins = durations.bins() if durations is not None else []
     return get_message("teleopctl_msgs/msg/ExecutionTimes")(
-        longest_ns=durations.longest_ns,
-        overruns=durations.over_limit,
+        overruns=durations.over_limit if durations is not None else 0,
         bin_begins_ns=[begin for begin, _, _ in bins],
         bin_ends_ns=[end for _, end, _ in bins],
         bin_counts=[count for _, _, count in bins],

@@ -1,6 +1,5 @@
 """The numbers of many measurements, of which none is kept."""
 
-import math
 import statistics
 
 import pytest
@@ -48,20 +47,27 @@ def test_each_duration_is_counted_in_a_narrow_bin_around_it(durations):
     histogram = DurationHistogram(limit_ns=1e6)
     for duration in durations:
         histogram.add(duration)
-    for begin, end, count in histogram.bins():
-        last = math.inf if end == 2**36 else end
-        assert count == sum(begin <= duration < last for duration in durations)
-        assert end - begin <= max(64, begin / 16)
-    assert sum(count for _, _, count in histogram.bins()) == len(durations)
-    assert histogram.longest_ns == max(durations)
+    *others, (_, longest, _) = bins = histogram.bins()
+    assert longest == max(durations)
+    for begin, end, count in others:
+        assert count == sum(begin <= duration < end for duration in durations)
+    assert all(end - begin <= max(64, begin / 16) for begin, end, _ in bins if end < 2**36)
+    assert sum(count for _, _, count in bins) == len(durations)
     assert histogram.over_limit == sum(duration > 1e6 for duration in durations)
 
 
-def test_a_reset_keeps_the_numbers_of_durations():
+def test_durations_are_counted_on_request_and_a_reset_keeps_their_numbers():
     work = WorkStatistics(rate=100.0)
     work.add(0, None)
-    work.reset()
+    assert WorkStatistics().durations is None
+    work.count_durations(True)
     work.add(0, None)
-    assert (work.execution_time.count, work.durations.over_limit) == (1, 2)
-    ((*_, count),) = work.durations.bins()
-    assert count == 2
+    work.reset()
+    work.count_durations(True)
+    work.add(0, None)
+    assert work.execution_time.count == 1
+    durations = work.durations
+    assert durations is not None
+    assert durations.over_limit == sum(count for *_, count in durations.bins()) == 2
+    work.count_durations(False)
+    assert work.durations is None

@@ -5,14 +5,16 @@ from typing import TYPE_CHECKING, cast
 
 import pytest
 
+from teleopctl.control import statistics_publishers
 from teleopctl.control.lifecycle import State
 from teleopctl.control.statistics_publishers import (
     DiagnosticLevel,
+    ExecutionTimesService,
     IntrospectionPublisher,
     diagnostic_statuses,
     statistics_entries,
 )
-from teleopctl.interfaces import to_nanoseconds
+from teleopctl.interfaces import get_service, to_nanoseconds
 from teleopctl.testing import ControlStack, serial_robot
 from tests.control.fakes import CHAINABLE, TYPE, recorded_robot
 
@@ -95,6 +97,35 @@ def test_hardware_is_measured_while_it_is_read_and_written(stack):
     component.change_state(State.INACTIVE)
     stack.step(3)
     assert (component.reads.execution_time.count, component.writes.execution_time.count) == (3, 0)
+
+
+def test_execution_times_are_counted_while_somebody_asks_for_them(stack, monkeypatch):
+    service = ExecutionTimesService(cast("Node", stack.node), stack.manager, stack.cycle)
+    types = get_service("teleopctl_msgs/srv/GetExecutionTimes")
+
+    def counted():
+        """The numbers of executions by name and kind."""
+        response = stack.node.call("~/get_execution_times", types.Request(), types.Response())
+        return {(one.name, one.kind): sum(one.bin_counts) for one in response.times}
+
+    stack.step(2)
+    assert set(counted().values()) == {0}
+    stack.step(3)
+    service.end_unused_counting()
+    (hardware,) = stack.resources.components
+    name = stack.node.get_name()
+    assert counted() == {
+        (name, "cycle"): 3,
+        (name, "period_error"): 3,
+        (hardware, "read"): 3,
+        (hardware, "write"): 3,
+        ("quick", "update"): 3,
+        ("slow", "update"): 1,
+    }
+    monkeypatch.setattr(statistics_publishers, "_COUNTED_FOR_S", -1.0)
+    service.end_unused_counting()
+    stack.step()
+    assert set(counted().values()) == {0}
 
 
 def test_all_is_well(stack):

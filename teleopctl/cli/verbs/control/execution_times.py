@@ -30,8 +30,8 @@ class UpdateTimes(NamedTuple):
         p50_us: Median of the execution times, in µs; None without samples.
         p99_us: Their 99th percentile, in µs.
         max_us: Longest of them, in µs.
-        longest_us: Longest execution time since the start of the manager or the loading of the
-            controller, in µs; with ROS 2's manager since the activation; None if unknown.
+        longest_us: Longest execution time since the activation, in µs; that of a cycle, and the
+            largest period error, since the start of the manager; None if unknown.
         overruns: Number of samples that are longer than the nominal period; None of period errors.
         samples: Number of samples.
         missed: Cycles that the manager's loop missed; None of others, or if unknown.
@@ -185,7 +185,7 @@ def _row(
 
     Args:
         key: Name and kind of what was measured.
-        total: What was counted since the start.
+        total: What was counted so far.
         recent: What was counted in the window.
         elapsed_s: Length of the window on the manager's clock; negative after a reset of it.
         missed: Missed cycles in the window.
@@ -198,8 +198,7 @@ def _row(
     is_error = kind == "period error"
 
     def in_us(value_ns: float | None) -> float | None:
-        # A bin may end above the longest duration.
-        return None if value_ns is None else min(value_ns, total.longest_ns) / _NS_PER_US
+        return None if value_ns is None else value_ns / _NS_PER_US
 
     return UpdateTimes(
         name=f"{name}{suffix}",

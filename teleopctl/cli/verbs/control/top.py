@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from teleopctl.control import ControllerManagerClient
 
 _LEAST_S = 0.1
+_ASKED_EVERY_S = 60.0
 # A manager that has just started offers these a moment after its other services.
 _OFFERED_WITHIN_S = 1.0
 
@@ -45,9 +46,10 @@ def top(
     """Watch rates and execution times of controllers and hardware until Ctrl-C.
 
     P50, P99 and MAX are of all updates in the window; of a manager of ROS 2, of those that it
-    publishes. LONGEST is since the start. An overrun is an update that takes longer than its
-    period. MISSED are cycles that the manager's loop missed, LIMITED are clamped commands. The
-    period error is the difference between a cycle's period and the one that is set.
+    publishes. LONGEST is since the activation, or the manager's start. An overrun is an update that
+    takes longer than its period. MISSED are cycles that the manager's loop missed, LIMITED are
+    clamped commands. The period error is the difference between a cycle's period and the one that
+    is set.
     """
     for flag, value in (("--window", window), ("--period", period)):
         if not _LEAST_S <= value < math.inf:
@@ -199,11 +201,12 @@ class _Histograms:
 
     def wait(self, seconds: float) -> None:
         """Wait; ask for the histograms at the begin and the end of the window."""
-        if seconds > self._window_s:
-            time.sleep(seconds - self._window_s)
-            self._ask()
-        time.sleep(min(seconds, self._window_s))
-        self._ask()
+        for part_s in (seconds - self._window_s, min(seconds, self._window_s)):
+            ends_s = time.monotonic() + part_s
+            while (left_s := ends_s - time.monotonic()) > 0.0:
+                # The manager ends the counting some minutes after the last request.
+                time.sleep(min(left_s, _ASKED_EVERY_S))
+                self._ask()
 
     def rows(self) -> list[UpdateTimes]:
         """Return what was measured in the window."""

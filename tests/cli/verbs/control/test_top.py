@@ -114,7 +114,7 @@ class TestHistograms:
         window.add(1.0, self.taken(stack))
         rows = self.rows(window)
         assert (rows["slow"].overruns, rows["forward"].overruns) == (2, 0)
-        assert rows["slow"].max_us == rows["slow"].longest_us == 50_000.0
+        assert rows["slow"].max_us == 50_000.0
         assert (rows["forward"].limited, rows["slow"].limited) == (3, 0)
         assert rows[stack.node.get_name()].missed == 2
         stack.step(4)
@@ -139,6 +139,7 @@ class TestHistograms:
         assert stack.manager.unload_controller("slow")
         stack.load_controller("slow", TYPE)
         stack.activate("slow")
+        window.add(0.2, self.taken(stack))
         stack.step(5)
         window.add(0.5, self.taken(stack))
         assert self.rows(window)["slow"].samples == 5
