@@ -21,6 +21,14 @@ CHAIN = f"controller_manager spawner {' '.join(ALL)}"
 String = get_message("std_msgs/msg/String")
 JointState = get_message("sensor_msgs/msg/JointState")
 
+GONE = """
+from teleopctl.control import HardwareComponentInterface
+
+class Bus(HardwareComponentInterface):
+    def read(self, time_ns, period):
+        raise OSError("the bus is gone")
+"""
+
 
 class Robot(Node):
     """Publishes the robot description and listens, in this process."""
@@ -476,6 +484,21 @@ class TestSpawner:
         manager.wait_for_line("has already loaded a urdf")
         manager.interrupt()
         assert manager.wait() == 0
+        robot.close()
+
+    def test_without_handle_exceptions_an_exception_of_hardware_ends_the_manager(
+        self, ros, mock_urdf
+    ):
+        (ros.folder / "gone.py").write_text(GONE)
+        robot = Robot()
+        robot.describe(mock_urdf.replace("mock_components/GenericSystem", "gone:Bus"))
+        ros.env["PYTHONPATH"] = str(ros.folder)
+        manager = start_manager(ros, "-p", "handle_exceptions:=false")
+        del ros.env["PYTHONPATH"]
+        assert manager.wait() == 1
+        reason = rf"raised in read: OSError: the bus is gone \({ros.folder}/gone.py:\d+\)"
+        assert re.search(rf"\nHardware 'RobotSystem' {reason}\n", manager.stderr)
+        assert re.search(r"FATAL.*Traceback.*OSError: the bus is gone", manager.stderr, re.DOTALL)
         robot.close()
 
     @pytest.mark.parametrize("stop", ["interrupt", "terminate"])
