@@ -23,6 +23,7 @@ CAMPAIGNS = (
     ("tests.faults.soak", "--seconds 600", "--seconds 20"),
     ("tests.faults.page_soak", "--minutes 10", "--minutes 0.5"),
     ("tests.faults.frozen", "", ""),
+    ("tests.faults.control", "", "--quick blocks killed reload"),
 )
 
 

@@ -45,6 +45,8 @@ if TYPE_CHECKING:
     from teleopctl.node import AllowableParameterValue, Node, RcutilsLogger
 
 
+LONGEST_CYCLE_S = 1.0
+"""Longest wait for the end of a control cycle, in seconds: one that takes longer hangs."""
 # Longest wait for the first states of hardware in lockstep, in seconds of wall time.
 _LONGEST_START_S = 1.0
 
@@ -525,10 +527,20 @@ class ControllerManager:
         return users
 
     def shutdown(self) -> None:
-        """Deactivate and unload all controllers, and finalize all hardware components."""
-        with self.cycle_lock:
+        """Deactivate and unload all controllers, and finalize all hardware components.
+
+        A cycle that hangs prevents that.
+        """
+        if not self.cycle_lock.acquire(timeout=LONGEST_CYCLE_S):
+            self.logger.error(
+                "Controllers and hardware are not deactivated: the control cycle does not end"
+            )
+            return
+        try:
             active, self.active_controllers = self.active_controllers, ()
             self.deactivate_controllers(active)
+        finally:
+            self.cycle_lock.release()
         for name in list(self.controllers):
             self.unload_controller(name)
         self.resource_manager.shutdown_components()

@@ -77,7 +77,7 @@ class ControllerManagerNode:
         on_failure: Called, from any thread, with the error that is to end the process: a control
             cycle does not end within the parameter ``cycle_timeout``, 10 s by default, or, with
             ``handle_exceptions`` false, a controller or hardware raises. None for a process of the
-            manager's own, which ends by ``node.fail`` and has no limit for a cycle.
+            manager's own, which ends by ``node.fail`` and by default has no limit for a cycle.
     """
 
     def __init__(
@@ -116,10 +116,13 @@ class ControllerManagerNode:
         self._watchdog = CycleWatchdog(
             self._cycle,
             self._logger,
-            limit_s=0.0 if on_failure is None else self._cycle_timeout_s(),
+            limit_s=self._cycle_timeout_s(0.0 if on_failure is None else DEFAULT_LIMIT_S),
             on_limit=self._fail,
+            aborts_goals=on_failure is None,
         )
-        self._stop = RobotStopNode(node, self.manager.robot_stop, self.parameter)
+        self._stop = RobotStopNode(
+            node, self.manager.robot_stop, self.parameter, self.manager.cycle_lock
+        )
         self._loop: WallClockLoop | None = None
         self._lockstep = False
         self._last_state_ns: int | None = None
@@ -164,10 +167,10 @@ class ControllerManagerNode:
             f"Parameter 'handle_exceptions' must be true or false, got {handles}"
         )
 
-    def _cycle_timeout_s(self) -> float:
+    def _cycle_timeout_s(self, default_s: float) -> float:
         limit_s = self.parameter("cycle_timeout")
         if limit_s is None:
-            return DEFAULT_LIMIT_S
+            return default_s
         if isinstance(limit_s, bool) or not isinstance(limit_s, int | float) or limit_s < 0:
             raise InvalidParameterError(
                 f"Parameter 'cycle_timeout' must be a number of seconds, 0 for no limit, "
@@ -362,6 +365,7 @@ class ControllerManagerNode:
                 # One component's states trigger the cycles; the others are read and written then.
                 self._lockstep = True
                 component.hardware.set_cycle(self._run_lockstep_cycle)
+                self._watchdog.absence = component.hardware.absence
                 self._logger.info(
                     f"In lockstep with hardware '{component.name}': one cycle for each state"
                 )

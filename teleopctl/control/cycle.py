@@ -37,6 +37,10 @@ _STOP_ON_DEACTIVATE = "defaults.deactivate_controllers_on_hardware_self_deactiva
 _LONGEST_SLEEP_S = 0.02
 # Seconds between two reports of the same kind from the loop.
 _REPORT_PERIOD = 1.0
+# After this time without a cycle, in seconds and in periods, controllers go on from where the
+# joints are: a trajectory that went on would jump.
+_STANDSTILL_S = 1.0
+_STANDSTILL_PERIODS = 3
 
 
 class Cycle:
@@ -60,8 +64,13 @@ class Cycle:
         self._manager = manager
         self._publish_queue = publish_queue
         self._nominal_ns = round(NANOSECONDS_PER_SECOND / manager.update_rate)
+        self._standstill_ns = max(
+            round(_STANDSTILL_S * NANOSECONDS_PER_SECOND), _STANDSTILL_PERIODS * self._nominal_ns
+        )
         self._reports: deque[str] = deque(maxlen=100)
         self._changed = False
+        # Why controllers were restarted in this cycle.
+        self._restarted = ""
         self._trigger_ns: int | None = None
         # Of the controllers that decelerate or stand, while the robot is stopped.
         self._stop_ramps: dict[ControllerInterface, StopRamp] = {}
@@ -78,6 +87,22 @@ class Cycle:
         if controller:
             return f"Controller '{controller}'", function
         return f"Hardware '{self._manager.resource_manager.in_use}'", function
+
+    def stand_still(self, reason: str) -> None:
+        """Abort all goals, and refuse goals and commands until a cycle begins again.
+
+        Not for the thread of the cycle, which may hang.
+
+        Args:
+            reason: Why no cycle begins.
+        """
+        stop = self._manager.robot_stop
+        stop.stand_still(reason)
+        for spec in self._manager.active_controllers:
+            try:
+                spec.controller.abort_goals(stop.reason)
+            except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not keep the goals of others
+                self._report_raised(spec, "abort_goals", error)
 
     def report(self, sentence: str) -> None:
         """Store a warning that is logged after the present cycle."""
@@ -97,8 +122,12 @@ class Cycle:
         with manager.cycle_lock:
             last_ns, self._trigger_ns = self._trigger_ns, trigger_ns
             period_ns = self._nominal_ns if last_ns is None else trigger_ns - last_ns
-            begun_again = period_ns <= 0
-            if begun_again:
+            jumped = period_ns <= 0
+            stop = manager.robot_stop
+            stood_still = bool(stop.standstill) or period_ns >= self._standstill_ns
+            if stood_still and not stop.standstill:
+                stop.stand_still(f"no cycle began for {period_ns / NANOSECONDS_PER_SECOND:.1f} s")
+            if jumped or stood_still:
                 period_ns = self._nominal_ns
             self.time_ns = time_ns
             period = period_ns / NANOSECONDS_PER_SECOND
@@ -107,10 +136,18 @@ class Cycle:
             self.began_s = time.monotonic()
             for component in resources.read(time_ns, period):
                 self._component_failed(component, "read")
-            if resources.take_state_jumped() or begun_again:
-                self._restart()
-            manager.robot_stop.estimate_speeds(resources.state_interfaces, period)
-            if manager.robot_stop.by or self._stop_ramps:
+            was_reset = resources.take_state_jumped()
+            if was_reset or jumped or stood_still:
+                if stood_still:
+                    self._forget_last_updates()
+                # In lockstep, the simulator may be another one.
+                self._restart(jumped=resources.in_lockstep or not stood_still)
+                self._restarted = stop.standstill or (
+                    "the simulation was reset" if was_reset else "time jumped back"
+                )
+                stop.stand_still("")
+            stop.estimate_speeds(resources.state_interfaces, period)
+            if stop.by or self._stop_ramps:
                 self._obey_stop()
             read_ns = time.perf_counter_ns()
             self._update(time_ns, trigger_ns, period_ns)
@@ -126,15 +163,35 @@ class Cycle:
         if not manager.first_cycle.is_set():
             manager.first_cycle.set()
         self._publish_queue.flush()
+        if self._restarted:
+            self._report_restart()
         while self._reports:
             manager.logger.warning(self._reports.popleft())
         if self._changed:
             self._changed = False
             manager.node.publish_activity()
 
-    def _restart(self) -> None:
-        """Restart limiters and active controllers, after the joints have jumped."""
-        self._manager.resource_manager.restart()
+    def _forget_last_updates(self) -> None:
+        """Make a time without cycles count for nothing in the updates of controllers."""
+        for spec in self._manager.active_controllers:
+            spec.last_update_cycle_time_ns = None
+
+    def _report_restart(self) -> None:
+        """Log why controllers with commands were restarted."""
+        cause, self._restarted = self._restarted, ""
+        if any(spec.required_command_interfaces for spec in self._manager.active_controllers):
+            self._manager.logger.info(
+                f"Controllers go on from where the joints are, without their goals: {cause}"
+            )
+
+    def _restart(self, *, jumped: bool) -> None:
+        """Restart active controllers.
+
+        Args:
+            jumped: Whether the joints have jumped; otherwise hardware keeps its last commands.
+        """
+        if jumped:
+            self._manager.resource_manager.restart()
         self._manager.robot_stop.forget_speeds()
         # The controllers stop again, from where the joints are now.
         self._stop_ramps.clear()

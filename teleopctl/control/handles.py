@@ -7,11 +7,15 @@ its ``value``: one attribute access, no lookup, no lock, since there is one cont
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 POSITION = "position"
 VELOCITY = "velocity"
 ACCELERATION = "acceleration"
 EFFORT = "effort"
+# A measured value is lost after this time, in seconds, and this number of cycles.
+_GAP_S = 0.1
+_GAP_CYCLES = 2
 
 
 class StateInterface:
@@ -89,3 +93,52 @@ class CommandInterface(StateInterface):
     def claimed(self) -> bool:
         """Whether a controller has claimed the interface."""
         return self.owner is not None
+
+
+class MeasuredValues:
+    """Reader of one quantity of all joints of a controller, which keeps the last finite values.
+
+    Args:
+        interfaces: State interface of each joint.
+
+    Attributes:
+        lost: Sentence without a period on an interface that has had no finite value for a while,
+            by `watch`; else empty.
+    """
+
+    def __init__(self, interfaces: Sequence[StateInterface]) -> None:
+        self._interfaces = interfaces
+        self._last = [math.nan] * len(interfaces)
+        self._missing = ""
+        self._gap_s = 0.0
+        self._gap_cycles = 0
+        self.lost = ""
+
+    def read(self) -> list[float]:
+        """Return the latest finite value of each joint; NaN before a joint's first finite value."""
+        self._missing = ""
+        for index, interface in enumerate(self._interfaces):
+            value = interface.value
+            if math.isfinite(value):
+                self._last[index] = value
+            else:
+                self._missing = interface.name
+        return list(self._last)
+
+    def watch(self, period: float) -> bool:
+        """Set `lost` after `read` in a cycle of a period in seconds; return whether it changed.
+
+        A gap of one cycle, or of less than a tenth of a second, is none.
+        """
+        if not self._missing:
+            if not self._gap_cycles:
+                return False
+            self._gap_s, self._gap_cycles = 0.0, 0
+            before, self.lost = self.lost, ""
+            return bool(before)
+        self._gap_s += period
+        self._gap_cycles += 1
+        if self.lost or self._gap_cycles < _GAP_CYCLES or self._gap_s < _GAP_S:
+            return False
+        self.lost = f"Hardware does not measure '{self._missing}': it is not a number"
+        return True

@@ -40,18 +40,20 @@ _YOUNG_S = 0.1
 
 
 class RobotStop:
-    """State of the stop, shared by the manager, its control cycle and its controllers.
+    """Whether commands are taken, shared by the manager, its control cycle and its controllers.
 
     Attributes:
         by: Names of the nodes that hold the robot stopped, separated by commas; empty while the
             robot is released.
-        count: Number of stops so far.
+        standstill: Why no control cycle runs, so that commands are refused; empty while cycles run.
+        count: Number of stops and standstills so far.
         limits: Limits of the joints, by joint name.
         estimated_speeds: Speeds of joints whose velocity is not measured, by joint name.
     """
 
     def __init__(self) -> None:
         self.by = ""
+        self.standstill = ""
         self.count = 0
         self.limits: Mapping[str, JointLimits] = {}
         self.estimated_speeds: dict[str, StateInterface] = {}
@@ -81,11 +83,24 @@ class RobotStop:
         """Whether the robot is stopped: it decelerates or stands, and commands are refused."""
         return bool(self.by)
 
+    @property
+    def reason(self) -> str:
+        """Why goals end and commands are refused, for results of goals; empty if they are taken."""
+        if self.standstill:
+            return f"The control cycle stands still: {self.standstill}"
+        return f"The robot is stopped by {self.by}" if self.by else ""
+
     def hold(self, by: str) -> None:
         """Set the nodes that hold the robot stopped; an empty text releases the robot."""
         if by and not self.by:
             self.count += 1
         self.by = by
+
+    def stand_still(self, reason: str) -> None:
+        """Set why no control cycle runs; an empty text if cycles run."""
+        if reason and not self.standstill:
+            self.count += 1
+        self.standstill = reason
 
     def estimate_speeds(self, states: Mapping[str, StateInterface], period: float) -> None:
         """Estimate the speeds of joints whose velocity is not measured; called in each cycle.

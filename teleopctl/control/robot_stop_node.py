@@ -2,10 +2,12 @@
 
 from __future__ import annotations
 
+import threading
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.control.controller_manager import LONGEST_CYCLE_S
 from teleopctl.control.robot_stop import RobotStop
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message, get_service
@@ -20,6 +22,10 @@ _LIMITS_FILE = "joint_limits_file"
 _SERVICE = "~/stop"
 # Longest wait for the name of a node that holds the robot, in seconds.
 _LONGEST_NAMING_S = 0.3
+_LATE = (
+    "The robot is not stopped yet: the control cycle does not end, and the joints keep their last "
+    "commands until it does"
+)
 
 
 class RobotStopNode:
@@ -34,6 +40,7 @@ class RobotStopNode:
         stop: State to set.
         parameter: Function that returns a parameter's value. ``joint_limits_file`` is a file with
             acceleration limits, as MoveIt's ``joint_limits.yaml``.
+        cycle_lock: Lock that the control loop holds during a cycle.
 
     Raises:
         InvalidParameterError: The parameter is not a string.
@@ -45,15 +52,19 @@ class RobotStopNode:
         node: Node,
         stop: RobotStop,
         parameter: Callable[[str], AllowableParameterValue],
+        cycle_lock: threading.Lock,
     ) -> None:
         self._logger = node.get_logger()
         self._stop = stop
+        self._cycle_lock = cycle_lock
         self._service_name = node.resolve_service_name(_SERVICE)
         path = parameter(_LIMITS_FILE) or ""
         if not isinstance(path, str):
             raise InvalidParameterError(f"Parameter '{_LIMITS_FILE}' must be a path, got {path!r}")
         self._accelerations = read_acceleration_limits(Path(path)) if path else {}
         self._derived: list[str] = []
+        # Whether a cycle hangs that would obey a stop.
+        self._is_late = False
         # Any: the class of std_msgs/Bool is generated at run time.
         self._bool: Any = get_message("std_msgs/msg/Bool")
         self._is_stopped = node.create_publisher(self._bool, "~/is_stopped", qos_profile_latched)
@@ -73,6 +84,15 @@ class RobotStopNode:
         # The joints decelerate already.
         names = self._holders.name_all(_LONGEST_NAMING_S)
         self._stop.hold(", ".join(names))
+        # The next cycle obeys; one that hangs does not.
+        if names and not self._cycle_lock.acquire(timeout=LONGEST_CYCLE_S):
+            self._is_late = True
+            self._logger.error(f"{_LATE}. {self._stop.by} holds the robot stopped from then on")
+            threading.Thread(target=self._publish_after_cycle, daemon=True).start()
+            return
+        self._is_late = False
+        if names:
+            self._cycle_lock.release()
         if not names:
             self._logger.info("The robot is released")
         elif not was_stopped:
@@ -87,13 +107,22 @@ class RobotStopNode:
                     "a file with limits, as MoveIt's joint_limits.yaml"
                 )
                 self._derived = []
-        self._is_stopped.publish(self._bool(data=bool(names)))
+        self._publish()
+
+    def _publish(self) -> None:
+        self._is_stopped.publish(self._bool(data=self._stop.is_stopped))
+
+    def _publish_after_cycle(self) -> None:
+        with self._cycle_lock:
+            self._is_late = False
+        self._publish()
 
     # Any: messages of a class that is generated at run time.
     def _on_stop(self, request: Any, response: Any) -> Any:
         del request
         self._holders.add(self._service_name, f"a call of {self._service_name}")
-        response.success, response.message = True, f"The robot is stopped by {self._stop.by}"
+        response.success = not self._is_late
+        response.message = _LATE if self._is_late else f"The robot is stopped by {self._stop.by}"
         return response
 
     def _on_release(self, request: Any, response: Any) -> Any:

@@ -6,7 +6,7 @@ from collections.abc import Callable, Iterable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
-from teleopctl.control.controller_manager import ControllerManager
+from teleopctl.control.controller_manager import LONGEST_CYCLE_S, ControllerManager
 from teleopctl.control.controller_spec import ControllerSpec
 from teleopctl.control.controllers.base import ControllerInterface
 from teleopctl.control.controllers.chainable import ChainableControllerInterface
@@ -233,10 +233,19 @@ class ControllerManagerServices:
         # The control loop does not wait for a slow read.
         component.pause()
         try:
-            with manager.cycle_lock:
+            if not manager.cycle_lock.acquire(timeout=LONGEST_CYCLE_S):
+                manager.logger.error(
+                    f"The state of hardware component '{request.name}' was not changed: the "
+                    f"control cycle has not ended within {LONGEST_CYCLE_S:g} s"
+                )
+                response.ok = False
+                return response
+            try:
                 if target is not State.ACTIVE:
                     self._stop_users(component, only_commands=target is State.INACTIVE)
                 response.ok = component.change_state(target)
+            finally:
+                manager.cycle_lock.release()
         finally:
             component.resume()
         response.state = lifecycle_state_message(component.lifecycle_state)

@@ -85,6 +85,10 @@ class MemoryChannel:
         self._on_state = None
         self._changed()
 
+    def absence(self) -> str:
+        """Return an empty text: the simulator is in this process."""
+        return ""
+
     def start_sending(self) -> None:
         """Create the publisher of the commands, for subscribers other than the simulator."""
         assert self._topics is not None

@@ -6,6 +6,7 @@ are typed. What the claw does is checked against yourdfpy, which shares no code 
 
 import json
 import math
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -142,6 +143,28 @@ def test_the_claw_goes_where_forward_kinematics_puts_it(arm, watcher, tmp_path):
     seen = json.loads(arm.run("tf echo world claw_support --once --json").stdout)
     translation = [seen["transform"]["translation"][axis] for axis in "xyz"]
     assert np.linalg.norm(np.array(translation) - expected[:3, 3]) < 1e-3
+
+
+def test_the_arm_is_driven_by_the_calls_of_moveits_controller_handle(arm):
+    done = arm.run(["run", str(Path(__file__).with_name("moveit_client.py"))])
+    assert done.returncode == 0, done.stderr
+    steps = {step.pop("step"): step for step in map(json.loads, done.stdout.splitlines())}
+    reached = {"code": 0, "text": "Goal successfully reached!"}
+    errors = {name: step.pop("error") for name, step in steps.items() if "error" in step}
+    assert set(errors) == {"executed", "executed before", "within tolerances", "continued"}
+    assert max(errors.values()) < 1e-3
+    assert steps == {
+        "sent": {"status": "RUNNING", "accepted": True},
+        "executed": {"status": "SUCCEEDED", **reached},
+        "executed before": {"status": "SUCCEEDED", **reached},
+        "within tolerances": {"status": "SUCCEEDED", **reached},
+        "too slow": {"status": "RUNNING", "timed_out": True},
+        "canceled": {"status": "PREEMPTED", "code": 0, "text": "", "canceling": 1},
+        "canceled again": {"status": "PREEMPTED", "canceling": 0},
+        "stopped": {"status": "PREEMPTED", "rests": True},
+        "continued": {"status": "SUCCEEDED", **reached, "replaced": "ABORTED"},
+        "unknown joint": {"status": "RUNNING", "accepted": False},
+    }
 
 
 def test_a_command_beyond_a_limit_is_clamped_and_reported_once(arm, watcher):

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 import math
 import re
 from collections.abc import Iterable
@@ -13,6 +14,7 @@ from teleopctl.control.handles import CommandInterface, StateInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType, State
 from teleopctl.control.robot_stop import RobotStop
 from teleopctl.errors import InvalidParameterError
+from teleopctl.node import InvalidGoalTransitionError
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
@@ -151,6 +153,7 @@ class ControllerInterface:
         self.lifecycle_state = State.UNCONFIGURED
         self.update_rate = params.update_rate
         self._known_parameters: set[str] = set()
+        self._action_servers: list[ActionServer[Any, Any, Any]] = []
         self._reported_refusals: set[tuple[int, str]] = set()
         self.introspected: Mapping[str, Callable[[], float]] = {}
 
@@ -240,7 +243,7 @@ class ControllerInterface:
             cancel_callback: Function called for a cancel request; accepts or rejects it. ``update``
                 reads ``is_cancel_requested`` of the goal.
         """
-        return self.params.action_server(
+        server = self.params.action_server(
             self.get_node(),
             action_type,
             name,
@@ -248,6 +251,8 @@ class ControllerInterface:
             handle_accepted_callback=handle_accepted_callback,
             cancel_callback=cancel_callback,
         )
+        self._action_servers.append(server)
+        return server
 
     def on_init(self) -> CallbackReturn | None:
         """Called after construction: declare parameters; the base class does nothing."""
@@ -262,11 +267,28 @@ class ControllerInterface:
         """Called on deactivation, before interfaces are released: stop; does nothing by default."""
 
     def on_restart(self) -> None:
-        """Called in the cycle that detects a simulation reset: reset plans; default: do nothing.
+        """Called in the cycle in which the joints have jumped, or after a long time without cycles.
 
-        A simulation was reset, or its clock jumped back. Called in the control cycle, with the
-        present states, and with commands of NaN, for which hardware holds its position.
+        The base class does nothing; controllers with plans drop them and hold the joints where they
+        are. Called in the control cycle, with the present states. After a reset of a simulation
+        or a jump back of its clock, commands are NaN, for which hardware holds its position.
         """
+
+    def abort_goals(self, reason: str) -> None:
+        """Called while no control cycle runs, as its hardware hangs or is gone: abort all goals.
+
+        Not called in the control cycle; when it runs again, `on_restart` is called. The base class
+        aborts the goals of the servers that `create_action_server` has created.
+
+        Args:
+            reason: Why no cycle runs, for results that have a text.
+        """
+        del reason
+        for server in self._action_servers:
+            for goal in server.active_goals():
+                # It may end at this instant.
+                with contextlib.suppress(InvalidGoalTransitionError):
+                    goal.abort()
 
     def on_stop(self) -> None:
         """Called in the cycle in which the robot is stopped: end goals, discard received commands.
@@ -301,7 +323,9 @@ class ControllerInterface:
         return self.command_interfaces
 
     def is_refused(self, what: str) -> bool:
-        """Return whether the robot is stopped; then log, once per stop, that a command is refused.
+        """Return whether commands are refused; then log so, once per stop and kind of command.
+
+        They are while the robot is stopped, or no control cycle runs.
 
         For callbacks that receive commands or goals; not for the control cycle.
 
@@ -309,17 +333,15 @@ class ControllerInterface:
             what: What is refused, as the beginning of a sentence, such as "The trajectory".
         """
         stop = self.params.robot_stop
-        by = stop.by
-        if not by:
+        reason = stop.reason
+        if not reason:
             return False
         if (stop.count, what) not in self._reported_refusals:
             self._reported_refusals = {(stop.count, what)} | {
                 entry for entry in self._reported_refusals if entry[0] == stop.count
             }
-            self.logger.warning(
-                f"{what} is refused: the robot is stopped by {by}. "
-                "'teleopctl stop --robot --release' releases it."
-            )
+            release = "" if stop.standstill else " 'teleopctl stop --robot --release' releases it."
+            self.logger.warning(f"{what} is refused: {reason[0].lower()}{reason[1:]}.{release}")
         return True
 
     def on_cleanup(self) -> CallbackReturn | None:

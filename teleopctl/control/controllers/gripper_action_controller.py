@@ -15,8 +15,15 @@ from teleopctl.control.controllers.base import (
 )
 from teleopctl.control.controllers.pid import Pid, PidGains
 from teleopctl.control.controllers.realtime_goal import RealtimeServerGoalHandle
-from teleopctl.control.handles import EFFORT, POSITION, VELOCITY, CommandInterface
+from teleopctl.control.handles import (
+    EFFORT,
+    POSITION,
+    VELOCITY,
+    CommandInterface,
+    MeasuredValues,
+)
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.control.realtime_publisher import realtime_log
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 if TYPE_CHECKING:
@@ -118,6 +125,7 @@ class _GripperController(ControllerInterface):
         """Accept goals, and hold the gripper at the position measured in the first update."""
         self._incoming.clear()
         self._goal = None
+        self._measured = MeasuredValues(self.state_interfaces)
         self._command = _Command(math.nan, self._max_effort)
         self._effort = 0.0
         self._active = True
@@ -142,22 +150,25 @@ class _GripperController(ControllerInterface):
         self._incoming.extend(state["incoming"])
 
     def on_restart(self) -> None:
-        """Hold the present position and abort the goal, after a simulation reset."""
+        """Hold the present position and abort the goal: the joints have jumped or stood still."""
         position = self.state_interfaces[0].value
+        if self.params.robot_stop.standstill:
+            # Received before commands were refused.
+            self._discard_waiting(position)
         self._hold(position)
-        if self._goal is not None:
-            self._goal.try_abort(**self._result(position))
-            self._goal = None
+        self._abort_goal(position)
+
+    def abort_goals(self, reason: str) -> None:
+        """Abort the goal, while no control cycle runs; the manager logs the reason."""
+        del reason
+        self._abort_latest()
 
     def on_stop(self) -> None:
         """Abort the goals, and hold the position of a gripper on its way to one."""
         position = self.state_interfaces[0].value
         moving = self._goal is not None or bool(self._incoming)
-        while self._incoming:
-            self._incoming.pop()[1].try_abort(**self._result(position))
-        if self._goal is not None:
-            self._goal.try_abort(**self._result(position))
-            self._goal = None
+        self._discard_waiting(position)
+        self._abort_goal(position)
         if moving and math.isfinite(position):
             self._hold(position)
             for command in self.interfaces_to_decelerate():
@@ -181,7 +192,12 @@ class _GripperController(ControllerInterface):
         if self._stale_parameters:
             self._read_parameters()
         position, velocity = (state.value for state in self.state_interfaces)
+        last = self._measured.read()[0]
+        if self._measured.watch(period):
+            self._measurement_changed(last, period)
         if not (math.isfinite(position) and math.isfinite(velocity)):
+            if self._measured.lost:
+                self._discard_waiting(last)
             return None
         if self._incoming:
             self._command, self._goal = self._incoming.pop()
@@ -198,6 +214,26 @@ class _GripperController(ControllerInterface):
             self._check(goal, time_ns, position, error, velocity)
         self._effort = self._write(self._command, error, velocity, period)
         return None
+
+    def _measurement_changed(self, last: float, period: float) -> None:
+        """Stop at the last measured position while the joint is not measured; abort the goal."""
+        lost = self._measured.lost
+        if not lost or not math.isfinite(last):
+            return
+        log = realtime_log(self.params.publish_queue)
+        log.try_publish((self.logger.error, f"{lost}: the gripper stops, and goals are aborted"))
+        self._abort_goal(last)
+        self._hold(last)
+        self._effort = self._write(self._command, 0.0, 0.0, period)
+
+    def _discard_waiting(self, position: float) -> None:
+        while self._incoming:
+            self._incoming.pop()[1].try_abort(**self._result(position))
+
+    def _abort_goal(self, position: float) -> None:
+        if self._goal is not None:
+            self._goal.try_abort(**self._result(position))
+            self._goal = None
 
     def _hold(self, position: float) -> None:
         self._command = _Command(position, self._max_effort, self._command.velocity)

@@ -12,8 +12,14 @@ from teleopctl.control.controllers.base import InterfaceConfiguration, Interface
 from teleopctl.control.controllers.chainable import ChainableControllerInterface
 from teleopctl.control.controllers.pid import STRATEGIES, Pid, PidGains
 from teleopctl.control.controllers.pid_state import PidStatePublisher, PidStep
-from teleopctl.control.handles import POSITION, CommandInterface, StateInterface
+from teleopctl.control.handles import (
+    POSITION,
+    CommandInterface,
+    MeasuredValues,
+    StateInterface,
+)
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
+from teleopctl.control.realtime_publisher import realtime_log
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
 
@@ -215,6 +221,7 @@ class PidController(ChainableControllerInterface):
 
     def on_activate(self) -> None:
         """Set references to measured values or NaN; reset the PIDs, by default not integrals."""
+        self._watched = MeasuredValues(self.state_interfaces[: len(self._pids)])
         self._begin()
         for pid, options in zip(self._pids, self._options, strict=True):
             pid.reset(keep_integral=options.save_i_term)
@@ -353,11 +360,15 @@ class PidController(ChainableControllerInterface):
         return None
 
     def update_and_write_commands(self, time_ns: int, period: float) -> ReturnType | None:
-        """Write PID outputs unless an input is NaN; export measured states; queue the PID state."""
+        """Write PID outputs unless an input is NaN; export measured states; queue the PID state.
+
+        If a state is NaN for a tenth of a second, an output that is no position becomes 0.
+        """
         if self._external:
             measured = self._measured
         else:
             measured = [state.value for state in self.state_interfaces]
+            self._watch_states(period)
         for state, value in zip(self.exported_state_interfaces, measured, strict=True):
             state.value = value
         references = [reference.value for reference in self.reference_interfaces]
@@ -381,6 +392,8 @@ class PidController(ChainableControllerInterface):
                     ahead = references[count + number] if two else reference
                     output += ahead * options.feedforward_gain if math.isfinite(ahead) else 0.0
                 self.command_interfaces[number].value = output
+            elif self._watched.lost and math.isnan(value):
+                _write_zero(self.command_interfaces[number])
             steps.append(
                 PidStep(
                     reference,
@@ -396,3 +409,19 @@ class PidController(ChainableControllerInterface):
             )
         self._state.try_publish(time_ns, period, steps)
         return None
+
+    def _watch_states(self, period: float) -> None:
+        """Log once if a state is not measured any more."""
+        values = self._watched.read()
+        if not self._watched.watch(period) or not all(map(math.isfinite, values)):
+            return
+        if lost := self._watched.lost:
+            log = realtime_log(self.params.publish_queue)
+            sentence = f"{lost}: its command is 0, or stays if it is a position"
+            log.try_publish((self.logger.error, sentence))
+
+
+def _write_zero(command: CommandInterface) -> None:
+    """Set a command to 0, unless it is a position or unknown."""
+    if command.interface_name != POSITION and math.isfinite(command.value):
+        command.value = 0.0

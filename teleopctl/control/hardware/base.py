@@ -158,6 +158,14 @@ class HardwareComponentInterface:
             period: Seconds since the last cycle.
         """
 
+    def absence(self) -> str:
+        """Called twice a second outside of the cycle: return why no states come; empty if they may.
+
+        For hardware that triggers the control cycles: while none come, goals are aborted and
+        refused with this sentence, which has no period.
+        """
+        return ""
+
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
         """Receive the function to call for a control cycle on each new state; ignored by default.
 

@@ -68,6 +68,9 @@ class JointStateChannel(Protocol):
     def stop_sending(self) -> None:
         """Announce that no more commands will be sent."""
 
+    def absence(self) -> str:
+        """Return why no states can come, as a sentence without a period; empty if they may."""
+
     def send(self, time_ns: int, names: list[str], columns: Mapping[str, list[float]]) -> None:
         """Send the commands for the state of a time.
 
@@ -106,6 +109,13 @@ class TopicChannel:
         """Return the number of subscriptions to the commands; 0 without a publisher."""
         publisher = self._publisher
         return 0 if publisher is None else int(publisher.get_subscription_count())
+
+    def absence(self) -> str:
+        """Return that the topic of the states has no publisher; empty if it has."""
+        subscription = self._subscription
+        if subscription is None or subscription.get_publisher_count() > 0:
+            return ""
+        return f"Nothing publishes {self._states_topic} any more"
 
     def open(self, on_state: Callable[[ReceivedJointStates, int, bool], None]) -> None:
         """Subscribe to the joint states."""
@@ -155,12 +165,14 @@ class JointStateExchange:
     Attributes:
         message: Last received state, or None.
         resets: Number of received states that were marked as the first after a reset.
+        received: Number of received states.
         cycle: Function that runs a control cycle for each state, in lockstep; else None.
     """
 
     def __init__(self, channel: JointStateChannel) -> None:
         self.message: ReceivedJointStates | None = None
         self.resets = 0
+        self.received = self._received_before = 0
         self.cycle: Callable[[int], None] | None = None
         self._channel = channel
         self._readers: list[ExchangeMember] = []
@@ -173,7 +185,7 @@ class JointStateExchange:
         self._readers.append(member)
         if len(self._readers) == 1:
             self.message = None
-            self._channel.open(self._received)
+            self._channel.open(self._on_state)
 
     def close(self, member: ExchangeMember) -> None:
         """Remove a component as reader; after the last one, no states are received."""
@@ -201,7 +213,18 @@ class JointStateExchange:
         if all(writer in self._written for writer in self._writers):
             self._answer(time_ns)
 
-    def _received(self, message: ReceivedJointStates, time_ns: int, reset: bool) -> None:
+    def absence(self) -> str:
+        """Return why no states come any more; empty if some came since the last call, or may come.
+
+        Before the first state, they may.
+        """
+        before, self._received_before = self._received_before, self.received
+        if self.message is None or self.received != before:
+            return ""
+        return self._channel.absence()
+
+    def _on_state(self, message: ReceivedJointStates, time_ns: int, reset: bool) -> None:
+        self.received += 1
         self.message = message
         if reset:
             self.resets += 1

@@ -60,6 +60,10 @@ class JointStateTopicSystem(HardwareComponentInterface):
         if self.drives_cycle:
             self._exchange.cycle = cycle
 
+    def absence(self) -> str:
+        """Return that the publisher of the states has ended; empty while states may come."""
+        return self._exchange.absence()
+
     def on_configure(self) -> None:
         """Reset the states to NaN, and subscribe to joint states."""
         for state in self.state_interfaces.values():

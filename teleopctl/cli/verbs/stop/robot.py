@@ -72,8 +72,9 @@ def release_robot(as_json: bool) -> int:
 def _print(managers: list[str], late: list[str], state: str, as_json: bool) -> None:
     if late:
         raise UnavailableError(
-            f"No response within {_LONGEST_WAIT_S:g} s from {', '.join(late)}",
-            hint="`teleopctl control list_controllers` shows whether the manager works.",
+            f"Not {state} within {_LONGEST_WAIT_S:g} s: the robot of {', '.join(late)}",
+            hint=("The joints may go on with their last commands. " if state == "stopped" else "")
+            + "`teleopctl logs` has what keeps the controller manager from it.",
         )
     if as_json:
         console.out_json({state: managers})

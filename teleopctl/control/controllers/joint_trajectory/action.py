@@ -105,7 +105,7 @@ class FollowJointTrajectoryServer:
         )
         goal.start()
         if self._controller.is_refused("The action goal"):
-            self.abort_goal(f"The robot is stopped by {self._controller.params.robot_stop.by}")
+            self.abort_goal(self._controller.params.robot_stop.reason)
             return
         self._inputs.take(handle.request.trajectory, goal)
         if not self._inputs.active:

@@ -34,9 +34,10 @@ from teleopctl.control.controllers.joint_trajectory.settings import (
     read_settings,
     read_tolerances,
 )
-from teleopctl.control.controllers.joint_trajectory.state import (
-    MeasuredValues,
-    TrajectoryStatePublisher,
+from teleopctl.control.controllers.joint_trajectory.state import TrajectoryStatePublisher
+from teleopctl.control.controllers.joint_trajectory.stopping import (
+    stopping_points,
+    stopping_trajectory,
 )
 from teleopctl.control.controllers.joint_trajectory.tolerances import (
     ToleranceVerdict,
@@ -47,7 +48,6 @@ from teleopctl.control.controllers.joint_trajectory.trajectory import (
     Trajectory,
     TrajectoryPoint,
     TrajectorySample,
-    stopping_points,
 )
 from teleopctl.control.controllers.joint_trajectory.validation import find_jump
 from teleopctl.control.controllers.pid import Pid, PidGains
@@ -56,11 +56,11 @@ from teleopctl.control.handles import (
     POSITION,
     VELOCITY,
     CommandInterface,
+    MeasuredValues,
     StateInterface,
 )
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
-from teleopctl.control.robot_stop import common_decelerations, stopping_state
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
 
@@ -254,6 +254,9 @@ class JointTrajectoryController(ControllerInterface):
         if state["joints"] != self._settings.joints:
             raise ValueError(f"the joints were {', '.join(state['joints'])}")
         vars(self).update(state["attributes"])
+        if not self.params.robot_stop.is_stopped:
+            # The old instance stopped as a joint was not measured; that is found again.
+            self._stopping_from = None
         self._incoming.extend(state["incoming"])
         for pid, of_pid in zip(self._pids, state["pids"], strict=True):
             pid.import_state(of_pid)
@@ -261,48 +264,45 @@ class JointTrajectoryController(ControllerInterface):
         self._action.follow(newest or self._goal)
 
     def on_restart(self) -> None:
-        """Hold the present positions and abort the goal, after a simulation reset."""
+        """Hold the present positions and abort the goal: the joints have jumped or stood still."""
+        reason = "The simulation was reset"
+        if self.params.robot_stop.standstill:
+            # One may have been received before commands were refused.
+            reason = self.params.robot_stop.reason
+            self._discard_waiting(reason)
         for pid in self._pids:
             pid.reset()
         self._has_command = False
         positions = self._position_states.read()
         self._awaits_state = not all(map(math.isfinite, positions))
         self._hold(positions)
-        self._abort_goal(INVALID_GOAL, "The simulation was reset")
+        self._stopping_from = None
+        self._abort_goal(INVALID_GOAL, reason)
+
+    def abort_goals(self, reason: str) -> None:
+        """Abort the goal, while no control cycle runs."""
+        self._action.abort_goal(reason)
 
     def on_stop(self) -> None:
         """Abort the goals, and decelerate all joints within their limits, on their path."""
-        reason = f"The robot is stopped by {self.params.robot_stop.by}"
+        self._stop_for(f"The robot is stopped by {self.params.robot_stop.by}")
+
+    def _stop_for(self, reason: str) -> None:
+        """Abort the goals for a reason, and decelerate until `_stopping_from` is None."""
         self._discard_waiting(reason)
         self._abort_goal(INVALID_GOAL, reason)
         if self._awaits_state:
             return
-        joints, stop = self._settings.joints, self.params.robot_stop
-        positions, speeds = self._position_states.read(), self._velocity_states.read()
-        unknown = [math.nan] * len(joints)
-        commanded = self._commanded_state if self._has_command else TrajectoryPoint(unknown)
-        ways = [
-            stopping_state(command, command_speed * self._scaling, position, speed)
-            for command, command_speed, position, speed in zip(
-                commanded.positions,
-                commanded.velocities or unknown,
-                positions,
-                speeds or unknown,
-                strict=True,
-            )
-        ]
-        limits = [stop.deceleration(joint) for joint in joints]
-        moving = [
-            speed if math.isfinite(limit) else 0.0
-            for (_, speed), limit in zip(ways, limits, strict=True)
-        ]
-        decelerations = common_decelerations(moving, limits)
-        held = [position for position, _ in ways]
-        self._trajectory = Trajectory(
-            stopping_points(held, moving, [d if math.isfinite(d) else 1.0 for d in decelerations])
+        unknown = TrajectoryPoint([math.nan] * len(self._settings.joints))
+        commanded = self._commanded_state if self._has_command else unknown
+        measured = TrajectoryPoint(self._position_states.read(), self._velocity_states.read())
+        if self._position_states.lost and self._has_command:
+            # What was measured last is old.
+            measured = unknown
+        self._trajectory, self._stopping_from = stopping_trajectory(
+            self.params.robot_stop, self._settings.joints, commanded, measured, self._scaling
         )
         self._holding = True
-        self._stopping_from = TrajectoryPoint(held, moving)
 
     def on_release(self) -> None:
         """Go on holding the positions at which the robot has stopped."""
@@ -342,6 +342,8 @@ class JointTrajectoryController(ControllerInterface):
             self._read_changed_parameters()
         positions = self._position_states.read()
         velocities = self._velocity_states.read()
+        if self._position_states.watch(period) or self._position_states.lost:
+            self._follow_measurement()
         if self._awaits_state:
             if not all(map(math.isfinite, positions)):
                 return None
@@ -387,6 +389,9 @@ class JointTrajectoryController(ControllerInterface):
             positions, velocities, accelerations, time_ns=time_ns - trajectory.start_ns
         )
         error = tracking_error(reference, feedback, self._wrap)
+        if self._position_states.lost:
+            # An error that stays would drive the joints, through the PIDs.
+            error = TrajectoryPoint([0.0] * len(positions), [0.0] * len(positions))
         verdict, blame = self._check_error(desired, error, first=first)
         if verdict in (
             ToleranceVerdict.PATH_VIOLATED,
@@ -407,6 +412,22 @@ class JointTrajectoryController(ControllerInterface):
                 time_ns, reference, feedback, error, self._outputs.values(), self._scaling
             )
         return None
+
+    def _follow_measurement(self) -> None:
+        """Stop while a joint is not measured; hold from when all are measured again."""
+        log, lost = self._log.try_publish, self._position_states.lost
+        stops = self._stopping_from is not None or self._awaits_state
+        if not lost:
+            if not self._awaits_state:
+                log((self.logger.info, "All positions are measured again"))
+            if not self.params.robot_stop.is_stopped:
+                self._stopping_from = None
+        elif self._incoming and stops:
+            log((self.logger.error, f"The trajectory is refused: {lost}"))
+            self._discard_waiting(lost)
+        elif not stops:
+            log((self.logger.error, f"{lost}: the joints decelerate and hold"))
+            self._stop_for(lost)
 
     def _replace_trajectory(self, incoming: ReceivedTrajectory, time_ns: int) -> None:
         """Replace the trajectory; joints that the new one lacks hold their commanded positions.

@@ -1,9 +1,7 @@
-"""Measured values of a joint trajectory controller, and its topic ``~/controller_state``."""
+"""Topic ``~/controller_state`` of a joint trajectory controller."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.control.controllers.joint_trajectory.settings import TrajectorySettings
@@ -12,7 +10,6 @@ from teleopctl.control.realtime_publisher import PublishQueue, RealtimePublisher
 from teleopctl.interfaces import set_stamp
 
 if TYPE_CHECKING:
-    from teleopctl.control.handles import StateInterface
     from teleopctl.node import Node
 
 _Snapshot = tuple[
@@ -25,26 +22,6 @@ _FIELDS = {
     "acceleration": "accelerations",
     "effort": "effort",
 }
-
-
-class MeasuredValues:
-    """Reader of one quantity of all joints, which keeps the last finite value of each.
-
-    Args:
-        interfaces: State interface of each joint.
-    """
-
-    def __init__(self, interfaces: Sequence[StateInterface]) -> None:
-        self._interfaces = interfaces
-        self._last = [math.nan] * len(interfaces)
-
-    def read(self) -> list[float]:
-        """Return the latest finite value of each joint; NaN before a joint's first finite value."""
-        for index, interface in enumerate(self._interfaces):
-            value = interface.value
-            if math.isfinite(value):
-                self._last[index] = value
-        return list(self._last)
 
 
 class TrajectoryStatePublisher:

@@ -1,4 +1,4 @@
-"""Joint trajectories: their points, splines between points, sampling, and points to stop on.
+"""Joint trajectories: their points, splines between points, and sampling.
 
 Plain floats, not numpy: for the few joints of an arm, numpy's overhead for each call costs more
 than the arithmetic. Times are nanoseconds on the controller's clock. A trajectory begins at the
@@ -188,49 +188,6 @@ def quintic(
         (-30.0 * step + (14.0 * vb + 16.0 * va) * d + (3.0 * aa - 2.0 * ab) * d**2) / (2.0 * d**4),
         (12.0 * step - 6.0 * (vb + va) * d - (aa - ab) * d**2) / (2.0 * d**5),
     )
-
-
-def stopping_points(
-    positions: Sequence[float], velocities: Sequence[float], decelerations: Sequence[float]
-) -> list[TrajectoryPoint]:
-    """Return trajectory points that brake each joint to rest; without decelerations, hold still.
-
-    A joint at speed v stops after ``|v| / d`` seconds, ``v |v| / 2d`` further on. There is a point
-    for each time at which a joint stops, so that the cubics between the points equal the parabolas
-    of constant deceleration.
-
-    Args:
-        positions: Present positions, rad or m.
-        velocities: Present velocities, rad/s or m/s; empty to stop on the spot.
-        decelerations: Deceleration of each joint, rad/s² or m/s², above 0; empty to stop on the
-            spot.
-    """
-    if not velocities or not decelerations:
-        return [TrajectoryPoint(list(positions))]
-    joints = list(zip(positions, velocities, decelerations, strict=True))
-    times = {
-        round(abs(velocity) / deceleration * NANOSECONDS_PER_SECOND)
-        for _, velocity, deceleration in joints
-    }
-    points = []
-    for time_ns in sorted(times - {0}) or [0]:
-        states = [_slowed(*joint, time_ns / NANOSECONDS_PER_SECOND) for joint in joints]
-        points.append(
-            TrajectoryPoint([p for p, _ in states], [v for _, v in states], time_ns=time_ns)
-        )
-    return points
-
-
-def _slowed(
-    position: float, velocity: float, deceleration: float, time: float
-) -> tuple[float, float]:
-    """Return position and velocity of a joint after a time of constant deceleration in seconds."""
-    slowing = -deceleration if velocity > 0.0 else deceleration
-    # Times are rounded to nanoseconds, but the last point must be at rest.
-    time_to_stop = abs(velocity) / deceleration
-    if time >= time_to_stop - 1.0 / NANOSECONDS_PER_SECOND:
-        return position + velocity * time_to_stop / 2.0, 0.0
-    return position + velocity * time + slowing * time * time / 2.0, velocity + slowing * time
 
 
 class InterpolationMethod(Enum):
