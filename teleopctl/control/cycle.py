@@ -37,7 +37,7 @@ _STOP_ON_DEACTIVATE = "defaults.deactivate_controllers_on_hardware_self_deactiva
 _LONGEST_SLEEP_S = 0.02
 # Seconds between two reports of the same kind from the loop.
 _REPORT_PERIOD = 1.0
-# After this time without a cycle, in seconds and in periods, controllers go on from where the
+# After this time without a cycle, in seconds and in last periods, controllers go on from where the
 # joints are: a trajectory that went on would jump.
 _STANDSTILL_S = 1.0
 _STANDSTILL_PERIODS = 3
@@ -64,9 +64,8 @@ class Cycle:
         self._manager = manager
         self._publish_queue = publish_queue
         self._nominal_ns = round(NANOSECONDS_PER_SECOND / manager.update_rate)
-        self._standstill_ns = max(
-            round(_STANDSTILL_S * NANOSECONDS_PER_SECOND), _STANDSTILL_PERIODS * self._nominal_ns
-        )
+        self._standstill_ns = round(_STANDSTILL_S * NANOSECONDS_PER_SECOND)
+        self._last_period_ns = self._nominal_ns
         self._reports: deque[str] = deque(maxlen=100)
         self._changed = False
         # Why controllers were restarted in this cycle.
@@ -124,7 +123,11 @@ class Cycle:
             period_ns = self._nominal_ns if last_ns is None else trigger_ns - last_ns
             jumped = period_ns <= 0
             stop = manager.robot_stop
-            stood_still = bool(stop.standstill) or period_ns >= self._standstill_ns
+            # States may come at a lower rate than the update rate.
+            usual_ns, self._last_period_ns = self._last_period_ns, max(period_ns, self._nominal_ns)
+            stood_still = bool(stop.standstill) or (
+                period_ns >= self._standstill_ns and period_ns >= _STANDSTILL_PERIODS * usual_ns
+            )
             if stood_still and not stop.standstill:
                 stop.stand_still(f"no cycle began for {period_ns / NANOSECONDS_PER_SECOND:.1f} s")
             if jumped or stood_still:

@@ -347,3 +347,12 @@ def test_a_manager_with_a_cycle_that_hangs_answers_and_can_be_ended(arm, monkeyp
         assert arm.stack.log.texts("error")[-1] == (
             "Controllers and hardware are not deactivated: the control cycle does not end"
         )
+
+
+def test_states_that_come_seldom_are_no_standstill(arm):
+    handle = arm.handle
+    for _ in range(3):
+        arm.stack.step(period_ns=500_000_000)
+    for _ in range(3):
+        arm.stack.step(period_ns=1_200_000_000)
+    assert handle.is_active
