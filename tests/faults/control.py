@@ -439,7 +439,7 @@ def in_motion(fault: Fault) -> dict[str, str]:
         else:
             assert command is not None
             ended, why = _end_of_command(trial, command)
-        status, listed = trial.run(["control", "list_controllers"])
+        listing, listed = trial.run(["control", "list_controllers"])
         missed = trial.missed(first, last)
         before = trial.missed(max(0, first - 200), first)
         is_confirmed = observer.press() if fault.goal != "server gone" else False
@@ -459,11 +459,11 @@ def in_motion(fault: Fault) -> dict[str, str]:
         _expect(trial, "explanations", len(explanations), 1)
         alarms = trial.alarms(since)
     return {
-        "joints": joints if joints == "end" else f"{joints}, after {way:.3f} rad",
+        "joints": "no more states" if joints == "end" else f"{joints}, after {way:.3f} rad",
         "explanation": _without_stamp(explanations[0]) if explanations else "none",
         "goal": f"{ended}: {why}" if why else ended,
         "missed": f"{missed} ({before} before)",
-        "list_controllers": f"status {status}" + (f": {_one_line(listed)}" if status else ""),
+        "list_controllers": f"status {listing}" + (f": {_one_line(listed)}" if listing else ""),
         "stop after": "confirmed" if is_confirmed else _one_line(refused) or "-",
         "repaired": after_repair,
         "problems": "; ".join(trial.problems),
