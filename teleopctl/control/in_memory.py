@@ -92,7 +92,6 @@ class RecordedEndpoint:
         callback: Callback of a subscription or service; None for a publisher.
         messages: Published messages.
         has_subscribers: True, so that publishers that skip messages without subscribers publish.
-        publisher_count: Number of publishers of a subscription's topic, for tests to change.
     """
 
     has_subscribers = True
@@ -108,7 +107,6 @@ class RecordedEndpoint:
         self.name = name
         self.callback = callback
         self.messages: list[Any] = []
-        self.publisher_count = 1
         self._last_only = last_only
         self._msg_type = msg_type
 
@@ -120,10 +118,6 @@ class RecordedEndpoint:
             self.messages = [msg]
         else:
             self.messages.append(copy.deepcopy(msg))
-
-    def get_publisher_count(self) -> int:
-        """Return `publisher_count`."""
-        return self.publisher_count
 
     def get_subscription_count(self) -> int:
         """Return 1, so that publishers that skip messages without subscribers publish."""
