@@ -119,6 +119,11 @@ class RobotStop:
         for estimate in self._estimates:
             estimate.update(period)
 
+    def speeds_of(self, joints: Sequence[str]) -> list[float]:
+        """Return the estimated speeds of joints, rad/s or m/s; NaN without an estimate."""
+        estimates = self.estimated_speeds
+        return [estimates[joint].value if joint in estimates else math.nan for joint in joints]
+
     def forget_speeds(self) -> None:
         """Start the estimates of speeds again, after the joints have jumped."""
         self._estimates = None
@@ -155,7 +160,12 @@ class _SpeedEstimate:
 
 
 def stopping_state(
-    command: float, command_speed: float, position: float, speed: float
+    command: float,
+    command_speed: float,
+    position: float,
+    speed: float,
+    *,
+    is_step: bool = False,
 ) -> tuple[float, float]:
     """Return the position and speed from which a joint decelerates; rad or m, and per second.
 
@@ -168,6 +178,8 @@ def stopping_state(
         command_speed: Speed of the command; NaN if unknown.
         position: Measured position; NaN if unknown.
         speed: Measured speed; NaN if unknown.
+        is_step: Whether the command is a step: a joint on its way to it decelerates from where it
+            is, however near the command.
     """
     measured_speed = speed if math.isfinite(speed) else 0.0
     if not math.isfinite(command):
@@ -177,11 +189,17 @@ def stopping_state(
     if not math.isfinite(position):
         return command, command_speed
     lead = command - position
+    if is_step and _follows_step(lead, measured_speed):
+        return position, measured_speed
     if abs(lead) <= _LAG_S * max(abs(command_speed), abs(measured_speed)) + _LAG:
         return command, command_speed
     if lead * measured_speed > 0.0:
         return position, measured_speed
     return command, 0.0
+
+
+def _follows_step(lead: float, speed: float) -> bool:
+    return lead * speed > 0.0 and (abs(lead) > _LAG or abs(speed) > _MOVING_SPEED)
 
 
 def common_decelerations(speeds: Sequence[float], decelerations: Sequence[float]) -> list[float]:
@@ -302,8 +320,8 @@ class _JointRamp:
             return
         if not math.isfinite(speed):
             speed = 0.0
-        follows = lead * speed > 0.0 or age_s <= _YOUNG_S
-        if follows and (abs(lead) > _LAG or abs(speed) > _MOVING_SPEED):
+        is_young = age_s <= _YOUNG_S and (abs(lead) > _LAG or abs(speed) > _MOVING_SPEED)
+        if is_young or _follows_step(lead, speed):
             self.held, self.speed = position, speed
             if abs(speed) <= self._moving:
                 self._given_up = self._command.value

@@ -10,14 +10,18 @@ import math
 import pytest
 
 from teleopctl.interfaces import get_message, set_stamp
+from teleopctl.node import AllowableParameterValue
 from teleopctl.sim.building import simulate
 from teleopctl.sim.ports import reported_joints
 from teleopctl.testing import ControlStack
 from tests.sim.robots import joint, link
 
 FORWARD = "forward_command_controller/ForwardCommandController"
+TRAJECTORY = "joint_trajectory_controller/JointTrajectoryController"
 Floats = get_message("std_msgs/msg/Float64MultiArray")
 JointState = get_message("sensor_msgs/msg/JointState")
+Trajectory = get_message("trajectory_msgs/msg/JointTrajectory")
+Point = get_message("trajectory_msgs/msg/JointTrajectoryPoint")
 LIMIT = 'lower="-3" upper="3" effort="40" velocity="1"'
 # A velocity limit of 1 rad/s over 0.2 s.
 DECELERATION = 5.0
@@ -40,9 +44,15 @@ ARM = f"""<robot name="arm"><link name="world"/>{link("turn_link")}{link("lift_l
 
 
 class Robot:
-    """An arm of two joints in simulation, with a forward controller for their positions."""
+    """An arm of two joints in simulation, with a controller, by default a forward controller."""
 
-    def __init__(self, rate_hz: int, urdf: str = ARM) -> None:
+    def __init__(
+        self,
+        rate_hz: int,
+        urdf: str = ARM,
+        kind: str = FORWARD,
+        **parameters: AllowableParameterValue,
+    ) -> None:
         self.period_s = 1.0 / rate_hz
         self.simulation = simulate(
             urdf, control_period_ns=10**9 // rate_hz, warn=lambda _: None
@@ -50,10 +60,9 @@ class Robot:
         self.stack = ControlStack(urdf, update_rate=rate_hz)
         (component,) = self.stack.resources.components.values()
         component.hardware.set_cycle(self._cycle)
-        self.stack.load_controller(
-            "forward", FORWARD, {"joints": JOINTS, "interface_name": "position"}
-        )
-        self.stack.activate("forward")
+        given = parameters or {"interface_name": "position"}
+        self.stack.load_controller("controller", kind, {"joints": JOINTS, **given})
+        self.stack.activate("controller")
         self._reported = reported_joints(self.simulation.model)
         self.positions: list[list[float]] = []
         self.speeds: list[list[float]] = []
@@ -63,7 +72,7 @@ class Robot:
         self.stack.cycle.run(time_ns)
 
     def command(self, *positions: float) -> None:
-        self.stack.nodes["forward"].receive("~/commands", Floats(data=list(positions)))
+        self.stack.nodes["controller"].receive("~/commands", Floats(data=list(positions)))
 
     def stop(self) -> None:
         self.stack.manager.robot_stop.hold("/button")
@@ -123,6 +132,25 @@ def test_also_at_other_control_rates(rate_hz: int) -> None:
     robot = stopped_after(0.3, 1.5, -1.0, rate_hz=rate_hz)
     for number in range(2):
         assert max(robot.decelerations(number)) <= TOLERANCE * DECELERATION
+
+
+@pytest.mark.parametrize("states", [["position"], ["position", "velocity"]])
+@pytest.mark.parametrize(("size", "age_s"), [(0.1, 0.05), (0.1, 0.1), (0.5, 0.3), (2.0, 0.3)])
+def test_also_if_a_trajectory_is_a_jump(states: list[str], size: float, age_s: float) -> None:
+    """Its only point is to be reached sooner than the velocity limits allow."""
+    urdf = ARM if "velocity" in states else ARM.replace('<state_interface name="velocity"/>', "")
+    robot = Robot(100, urdf, TRAJECTORY, command_interfaces=["position"], state_interfaces=states)
+    robot.run(0.2)
+    point = Point(positions=[size, size / 2])
+    point.time_from_start.nanosec = 1_000_000
+    trajectory = Trajectory(joint_names=JOINTS, points=[point])
+    robot.stack.nodes["controller"].receive("~/joint_trajectory", trajectory)
+    robot.run(age_s)
+    robot.stop()
+    robot.run(0.8)
+    for number in range(2):
+        assert max(robot.decelerations(number)) <= TOLERANCE * DECELERATION
+        assert abs(robot.speeds[-1][number]) < 1e-3
 
 
 @pytest.mark.parametrize(("rate_hz", "age_s"), [(10, 0.3), (100, 0.02), (100, 0.3)])

@@ -293,14 +293,15 @@ class JointTrajectoryController(ControllerInterface):
         self._abort_goal(INVALID_GOAL, reason)
         if self._awaits_state:
             return
-        unknown = TrajectoryPoint([math.nan] * len(self._settings.joints))
+        joints, stop = self._settings.joints, self.params.robot_stop
+        unknown = TrajectoryPoint([math.nan] * len(joints))
         commanded = self._commanded_state if self._has_command else unknown
         measured = TrajectoryPoint(self._position_states.read(), self._velocity_states.read())
         if self._position_states.lost and self._has_command:
             # What was measured last is old.
             measured = unknown
         self._trajectory, self._stopping_from = stopping_trajectory(
-            self.params.robot_stop, self._settings.joints, commanded, measured, self._scaling
+            stop, joints, commanded, measured, self._scaling, self._trajectory, self.nominal_period
         )
         self._holding = True
 

@@ -6,6 +6,7 @@ import math
 from collections.abc import Sequence
 
 from teleopctl.control.controllers.joint_trajectory.trajectory import Trajectory, TrajectoryPoint
+from teleopctl.control.controllers.joint_trajectory.validation import jumps
 from teleopctl.control.robot_stop import RobotStop, common_decelerations, stopping_state
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 
@@ -16,6 +17,8 @@ def stopping_trajectory(
     commanded: TrajectoryPoint,
     measured: TrajectoryPoint,
     scaling: float,
+    running: Trajectory,
+    period: float,
 ) -> tuple[Trajectory, TrajectoryPoint]:
     """Return a trajectory on which joints stop at the same time, within limits, and its start.
 
@@ -23,17 +26,28 @@ def stopping_trajectory(
         stop: State of the robot's stop, with the decelerations.
         joints: Names of the joints.
         commanded: Last commanded positions and velocities; positions are NaN if unknown.
-        measured: Measured positions and velocities; positions are NaN if unknown.
+        measured: Measured positions and velocities; positions are NaN if unknown. Velocities that
+            are not measured are estimated.
         scaling: Speed scaling factor of the commanded velocities.
+        running: Trajectory that is stopped.
+        period: Seconds between two commands.
     """
     unknown = [math.nan] * len(joints)
     ways = [
-        stopping_state(command, command_speed * scaling, position, speed)
-        for command, command_speed, position, speed in zip(
+        # At the end of a jump the command stands, and the joint is still on its way.
+        stopping_state(
+            command,
+            command_speed * scaling,
+            position,
+            speed,
+            is_step=is_jump and not command_speed * scaling,
+        )
+        for command, command_speed, position, speed, is_jump in zip(
             commanded.positions,
             commanded.velocities or unknown,
             measured.positions,
-            measured.velocities or unknown,
+            measured.velocities or stop.speeds_of(joints),
+            jumps(running, period, joints, stop.limits),
             strict=True,
         )
     ]

@@ -160,6 +160,28 @@ def _check_point(point: PointLike, index: int, names: list[str], rules: Trajecto
         )
 
 
+def jumps(
+    trajectory: Trajectory, period: float, joints: Sequence[str], limits: Mapping[str, JointLimits]
+) -> list[bool]:
+    """Return for each joint whether it cannot be at the first point in time.
+
+    Args:
+        trajectory: Trajectory with the state before its first point.
+        period: Seconds between two commands.
+        joints: Names of the joints, in the order of the points.
+        limits: Limits of the joints by name.
+    """
+    before, first = trajectory.point_before, trajectory.points[0] if trajectory.points else None
+    if before is None or first is None or not (before.positions and first.positions):
+        return [False] * len(joints)
+    left_ns = first.time_ns - (before.time_ns - trajectory.start_ns)
+    longest_s = max(left_ns / NANOSECONDS_PER_SECOND, period)
+    return [
+        joint in limits and abs(wanted - present) > limits[joint].velocity * longest_s
+        for joint, present, wanted in zip(joints, before.positions, first.positions, strict=True)
+    ]
+
+
 def find_jump(
     trajectory: Trajectory,
     now_ns: int,
