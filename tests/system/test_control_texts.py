@@ -185,6 +185,16 @@ TEXTS = [
         0,
     ),
     (
+        "plot arm_controller --joints elbow",
+        "",
+        "Recording /arm_controller/controller_state for 5 s; Ctrl-C ends it earlier\n"
+        + refused(
+            "Controller 'arm_controller' has no joint elbow",
+            "  There are joint_1, joint_2, joint_3.\n",
+        ),
+        1,
+    ),
+    (
         "plot joint_state_broadcaster",
         "",
         refused(

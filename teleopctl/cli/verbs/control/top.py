@@ -72,7 +72,7 @@ def top(
                     console.out_lines(lines)
                 elif height:
                     console.clear_terminal()
-                    console.out_lines(_fitting(lines, height - 1))
+                    console.out_lines(fitting_lines(lines, height - 1))
                 else:
                     console.out_lines([*lines, ""])
             console.flush()
@@ -80,7 +80,7 @@ def top(
                 return
 
 
-def _fitting(lines: Sequence[str], most: int) -> list[str]:
+def fitting_lines(lines: Sequence[str], most: int) -> list[str]:
     """Return at most so many lines; the last one says how many are left out."""
     if len(lines) <= most:
         return list(lines)

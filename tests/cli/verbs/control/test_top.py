@@ -14,7 +14,7 @@ from teleopctl.cli.verbs.control.execution_times import (
     percentile,
     percentile_of_bins,
 )
-from teleopctl.cli.verbs.control.top import table
+from teleopctl.cli.verbs.control.top import fitting_lines, table
 from teleopctl.control.lifecycle import State
 from teleopctl.control.statistics import DurationHistogram
 from teleopctl.control.statistics_publishers import ExecutionTimesService, statistics_entries
@@ -290,6 +290,14 @@ class TestTable:
         lines = list(table(ROWS, "/cm", 5.0, width))
         assert lines[1].split() == ["NAME", *columns.split()]
         assert width == 20 or max(map(len, lines[1:])) <= width
+
+    def test_rows_are_left_out_until_it_fits_the_height_of_the_terminal(self):
+        lines = list(table(ROWS, "/cm", 5.0))
+        assert fitting_lines(lines, 6) == lines
+        assert fitting_lines(lines, 4) == [
+            *lines[:3],
+            "3 more: a higher terminal or --once shows them",
+        ]
 
     def test_without_cycles_a_line_says_what_to_do(self):
         nothing = [one._replace(samples=0) for one in ROWS]
