@@ -108,6 +108,7 @@ def blocked_for_children() -> Iterator[None]:
         signal.pthread_sigmask(signal.SIG_SETMASK, before)
 
 
+# Any: arguments of `subprocess.Popen` have many types.
 def own_group() -> dict[str, Any]:
     """Return `subprocess.Popen` arguments that keep the terminal's Ctrl-C from a process.
 

@@ -155,7 +155,6 @@ class Context:
             NotInitializedException: The context is not running.
         """
         if self._session is None:
-            from teleopctl.base import progress
             from teleopctl.wire import open_session
 
             with self._lock:
@@ -163,7 +162,9 @@ class Context:
                     raise self.not_running_error()
                 if self._session is None:
                     self._session = open_session(self._session_mode)
-                    progress.report_session(str(self._session.zid()))
+                    # Loaded by programs that report their progress, and by no short command.
+                    if progress := sys.modules.get("teleopctl.base.progress"):
+                        progress.report_session(str(self._session.zid()))
         return self._session
 
     @property

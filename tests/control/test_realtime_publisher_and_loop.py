@@ -162,7 +162,7 @@ def test_no_thread_of_the_process_waits_for_other_processes_while_the_loop_needs
     )
     other = threading.Thread(target=waiting.wait)
     other.start()
-    run = cast(Cycle, SimpleNamespace(run=lambda *_: done.set()))
+    run = cast(Cycle, SimpleNamespace(run=lambda *_: done.set(), missed_count=0))
     log = RecordedLog("test")
     loop = WallClockLoop(run, 100, cast(RcutilsLogger, log))
     loop.start()
@@ -229,7 +229,7 @@ def test_a_cycle_that_fails_is_reported_and_the_next_one_runs():
     enough = threading.Event()
 
     class Failing:
-        count = 0
+        count = missed_count = 0
 
         def run(self, time_ns, steady_ns):
             del time_ns, steady_ns

@@ -171,5 +171,8 @@ def test_a_png_shows_the_curves_in_different_colours(tmp_path):
 def test_pictures_have_names_that_say_what_they_are(tmp_path):
     with pytest.raises(UsageError, match=r"must end in \.png"):
         check_plot_file(tmp_path / "a.jpg")
+    with pytest.raises(UsageError, match=r"There is no folder '.*none' for 'a\.png'"):
+        check_plot_file(tmp_path / "none" / "a.png")
+    (tmp_path / "a.png").mkdir()
     with pytest.raises(SystemFailureError, match="Cannot write"):
-        save_plot(EXAMPLE, tmp_path / "none" / "a.png")
+        save_plot(EXAMPLE, tmp_path / "a.png")
