@@ -160,8 +160,10 @@ def wait_for_peers(
                 return False
             router = next(zid for zid, role in connected.items() if role == "router")
         deadline = time.monotonic() + peers_within_s
-        others = _peers_of(session, router, peers_within_s)
-        others.discard(str(session.zid()))
+        report = _ask(session, router_key(router), peers_within_s)
+        if not report:
+            return False
+        others = peers_in_report(report) - {str(session.zid())}
         with changed:
             return changed.wait_for(
                 lambda: others <= connected.keys(), max(0.0, deadline - time.monotonic())
@@ -190,11 +192,6 @@ def wait_for_peer_tokens(
     for peer in peers:
         _ask(session, f"@/{peer}/peer", max(0.0, deadline - time.monotonic()))
     return bool(peers)
-
-
-def _peers_of(session: zenoh.Session, router: str, timeout_s: float) -> set[str]:
-    """Query the Zenoh ids of the peers that are connected to a router."""
-    return peers_in_report(_ask(session, router_key(router), timeout_s))
 
 
 def _ask(session: zenoh.Session, key: str, timeout_s: float) -> bytes:

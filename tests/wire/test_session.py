@@ -89,6 +89,14 @@ def test_nobody_waits_for_a_peer_that_cannot_be_met(opened):
         assert not wait_for_peers(newcomer, peers_within_s=0.05)
 
 
+def test_a_router_that_does_not_report_in_time_is_no_proof_that_there_are_no_peers(
+    opened, monkeypatch
+):
+    session = opened("peer")
+    monkeypatch.setattr("teleopctl.wire.peer_discovery._ask", lambda *_: b"")
+    assert not wait_for_peers(session)
+
+
 def test_a_client_without_a_router_is_told_how_to_start_one(ros_without_router):
     with pytest.raises(RouterNotRunning) as failure:
         open_session("client")
