@@ -196,6 +196,7 @@ if TYPE_CHECKING:
         split_command_line as split_command_line,
     )
     from teleopctl.launch.recording import (
+        RECORDER as RECORDER,
         bag_folder as bag_folder,
         with_recorder as with_recorder,
     )

@@ -13,12 +13,13 @@ from teleopctl.errors import RefusedError
 from teleopctl.launch.arguments import argument_names
 from teleopctl.launch.model.plan import LaunchPlan, ProcessPlan
 
+RECORDER = "rosbag2_recorder"
+"""Name of the recorder's node."""
 ARGUMENT = "record"
 """Launch argument of every launch file, unless the file declares an argument of that name."""
 
 # Environment variable with the file and arguments of the launch, which the recorder stores.
 _LAUNCH_VARIABLE = "TELEOPCTL_LAUNCH_OF_RECORDING"
-_NODE = "rosbag2_recorder"
 # Writing the recorder's cache to a slow disk takes longer than the shutdown of other nodes.
 _FINISHED_WITHIN_S = 30.0
 
@@ -77,7 +78,7 @@ def with_recorder(
         ],
         environment={_LAUNCH_VARIABLE: about},
         is_node=True,
-        node_name=f"/{_NODE}",
+        node_name=f"/{RECORDER}",
         accompanies=True,
         sigterm_timeout=_FINISHED_WITHIN_S,
     )

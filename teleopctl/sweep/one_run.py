@@ -27,6 +27,7 @@ from teleopctl.errors import (
 if TYPE_CHECKING:
     from teleopctl.base.background import ProcessRecord
     from teleopctl.launch import ProcessStatus, Running
+    from teleopctl.node import Node
 
 BAG = "bag"
 RUNTIME = "runtime"
@@ -43,6 +44,8 @@ _SET_PAUSE = "mujoco_ros2_control_msgs/srv/SetPause"
 _LOOK_EVERY_S = 0.05
 _BEGINS_WITHIN_S = 30.0
 _ANSWER_WITHIN_S = 5.0
+# Longest wait for the recorder's subscriptions; it has none to topics of unknown types.
+_RECORDS_WITHIN_S = 2.0
 # Time that the recorder may need to write its queued messages.
 _ENDS_WITHIN_S = 30.0
 
@@ -254,6 +257,8 @@ def _begin(simulators: list[str], record: ProcessRecord) -> None:
 
     service = get_service(_SET_PAUSE)
     with init(args=[]) as context, Node("sweep", context=context) as node:
+        # Simulated time may be over before the recorder has found a topic.
+        context.wait_for_change(lambda: _records_all(node), _RECORDS_WITHIN_S)
         for simulator in simulators:
             client = node.create_client(service, f"{simulator}/set_pause")
             deadline, reason = time.monotonic() + _BEGINS_WITHIN_S, "no answer"
@@ -268,6 +273,23 @@ def _begin(simulators: list[str], record: ProcessRecord) -> None:
                 # The simulator rejects the request until its robot is loaded.
                 reason = answer.message if answer else reason
                 time.sleep(_LOOK_EVERY_S)
+
+
+def _records_all(node: Node) -> bool:
+    """Return whether the recorder subscribes to all topics that have publishers."""
+    from teleopctl.launch import RECORDER
+    from teleopctl.node import NodeNameNonExistentError
+
+    try:
+        recorded = node.get_subscriber_names_and_types_by_node(RECORDER, "/")
+    except NodeNameNonExistentError:
+        return False
+    published = {
+        name
+        for name, _ in node.get_topic_names_and_types()
+        if node.count_publishers(name) and not any(part.startswith("_") for part in name.split("/"))
+    }
+    return published <= {name for name, _ in recorded}
 
 
 def _wait(record: ProcessRecord, deadline: float) -> None:

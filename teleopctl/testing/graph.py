@@ -105,7 +105,7 @@ class RosGraph:
 
     def _move_to(self, port: int, domain: int | None = None) -> None:
         """Use another port, also in this process if this process is in the graph."""
-        is_here = os.environ.get("TELEOPCTL_ROUTER") == self.router
+        is_here = self._has_this_process
         self._use_port(port, domain)
         if is_here:
             self.join(os.environ)
@@ -291,11 +291,19 @@ class RosGraph:
             message_type, topic, matching, qos=qos, timeout_s=timeout_s
         )
 
+    @property
+    def _has_this_process(self) -> bool:
+        # The port alone may be one that another graph had before.
+        return all(
+            os.environ.get(name) == self.variables[name]
+            for name in ("TELEOPCTL_ROUTER", "TELEOPCTL_RUNTIME_DIR")
+        )
+
     def _observing(self) -> Observer:
         if self._observer is None:
             from teleopctl.testing.observer import Observer
 
-            if os.environ.get("TELEOPCTL_ROUTER") != self.router:
+            if not self._has_this_process:
                 raise RuntimeError(
                     "This process is not in the graph: use it as a context manager, or the "
                     "fixture ros_graph."

@@ -75,6 +75,7 @@ def test_a_port_that_was_taken_meanwhile_is_replaced(tmp_path, monkeypatch):
     with RosGraph(tmp_path / "first") as first:
         second = RosGraph(tmp_path / "second")
         second._use_port(first.port)
+        second.join(os.environ)
         try:
             record = second.start_router()
             assert second.port != first.port

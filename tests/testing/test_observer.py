@@ -51,6 +51,11 @@ def test_what_a_callback_of_the_test_raises_fails_the_next_wait(ros_graph):
         ros_graph.wait_for_message(STRING, "/silence")
 
 
-def test_a_process_that_is_not_in_the_graph_is_told_so(tmp_path):
+def test_a_process_that_is_not_in_the_graph_is_told_so(tmp_path, monkeypatch):
+    graph = RosGraph(tmp_path)
     with pytest.raises(RuntimeError, match="not in the graph"):
-        RosGraph(tmp_path).wait_for_nodes("/simple_publisher")
+        graph.wait_for_nodes("/simple_publisher")
+    # Nor is one in a graph that had the same port.
+    monkeypatch.setenv("TELEOPCTL_ROUTER", graph.router)
+    with pytest.raises(RuntimeError, match="not in the graph"):
+        graph.wait_for_nodes("/simple_publisher")
