@@ -83,7 +83,9 @@ def goes_on_from_joint(
         period_s: Control period in seconds.
     """
     farthest = min(_AT_MOST * abs(joint_speed), max_speed) * period_s * _NEARLY
-    if joint_away * joint_speed <= 0.0 or abs(joint_away) > farthest:
+    # A trajectory's positions are ahead of the set-point.
+    is_behind = away * joint_speed <= 0.0
+    if not is_behind or joint_away * joint_speed <= 0.0 or abs(joint_away) > farthest:
         return False
     return abs(joint_away / period_s - joint_speed) < abs(away / period_s - before)
 
