@@ -353,12 +353,9 @@ class _JointRamp:
 
         The command was a step, and the joint had not begun to move when the robot was stopped.
         """
-        speed, position, is_given_up = self._measured_speed(), self._position.value, False
-        lead = self._given_up - position
-        if math.isfinite(lead):
-            is_given_up = True
-        else:
-            lead = self.held - position
+        speed, position = self._measured_speed(), self._position.value
+        is_given_up = math.isfinite(self._given_up)
+        lead = (self._given_up if is_given_up else self.held) - position
         if (
             abs(speed) > abs(self.speed) + self._moving
             and lead * speed > 0.0

@@ -264,9 +264,9 @@ EXECUTION_TIMES_CHECK_S = 60.0
 class ExecutionTimesService:
     """Service ``~/get_execution_times``: histograms of all execution times since the first request.
 
-    The difference of two responses gives the percentiles of all updates between them. Nothing is
-    counted until somebody asks, and ten minutes after the last request. A topic would make whoever
-    records all topics ask.
+    The difference of two responses gives the percentiles of all updates between them. The manager
+    counts from the first request on, until ten minutes after the last one. This is no topic, since
+    a recording of all topics would keep it counting.
 
     Args:
         node: Node of the controller manager.

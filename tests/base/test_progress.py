@@ -10,12 +10,17 @@ from teleopctl.base import progress
 TELLER = "from teleopctl.base import progress; progress.report({state!r}, {detail!r})"
 
 
-def told(log_file, state, detail=""):
+def run(log_file, program, *arguments):
+    """Run a program that reports to the progress file of a log."""
     subprocess.run(
-        [sys.executable, "-c", TELLER.format(state=state, detail=detail)],
+        [sys.executable, "-c", program, *arguments],
         env={progress.VARIABLE: str(progress.progress_file(log_file))},
         check=True,
     )
+
+
+def told(log_file, state, detail=""):
+    run(log_file, TELLER.format(state=state, detail=detail))
     return progress.read(log_file)
 
 
@@ -46,11 +51,7 @@ def test_a_process_of_two_parts_is_ready_when_both_are(tmp_path, reports, state,
         "    state, detail, part = word.split(':')\n"
         "    progress.report(getattr(progress, state), detail, part=part)\n"
     )
-    subprocess.run(
-        [sys.executable, "-c", program, *reports.split()],
-        env={progress.VARIABLE: str(progress.progress_file(log_file))},
-        check=True,
-    )
+    run(log_file, program, *reports.split())
     said = progress.read(log_file)
     assert said is not None
     assert (said.state, said.detail, said.part) == (state, detail, part)
@@ -67,11 +68,7 @@ def test_a_failure_keeps_its_time_while_other_parts_of_the_process_report(tmp_pa
         "progress.report(progress.STARTING, 'compiling')\n"
         "progress.report(progress.READY)\n"
     )
-    subprocess.run(
-        [sys.executable, "-c", program],
-        env={progress.VARIABLE: str(progress.progress_file(log_file))},
-        check=True,
-    )
+    run(log_file, program)
     assert progress.read(log_file) == ("failed", "refused", 1000.0, "control", (), ())
 
 
@@ -85,11 +82,7 @@ def test_remarks_stay_until_the_end_each_once(tmp_path):
         "progress.remark('one line')\n"
         "progress.report('ended', '0')\n"
     )
-    subprocess.run(
-        [sys.executable, "-c", program],
-        env={progress.VARIABLE: str(progress.progress_file(log_file))},
-        check=True,
-    )
+    run(log_file, program)
     said = progress.read(log_file)
     assert said is not None
     assert (said.state, said.reason, said.remarks) == ("ended", None, ("one line", "two"))
@@ -103,11 +96,7 @@ def test_a_process_names_its_sessions_without_another_state(tmp_path):
         "progress.report_session('a1')\n"
         "progress.report_session('b2')\n"
     )
-    subprocess.run(
-        [sys.executable, "-c", program],
-        env={progress.VARIABLE: str(progress.progress_file(log_file))},
-        check=True,
-    )
+    run(log_file, program)
     said = progress.read(log_file)
     assert said is not None
     assert (said.state, said.sessions, said.remarks) == ("started", ("a1", "b2"), ())

@@ -6,11 +6,15 @@ import json
 import re
 import sys
 from pathlib import Path
+from types import SimpleNamespace
+from typing import cast
 
 import psutil
 import pytest
 
 from teleopctl.bag import open_bag
+from teleopctl.node import Node
+from teleopctl.sweep.one_run import _records_all
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph, eventually
 from tests.sim.robots import control, joint, link
 
@@ -73,6 +77,19 @@ def worker_and_program(folder: Path) -> tuple[psutil.Process, psutil.Process]:
 
     eventually(look)
     return runs[0], programs[0]
+
+
+def test_a_run_begins_when_the_recorder_has_each_topic_that_is_published() -> None:
+    published = {"/clock": 1, "/joint_states": 1, "/_hidden": 1, "/only_subscribed": 0}
+    recorded: list[tuple[str, list[str]]] = [("/clock", [])]
+    node = SimpleNamespace(
+        get_subscriber_names_and_types_by_node=lambda *_: recorded,
+        get_topic_names_and_types=lambda: [(name, []) for name in published],
+        count_publishers=published.get,
+    )
+    assert not _records_all(cast(Node, node))
+    recorded.append(("/joint_states", []))
+    assert _records_all(cast(Node, node))
 
 
 def test_runs_are_measured_alike_and_one_that_fails_does_not_stop_the_others(
