@@ -111,8 +111,16 @@ def report(state: str, detail: str = "", *, part: str = "") -> None:
 
 
 def _decisive_part() -> str:
-    """Return the part whose state is that of the process; empty before the first report."""
-    return min(_parts, key=lambda part: _ORDER.index(_parts[part][0]), default="")
+    """Return the part whose state is that of the process; empty before the first report.
+
+    Of parts that start or wait, one that says what it does, or for which topic.
+    """
+
+    def rank(part: str) -> tuple[int, bool]:
+        state, detail = _parts[part]
+        return _ORDER.index(state), state in (STARTING, WAITING) and not detail
+
+    return min(_parts, key=rank, default="")
 
 
 def _write(state: str, detail: str, part: str) -> None:

@@ -348,7 +348,19 @@ class ControllerManagerClient:
         asap: bool = True,
         timeout: float = 5.0,
     ) -> tuple[bool, str]:
-        """Request to activate and deactivate controllers; return the success and a message."""
+        """Request to activate and deactivate controllers; return the success and a message.
+
+        Waits for the service while the manager has its other services.
+
+        Raises:
+            ControllerManagerUnavailableError: No response arrived.
+            ExternalShutdownException: The context was shut down while waiting.
+        """
+        # Offered once the hardware has states: a simulator may build its model for minutes.
+        client = self._client("switch_controller", "controller_manager_msgs/srv/SwitchController")
+        while not client.wait_for_service(_WAKE_PERIOD_S) and self._list_client.service_is_ready():
+            if not self.node.context.ok():
+                raise ExternalShutdownException
         response = self.call(
             "switch_controller",
             "SwitchController",

@@ -10,7 +10,6 @@ cycle is due.
 from __future__ import annotations
 
 import threading
-import time
 from collections.abc import Callable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Protocol
@@ -47,8 +46,6 @@ if TYPE_CHECKING:
 
 LONGEST_CYCLE_S = 1.0
 """Longest wait for the end of a control cycle, in seconds: one that takes longer hangs."""
-# Longest wait for the first states of hardware in lockstep, in seconds of wall time.
-_LONGEST_START_S = 1.0
 
 
 class ManagerNode(Protocol):
@@ -121,20 +118,6 @@ class ControllerManager:
         self.cycle_lock = threading.Lock()
         self.robot_stop = RobotStop()
         self.first_cycle = threading.Event()
-        self._expected_until_s = 0.0
-
-    def expect_states(self) -> None:
-        """Make activations wait for the first states of hardware that has just been activated."""
-        self._expected_until_s = time.monotonic() + _LONGEST_START_S
-
-    def wait_for_states(self) -> None:
-        """Wait for the first control cycle, soon after `expect_states` only.
-
-        Controllers read the measured positions when they are activated. A paused simulation may
-        have none yet, so that the wait is limited.
-        """
-        if not self.first_cycle.is_set():
-            self.first_cycle.wait(max(0.0, self._expected_until_s - time.monotonic()))
 
     # ---- life cycle of single controllers
 

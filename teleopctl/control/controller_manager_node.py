@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import threading
 import time
 import traceback
 from collections.abc import Callable, Container, Iterable, Sequence
@@ -63,6 +64,8 @@ _READ_LATER = frozenset(
     )
 )
 _ENDS_ON_FAILURE = "hardware_components_initial_state.shutdown_on_initial_state_failure"
+# Longest wait for the first states of hardware in lockstep, in seconds of wall time.
+_LONGEST_START_S = 1.0
 # Part of a period by which the states' period may differ without a warning.
 _RATE_TOLERANCE = 0.01
 
@@ -78,6 +81,8 @@ class ControllerManagerNode:
             cycle does not end within the parameter ``cycle_timeout``, 10 s by default, or, with
             ``handle_exceptions`` false, a controller or hardware raises. None for a process of the
             manager's own, which ends by ``node.fail`` and by default has no limit for a cycle.
+        simulation_started: Set once a simulator in this process sends states, which may take
+            minutes for a model with large meshes; None for hardware elsewhere.
     """
 
     def __init__(
@@ -87,9 +92,11 @@ class ControllerManagerNode:
         ros_arguments: Sequence[str],
         *,
         on_failure: Callable[[TeleopctlError], object] | None = None,
+        simulation_started: threading.Event | None = None,
     ) -> None:
         self._node = node
         self._fail = on_failure or node.fail
+        self._simulation_started = simulation_started
         self._executor = executor
         self._ros_arguments = without_node_name(ros_arguments)
         self._logger = node.get_logger()
@@ -128,6 +135,8 @@ class ControllerManagerNode:
         self._last_state_ns: int | None = None
         self._rate_compared = False
         self._services: ControllerManagerServices | None = None
+        self._closing_lock = threading.Lock()
+        self._is_closed = False
         self._description: RobotDescription | None = None
         self._activity = node.create_publisher(
             get_message("controller_manager_msgs/msg/ControllerManagerActivity"),
@@ -318,14 +327,17 @@ class ControllerManagerNode:
             "Resource Manager has been successfully initialized. Starting Controller Manager "
             "services..."
         )
-        if self._lockstep:
-            self.manager.expect_states()
         self._services = ControllerManagerServices(self._node, self.manager)
         self._start_cycling()
         self.publish_activity()
         if unread := unread_manager_parameters(self._node.get_parameter_overrides(), self._read):
             self._logger.warning(f"Parameters that have no effect: {', '.join(unread)}")
-        progress.report(progress.READY, part=progress.CONTROL)
+        if self._lockstep:
+            # The simulator's present step is to be shown.
+            progress.doing("", part=progress.CONTROL)
+            threading.Thread(target=self._offer_switching_later, daemon=True).start()
+        else:
+            self._offer_switching()
         StatisticsPublisher(self._node, self.manager, self._cycle)
         execution_times = ExecutionTimesService(self._node, self.manager, self._cycle)
         introspection = IntrospectionPublisher(
@@ -339,6 +351,25 @@ class ControllerManagerNode:
                 interval_s, check, clock=Clock(clock_type=ClockType.STEADY_TIME)
             )
         DiagnosticsPublisher(self._node, self.manager, self._cycle, self.parameter)
+
+    def _offer_switching_later(self) -> None:
+        """Offer the switch of controllers once the hardware in lockstep has its first states.
+
+        Controllers read the measured positions when they are activated, and clients wait for a
+        service without a limit, but for its answer some seconds only. A simulation that is paused
+        may have no states yet, so that the wait for them is limited.
+        """
+        if self._simulation_started is not None:
+            self._simulation_started.wait()
+        self.manager.first_cycle.wait(_LONGEST_START_S)
+        with self._closing_lock:
+            if not self._is_closed:
+                self._offer_switching()
+
+    def _offer_switching(self) -> None:
+        assert self._services is not None
+        self._services.offer_switching()
+        progress.report(progress.READY, part=progress.CONTROL)
 
     def _start_hardware(self) -> None:
         initial = {
@@ -405,6 +436,8 @@ class ControllerManagerNode:
 
     def close(self) -> None:
         """Stop the control loop, unload the controllers, and finalize the hardware."""
+        with self._closing_lock:
+            self._is_closed = True
         self._watchdog.stop()
         if self._loop is not None:
             self._loop.stop()

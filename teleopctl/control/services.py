@@ -20,7 +20,7 @@ from teleopctl.errors import BrokenPluginError, RefusedError, UnknownPluginError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, get_service, to_nanoseconds
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node
+    from teleopctl.node import Node, Service
 
 # Any: message classes are generated at run time from definitions.
 
@@ -96,7 +96,9 @@ def hardware_component_state(component: HardwareComponent) -> Any:
 
 
 class ControllerManagerServices:
-    """Service servers ``~/list_controllers``, ``~/switch_controller`` and so on of a manager.
+    """Service servers ``~/list_controllers``, ``~/load_controller`` and so on of a manager.
+
+    ``~/switch_controller`` is offered by `offer_switching`.
 
     Args:
         node: Node of the controller manager.
@@ -117,22 +119,28 @@ class ControllerManagerServices:
             ),
             "cleanup_controller": ("CleanupController", self._by_name(manager.cleanup_controller)),
             "unload_controller": ("UnloadController", self._by_name(manager.unload_controller)),
-            "switch_controller": ("SwitchController", self._switch),
             "set_hardware_component_state": (
                 "SetHardwareComponentState",
                 self._set_component_state,
             ),
             "reload_controller_libraries": ("ReloadControllerLibraries", self._reload),
         }
-        self._services = [
-            node.create_service(
-                get_service(f"controller_manager_msgs/srv/{type_name}"),
-                f"~/{name}",
-                self._guarded(name, callback),
-            )
-            for name, (type_name, callback) in services.items()
-        ]
+        self._node = node
+        self._services = [self._offer(name, *service) for name, service in services.items()]
         self._reload_service = ReloadService(node, manager)
+
+    def offer_switching(self) -> None:
+        """Offer ``~/switch_controller``, once controllers can be activated."""
+        self._services.append(self._offer("switch_controller", "SwitchController", self._switch))
+
+    def _offer(
+        self, name: str, type_name: str, callback: Callable[[Any, Any], Any]
+    ) -> Service[Any, Any]:
+        return self._node.create_service(
+            get_service(f"controller_manager_msgs/srv/{type_name}"),
+            f"~/{name}",
+            self._guarded(name, callback),
+        )
 
     def _guarded(self, name: str, serve: Callable[[Any, Any], Any]) -> Callable[[Any, Any], Any]:
         """Return a callback that logs exceptions and responds with a failure instead of raising."""

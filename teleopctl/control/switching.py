@@ -254,8 +254,6 @@ def _perform(
     if starting:
         log.info(f"Activating controllers: [ {' '.join(c.name for c in starting)} ]")
     strict = request.strictness is Strictness.STRICT
-    if starting:
-        manager.wait_for_states()
     for spec in stopping:
         if spec.async_update is not None:
             # The control loop does not wait for a running update.

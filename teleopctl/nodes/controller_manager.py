@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import contextlib
 import sys
+import threading
 from collections.abc import Callable, Iterator, Sequence
 from typing import TYPE_CHECKING
 
@@ -55,6 +56,7 @@ def controller_manager(
     is_process: bool = True,
     prepare: Callable[[Node], object] = lambda _: None,
     on_failure: Callable[[TeleopctlError], object] | None = None,
+    simulation_started: threading.Event | None = None,
 ) -> Iterator[Executor]:
     """Context manager that makes a controller manager and its executor, and ends the manager.
 
@@ -63,6 +65,7 @@ def controller_manager(
         is_process: Whether they are those of the whole process.
         prepare: Called with the manager's node before the robot description is received.
         on_failure: See `ControllerManagerNode`.
+        simulation_started: See `ControllerManagerNode`.
 
     Raises:
         TeleopctlError: A controller manager of the same name runs already, or a parameter is
@@ -84,7 +87,13 @@ def controller_manager(
         require_single_instance(node)
         prepare(node)
         executor.add_node(node)
-        manager_node = ControllerManagerNode(node, executor, arguments, on_failure=on_failure)
+        manager_node = ControllerManagerNode(
+            node,
+            executor,
+            arguments,
+            on_failure=on_failure,
+            simulation_started=simulation_started,
+        )
         try:
             yield executor
         finally:

@@ -36,6 +36,9 @@ class MemoryChannel:
     """Channel between simulator and controller manager: calls instead of messages.
 
     For the manager it is a JointStateChannel, for the simulator a HostedController.
+
+    Attributes:
+        has_started: Set once the simulator has built its model and sends states.
     """
 
     def __init__(self) -> None:
@@ -44,6 +47,7 @@ class MemoryChannel:
         self._on_state: Callable[[ReceivedJointStates, int, bool], None] | None = None
         self._has_subscribers = False
         self._graph_lock = threading.RLock()
+        self.has_started = threading.Event()
         self.published_ns = -1
 
     def set_simulator(self, simulator: MujocoSim) -> None:
@@ -67,6 +71,10 @@ class MemoryChannel:
     def is_connected(self) -> bool:
         """Whether hardware reads the states and is active."""
         return self._on_state is not None and self._topics is not None and self._topics.is_sending
+
+    def simulation_started(self) -> None:
+        """Note that states will come from now on."""
+        self.has_started.set()
 
     def update(self, states: JointStateView, time_ns: int, reset: bool) -> None:
         """Run the control cycle for the states of a control tick."""
@@ -153,6 +161,7 @@ def hosted_control(
                     is_process=False,
                     prepare=channel.set_manager,
                     on_failure=simulator.fail,
+                    simulation_started=channel.has_started,
                 ) as executor,
                 contextlib.suppress(ExternalShutdownException),
             ):
@@ -184,6 +193,8 @@ def hosted_control(
         # First, so that physics does not go on without its controllers.
         simulator.stop()
         ended.set()
+        # A manager that waits for the simulation waits no longer.
+        channel.has_started.set()
         for end in stop:
             end()
         thread.join(longest_end_s)

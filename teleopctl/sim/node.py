@@ -192,6 +192,8 @@ class MujocoSim(Node):
         logger.info("Simulation is paused" if self._loop.paused else "Simulation is running")
         self._thread = threading.Thread(target=self._run, name="physics", daemon=True)
         self._thread.start()
+        if self._controller is not None:
+            self._controller.simulation_started()
         progress.report(progress.READY)
 
     def _run(self) -> None:

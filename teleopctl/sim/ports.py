@@ -78,6 +78,9 @@ class HostedController(Protocol):
     def published_ns(self) -> int:
         """Time of the state whose commands were published on the topic last; -1 for none."""
 
+    def simulation_started(self) -> None:
+        """Note that the model is built: `update` will be called from now on."""
+
     def update(self, states: JointStateView, time_ns: int, reset: bool) -> None:
         """Compute the commands for the states of a control tick, on the simulation's thread.
 

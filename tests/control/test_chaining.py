@@ -115,7 +115,7 @@ class TestExports:
         ]
 
     def test_types_that_can_be_chained_are_listed_as_such(self, stack):
-        ControllerManagerServices(stack.node, stack.manager)
+        ControllerManagerServices(stack.node, stack.manager).offer_switching()
         kind = get_service("controller_manager_msgs/srv/ListControllerTypes")
         response = stack.node.call("~/list_controller_types", kind.Request(), kind.Response())
         classes = dict(zip(response.types, response.base_classes, strict=True))
@@ -405,7 +405,7 @@ class TestSwitching:
     @pytest.mark.parametrize("strictness", ["AUTO", "FORCE_AUTO"])
     def test_chains_are_not_completed_by_themselves(self, stack, strictness):
         chain(stack)
-        ControllerManagerServices(stack.node, stack.manager)
+        ControllerManagerServices(stack.node, stack.manager).offer_switching()
         kind = get_service("controller_manager_msgs/srv/SwitchController")
         request = kind.Request(activate_controllers=["leader"])
         request.strictness = getattr(kind.Request, strictness)
@@ -452,7 +452,7 @@ class TestFailures:
     def test_hardware_that_goes_takes_the_whole_chain(self, stack):
         chain(stack)
         stack.activate("follower", "leader")
-        ControllerManagerServices(stack.node, stack.manager)
+        ControllerManagerServices(stack.node, stack.manager).offer_switching()
         kind = get_service("controller_manager_msgs/srv/SetHardwareComponentState")
         request = kind.Request(name=next(iter(stack.resources.components)))
         request.target_state.label = "inactive"

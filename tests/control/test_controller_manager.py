@@ -1,7 +1,6 @@
 """Loading, configuring, switching and updating controllers."""
 
 import sys
-import threading
 
 import pytest
 
@@ -324,28 +323,6 @@ class TestSwitching:
         assert do_switch(stack, ["a"])[0]
 
 
-class TestFirstStates:
-    """Hardware in lockstep has its first states when the simulator has sent them."""
-
-    @pytest.mark.parametrize("asap", [True, False])
-    def test_an_activation_waits_for_them(self, stack, asap):
-        controller = add(stack, "a", states=[POSITION])
-        stack.manager.expect_states()
-        activation = threading.Thread(target=do_switch, args=(stack, ["a"]), kwargs={"asap": asap})
-        activation.start()
-        activation.join(0.05)
-        assert "activate" not in controller.calls
-        stack.step()
-        activation.join(10.0)
-        assert controller.calls[-1] == "activate"
-
-    def test_a_simulation_that_is_paused_does_not_block_it(self, stack):
-        controller = add(stack, "a")
-        stack.manager.expect_states()
-        assert do_switch(stack, ["a"])[0]
-        assert controller.calls[-1] == "activate"
-
-
 class TestUpdates:
     def test_the_first_period_is_the_nominal_one(self, stack):
         controller = add(stack, "a")
@@ -466,7 +443,7 @@ class TestHardwareLoading:
 
 
 def test_a_request_that_raises_is_answered_with_a_failure(stack):
-    ControllerManagerServices(stack.node, stack.manager)
+    ControllerManagerServices(stack.node, stack.manager).offer_switching()
     kind = get_service("controller_manager_msgs/srv/SwitchController")
 
     def explode(*arguments, **options):

@@ -1,10 +1,14 @@
 """The controller manager in the simulator's process: the same robot as in two processes."""
 
+import os
 import re
 
 import pytest
 
+from teleopctl.interfaces import get_message
+from teleopctl.node import qos_profile_latched
 from teleopctl.robot import expand_xacro
+from teleopctl.testing import eventually
 from tests.system.test_control_in_simulation import CONTROLLERS, MODEL, run
 
 PROCESSES = ("process", "topic")
@@ -108,6 +112,30 @@ def test_what_is_wrong_with_the_manager_ends_the_process_with_the_reason(
     assert process.wait() == status
     assert reason in process.stderr
     assert "Traceback" not in process.stderr
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a named pipe")
+def test_controllers_can_be_activated_once_the_model_is_built(ros):
+    world = ros.folder / "world.yaml"
+    # The simulator builds no model until its world has been written.
+    os.mkfifo(world)
+    string = get_message("std_msgs/msg/String")
+    description = ros.node.create_publisher(string, "/robot_description", qos_profile_latched)
+    description.publish(string(data=expand_xacro(MODEL, {"hardware": "sim"})))
+    simulator = ros.spawn_module(
+        "teleopctl.nodes",
+        [
+            *("mujoco_sim", "mujoco_sim"),
+            f"--controller-manager=--ros-args --params-file {CONTROLLERS}",
+            *("--ros-args", "-p", f"world:={world}"),
+        ],
+    )
+    load, switch = (f"/controller_manager/{name}_controller" for name in ("load", "switch"))
+    eventually(lambda: ros.node.count_services(load))
+    assert not ros.node.count_services(switch)
+    world.write_text("things: {}\n")
+    eventually(lambda: ros.node.count_services(switch))
+    assert "Simulation is running" in simulator.stderr
 
 
 def test_a_controller_that_never_returns_is_named_and_ends_the_process(ros):
