@@ -26,14 +26,15 @@ ALLOWED = {
     "robot": {"tf"},
     "tf": {"interfaces", "node"},
     "mujoco_model": {"robot", "tf"},
+    "kinematics": {"mujoco_model", "robot", "tf"},
     "control": {"interfaces", "node", "robot", "tf"},
     "launch": {"interfaces", "node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
     "compat": {"control", "interfaces", "launch", "node", "robot", "tf"},
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},
     "nodes": {
-        *("bag", "compat", "control", "diagram", "interfaces", "mujoco_model", "node", "robot"),
-        *("sim", "tf", "viewer", "wire"),
+        *("bag", "compat", "control", "diagram", "interfaces", "kinematics", "mujoco_model"),
+        *("node", "robot", "sim", "tf", "viewer", "wire"),
     },
     "sweep": {"bag", "compat", "interfaces", "launch", "node"},
     "testing": {

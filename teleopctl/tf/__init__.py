@@ -59,6 +59,7 @@ if TYPE_CHECKING:
     from teleopctl.tf.messages import (
         move_transform as move_transform,
         stamp_of as stamp_of,
+        transform_of as transform_of,
         transform_stamped as transform_stamped,
     )
     from teleopctl.tf.monitor import (

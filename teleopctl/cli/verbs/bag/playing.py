@@ -10,8 +10,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from teleopctl.bag import Player, PlayOptions
+from teleopctl.base.keyboard import DOWN, RIGHT, SPACE, UP, Keyboard
 from teleopctl.base.typed import TYPE_CHECKING
-from teleopctl.cli.verbs.bag.keyboard import DOWN, RIGHT, SPACE, UP, Keyboard
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 from teleopctl.node import Context, ExternalShutdownException, MultiThreadedExecutor, Node
 from teleopctl.wire import ensure_router

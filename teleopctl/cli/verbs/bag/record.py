@@ -446,7 +446,7 @@ def _run_recorder(
 
     from teleopctl.bag import Recorder, default_bag_folder
     from teleopctl.base.kept_memory import keep_freed_memory
-    from teleopctl.cli.verbs.bag.keyboard import SPACE, Keyboard, keys_can_be_read
+    from teleopctl.base.keyboard import SPACE, Keyboard, keys_can_be_read
     from teleopctl.node import get_logger, set_logger_level, severity_from_name
 
     folder = folder or default_bag_folder()

@@ -6,7 +6,7 @@ import sys
 
 import pytest
 
-from teleopctl.cli.verbs.bag.keyboard import DOWN, LEFT, RIGHT, SPACE, UP, Keyboard, parse_keys
+from teleopctl.base.keyboard import DOWN, LEFT, RIGHT, SPACE, UP, Keyboard, parse_keys
 
 termios = pytest.importorskip("termios")
 

@@ -1,0 +1,56 @@
+"""Kinematics of robots: groups of joints, poses, inverse kinematics, clearance, servo.
+
+Numbers in, numbers out: no node and no topic.
+
+May import `mujoco_model`, `robot` and `tf`, and what every package may: `base`, `errors`,
+`packages` and `plugins`.
+"""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+if TYPE_CHECKING:
+    from teleopctl.kinematics.clearance import (
+        Approach as Approach,
+        ClearanceChecker as ClearanceChecker,
+    )
+    from teleopctl.kinematics.group_kinematics import GroupKinematics as GroupKinematics
+    from teleopctl.kinematics.groups import (
+        EndEffector as EndEffector,
+        JointGroup as JointGroup,
+        RobotGroups as RobotGroups,
+        find_groups as find_groups,
+    )
+    from teleopctl.kinematics.model import KinematicModel as KinematicModel
+    from teleopctl.kinematics.poses import (
+        pose_matrix as pose_matrix,
+        pose_transform as pose_transform,
+        rotation_matrix as rotation_matrix,
+        rotation_vector as rotation_vector,
+    )
+    from teleopctl.kinematics.servo.core import (
+        ServoCore as ServoCore,
+        ServoSettings as ServoSettings,
+    )
+    from teleopctl.kinematics.servo.singularity import Thresholds as Thresholds
+    from teleopctl.kinematics.servo.status import (
+        Reason as Reason,
+        ServoStep as ServoStep,
+        StatusCode as StatusCode,
+    )
+    from teleopctl.kinematics.solver import (
+        IkSolution as IkSolution,
+        IkSolver as IkSolver,
+        Task as Task,
+        Tolerance as Tolerance,
+    )
+    from teleopctl.kinematics.srdf import (
+        parse_srdf as parse_srdf,
+        read_srdf as read_srdf,
+        write_srdf as write_srdf,
+    )
+else:
+    from teleopctl.base.lazy import attach
+
+    __getattr__, __dir__, __all__ = attach()

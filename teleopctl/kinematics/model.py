@@ -1,0 +1,140 @@
+"""A robot's MuJoCo model as kinematics uses it: links, joint positions, poses, no dynamics."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import mujoco
+import numpy as np
+
+from teleopctl.errors import NotFoundError
+from teleopctl.kinematics.poses import Array
+from teleopctl.mujoco_model import build_model
+from teleopctl.robot import Joints, RobotDescription, World
+
+
+class KinematicModel:
+    """MuJoCo model of a robot whose root link is fixed at the origin, with a state of its own.
+
+    Poses are expressed in the frame of the root link, as MoveIt's planning frame is.
+
+    Args:
+        description: The robot.
+        world: World in which the robot stands; None for free space, without ground.
+
+    Attributes:
+        description: The robot.
+        joints: Its joints, with limits and mimic relations.
+        mj_model: The compiled ``mujoco.MjModel``.
+        mj_data: Its ``mujoco.MjData``.
+        links: MuJoCo's number of the body of each link.
+        warnings: What was repaired or left out in the description, one sentence each.
+
+    Raises:
+        InvalidDescriptionError: MuJoCo cannot build the robot.
+    """
+
+    def __init__(self, description: RobotDescription, world: World | None = None) -> None:
+        built = build_model(description, world=world, fixed_base=True)
+        self.description = description
+        self.joints = Joints.of(description)
+        # Any: MuJoCo's classes have no types.
+        self.mj_model: Any = built.mj_model
+        self.mj_data: Any = mujoco.MjData(self.mj_model)
+        self.warnings = built.warnings
+        if world is None:
+            self._remove_ground()
+        numbers = {self.mj_model.body(n).name: n for n in range(self.mj_model.nbody)}
+        self.links = {link: numbers[link] for link in description.links if link in numbers}
+        self._addresses = {
+            name: int(self.mj_model.joint(name).qposadr[0])
+            for name in self.joints
+            if mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_JOINT, name) >= 0
+        }
+        built.put_at_start(self.mj_model, self.mj_data)
+        self._update()
+        root = self.links[description.root]
+        self._R_root_world = np.array(self.mj_data.xmat[root]).reshape(3, 3).T
+        self._p_world_root = np.array(self.mj_data.xpos[root])
+        self.is_turned = not np.allclose(self._R_root_world, np.eye(3), atol=1e-12)
+
+    def address(self, joint: str) -> int:
+        """Return the index of a joint's position in MuJoCo's ``qpos``.
+
+        Raises:
+            NotFoundError: The robot has no such joint with one axis.
+        """
+        try:
+            return self._addresses[joint]
+        except KeyError:
+            raise NotFoundError(
+                f"The robot has no joint '{joint}' that moves along or about one axis",
+                hint=f"It has: {', '.join(self._addresses) or 'none'}",
+            ) from None
+
+    def body(self, link: str) -> int:
+        """Return MuJoCo's number of the body of a link.
+
+        Raises:
+            NotFoundError: The robot has no such link.
+        """
+        try:
+            return self.links[link]
+        except KeyError:
+            raise NotFoundError(
+                f"The robot has no link '{link}'", hint=f"It has: {', '.join(self.links)}"
+            ) from None
+
+    def positions(self) -> dict[str, float]:
+        """Return the present positions of all joints with one axis, rad or m, by name."""
+        return {name: float(self.mj_data.qpos[at]) for name, at in self._addresses.items()}
+
+    def set_positions(self, positions: Mapping[str, float]) -> None:
+        """Move joints; mimic joints without a position of their own follow. Others stay.
+
+        Args:
+            positions: Positions by joint, rad or m; names that the robot has not are ignored.
+        """
+        independent = {n: p for n, p in positions.items() if n in self._addresses}
+        for name, position in self.joints.positions(independent).items():
+            if name in self._addresses:
+                self.mj_data.qpos[self._addresses[name]] = position
+        self._update()
+
+    def pose(self, link: str) -> Array:
+        """Return the present pose of a link in the root link's frame, (4, 4).
+
+        Raises:
+            NotFoundError: The robot has no such link.
+        """
+        body = self.body(link)
+        pose = np.eye(4)
+        pose[:3, :3] = self._R_root_world @ self.mj_data.xmat[body].reshape(3, 3)
+        pose[:3, 3] = self._R_root_world @ (self.mj_data.xpos[body] - self._p_world_root)
+        return pose
+
+    def to_world(self, pose: Array) -> Array:
+        """Return a pose in the root link's frame, (4, 4), as a pose in MuJoCo's world frame."""
+        moved = np.eye(4)
+        moved[:3, :3] = self._R_root_world.T @ pose[:3, :3]
+        moved[:3, 3] = self._R_root_world.T @ pose[:3, 3] + self._p_world_root
+        return moved
+
+    def twist_to_world(self, twist: Array) -> Array:
+        """Return a twist in the axes of the root link, (6,), in those of MuJoCo's world frame."""
+        if not self.is_turned:
+            return twist
+        turn = self._R_root_world.T
+        return np.concatenate((turn @ twist[:3], turn @ twist[3:]))
+
+    def _remove_ground(self) -> None:
+        """Let the ground, on which a robot without a world is simulated, touch nothing."""
+        model = self.mj_model
+        for geom in range(model.ngeom):
+            if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
+                model.geom_contype[geom] = model.geom_conaffinity[geom] = 0
+
+    def _update(self) -> None:
+        mujoco.mj_kinematics(self.mj_model, self.mj_data)
+        mujoco.mj_comPos(self.mj_model, self.mj_data)

@@ -1,0 +1,285 @@
+"""SRDF files: groups, named states, end effectors and pairs of links that may touch, of a robot.
+
+Source: the format of ``srdfdom``, which MoveIt reads: https://wiki.ros.org/srdf.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from lxml import etree
+
+from teleopctl.base.files import read_text
+from teleopctl.errors import InvalidFileError
+from teleopctl.kinematics.groups import EndEffector, JointGroup, RobotGroups
+from teleopctl.robot import Joints
+
+if TYPE_CHECKING:
+    from teleopctl.robot import RobotDescription
+
+# Tags that mean nothing for kinematics: spheres and joints' properties serve other planners.
+_OTHER_TAGS = ("link_sphere_approximation", "joint_property", "virtual_joint")
+
+
+def read_srdf(
+    path: Path, description: RobotDescription, joints: Joints | None = None
+) -> RobotGroups:
+    """Read an SRDF file of a robot.
+
+    Args:
+        path: The file.
+        description: The robot.
+        joints: Its joints, if they have been read.
+
+    Raises:
+        InvalidFileError: The file cannot be read, is no SRDF, or is that of another robot.
+    """
+    return parse_srdf(read_text(path), description, joints, file=path)
+
+
+def parse_srdf(
+    text: str,
+    description: RobotDescription,
+    joints: Joints | None = None,
+    *,
+    file: Path | None = None,
+) -> RobotGroups:
+    """Read the text of an SRDF; see `read_srdf`."""
+    return _Reader(
+        text, description, Joints.of(description) if joints is None else joints, file
+    ).read()
+
+
+class _Reader:
+    """Reader of one SRDF: each element becomes an entry, or a warning with its line."""
+
+    def __init__(
+        self, text: str, description: RobotDescription, joints: Joints, file: Path | None
+    ) -> None:
+        self._description, self._joints, self._file = description, joints, file
+        self._name = str(file) if file else "The SRDF"
+        self._warnings: list[str] = []
+        parser = etree.XMLParser(remove_comments=True, resolve_entities=False, no_network=True)
+        try:
+            self._root = etree.fromstring(text.encode(), parser)
+        except etree.XMLSyntaxError as error:
+            raise InvalidFileError(f"{self._name} is not XML: {error}") from error
+        if self._root.tag != "robot":
+            raise InvalidFileError(
+                f"{self._name} is no SRDF: its root is <{self._root.tag}> instead of <robot>"
+            )
+        self._elements = {
+            name: element
+            for element in self._root.iterchildren("group")
+            if (name := element.get("name"))
+        }
+
+    def read(self) -> RobotGroups:
+        """Return what the file describes.
+
+        Raises:
+            InvalidFileError: No group has a joint of the robot.
+        """
+        groups = {}
+        for name in self._elements:
+            found = self._group(name)
+            if found is not None:
+                groups[name] = found
+        if self._elements and not any(group.joints for group in groups.values()):
+            raise InvalidFileError(
+                f"{self._name} describes another robot, '{self._root.get('name')}': no joint of "
+                f"its groups is one of '{self._description.name}'"
+            )
+        effectors = dict(self._end_effectors(groups))
+        for effector in effectors.values():
+            # MoveIt steers the link that the end effector is attached to.
+            group = groups.get(effector.parent_group)
+            if group is not None and not group.tip:
+                groups[group.name] = JointGroup(
+                    group.name, group.joints, group.base, effector.parent_link
+                )
+        for element in self._root:
+            if isinstance(element.tag, str) and element.tag not in _KNOWN_TAGS:
+                self._warn(element, f"<{element.tag}> is unknown and ignored")
+        return RobotGroups(
+            robot=self._description.name,
+            groups=groups,
+            states=self._states(groups),
+            end_effectors=effectors,
+            passive_joints=frozenset(
+                name
+                for element in self._root.iterchildren("passive_joint")
+                if (name := element.get("name")) is not None
+            ),
+            allowed_collisions=self._allowed_collisions(),
+            file=self._file,
+            warnings=tuple(self._warnings),
+        )
+
+    # Any: lxml's elements have no types.
+    def _warn(self, element: etree._Element, sentence: str) -> None:
+        self._warnings.append(f"{self._name}:{element.sourceline}: {sentence}")
+
+    def _group(self, name: str) -> JointGroup | None:
+        names = list(dict.fromkeys(self._members(name, ())))
+        order = [joint.name for joint in self._description.tree if joint.name in names]
+        moving = tuple(joint for joint in order if joint in self._joints)
+        if not moving:
+            return JointGroup(name, (), "") if not names else None
+        base = self._description.joints[moving[0]].parent
+        return JointGroup(name, moving, base, self._tip(name, moving))
+
+    def _tip(self, name: str, moving: tuple[str, ...]) -> str:
+        """Return the tip of a group that is one chain, else an empty name."""
+        element = self._elements[name]
+        chains = list(element.iterchildren("chain"))
+        if len(chains) == 1 and len(element) == 1:
+            return str(chains[0].get("tip_link"))
+        joints = self._description.joints
+        chain = self._path(joints[moving[-1]].child, joints[moving[0]].parent)
+        if chain is None or not set(moving) <= set(chain):
+            return ""
+        # The last link that the group names, among those fixed behind its last joint.
+        named = [link for each in element.iterchildren("link") if (link := each.get("name"))]
+        for link in reversed(named):
+            path = self._path(link, joints[moving[0]].parent)
+            if path is not None and set(moving) <= set(path):
+                return link
+        return joints[moving[-1]].child
+
+    def _path(self, link: str, base: str) -> list[str] | None:
+        """Return the joints from a base down to a link; None if the link is not below it."""
+        parents = {joint.child: joint for joint in self._description.joints.values()}
+        path: list[str] = []
+        while link != base:
+            joint = parents.get(link)
+            if joint is None:
+                return None
+            path.append(joint.name)
+            link = joint.parent
+        return path[::-1]
+
+    def _members(self, name: str, within: tuple[str, ...]) -> Iterator[str]:
+        """Yield the names of a group's joints, fixed ones too."""
+        for element in self._elements[name]:
+            tag, named = element.tag, element.get("name") or ""
+            if tag == "joint":
+                if named in self._description.joints:
+                    yield named
+                else:
+                    self._warn(element, f"group '{name}': the robot has no joint '{named}'")
+            elif tag == "link":
+                found = [j.name for j in self._description.joints.values() if j.child == named]
+                if not found and named not in self._description.links:
+                    self._warn(element, f"group '{name}': the robot has no link '{named}'")
+                yield from found
+            elif tag == "chain":
+                base, tip = element.get("base_link") or "", element.get("tip_link") or ""
+                path = self._path(tip, base)
+                if path is None:
+                    self._warn(
+                        element, f"group '{name}': there is no chain from '{base}' to '{tip}'"
+                    )
+                yield from path or ()
+            elif tag == "group":
+                if named not in self._elements or named in (*within, name):
+                    self._warn(element, f"group '{name}': there is no group '{named}' to include")
+                else:
+                    yield from self._members(named, (*within, name))
+
+    def _end_effectors(self, groups: dict[str, JointGroup]) -> Iterator[tuple[str, EndEffector]]:
+        for element in self._root.iterchildren("end_effector"):
+            name, group = element.get("name") or "", element.get("group") or ""
+            if group not in groups:
+                self._warn(element, f"end effector '{name}': there is no group '{group}'")
+                continue
+            link = element.get("parent_link") or ""
+            parent = element.get("parent_group") or next(
+                (each.name for each in groups.values() if each.tip == link and each.name != group),
+                "",
+            )
+            yield name, EndEffector(name, group, link, parent)
+
+    def _states(self, groups: dict[str, JointGroup]) -> dict[str, dict[str, dict[str, float]]]:
+        states: dict[str, dict[str, dict[str, float]]] = {}
+        for element in self._root.iterchildren("group_state"):
+            group, name = element.get("group") or "", element.get("name") or ""
+            if group not in groups:
+                self._warn(element, f"state '{name}': there is no group '{group}'")
+                continue
+            positions = states.setdefault(group, {}).setdefault(name, {})
+            for joint in element.iterchildren("joint"):
+                text = joint.get("value") or ""
+                try:
+                    # Joints with several axes have several values; these are none of a group.
+                    (position,) = map(float, text.split())
+                except ValueError:
+                    self._warn(joint, f"state '{name}': value '{text}' is not one number")
+                    continue
+                positions[joint.get("name") or ""] = position
+        return states
+
+    def _allowed_collisions(self) -> dict[tuple[str, str], str]:
+        """Return the reason for each pair of links that may touch."""
+        links = self._description.links
+        allowed: dict[tuple[str, str], str] = {}
+        for element in self._root.iterchildren("disable_default_collisions"):
+            link = element.get("link") or ""
+            allowed.update((_pair(link, other), "Default") for other in links if other != link)
+        for tag, is_allowed in (("disable_collisions", True), ("enable_collisions", False)):
+            for element in self._root.iterchildren(tag):
+                first, second = element.get("link1") or "", element.get("link2") or ""
+                if first not in links or second not in links:
+                    self._warn(element, f"<{tag}>: the robot has no links '{first}' and '{second}'")
+                elif is_allowed:
+                    allowed[_pair(first, second)] = element.get("reason") or "User"
+                else:
+                    allowed.pop(_pair(first, second), None)
+        return allowed
+
+
+_KNOWN_TAGS = (
+    *("group", "group_state", "end_effector", "passive_joint", "disable_collisions"),
+    *("enable_collisions", "disable_default_collisions", *_OTHER_TAGS),
+)
+
+
+def _pair(first: str, second: str) -> tuple[str, str]:
+    return (first, second) if first < second else (second, first)
+
+
+def write_srdf(groups: RobotGroups) -> str:
+    """Return groups, states, end effectors and allowed collisions as the text of an SRDF."""
+    root = etree.Element("robot", name=groups.robot)
+    for group in groups.groups.values():
+        element = etree.SubElement(root, "group", name=group.name)
+        if group.tip:
+            etree.SubElement(element, "chain", base_link=group.base, tip_link=group.tip)
+        else:
+            for joint in group.joints:
+                etree.SubElement(element, "joint", name=joint)
+    for group_name, states in groups.states.items():
+        for name, positions in states.items():
+            element = etree.SubElement(root, "group_state", name=name, group=group_name)
+            for joint, position in positions.items():
+                etree.SubElement(element, "joint", name=joint, value=f"{position:.10g}")
+    for effector in groups.end_effectors.values():
+        attributes = {"parent_group": effector.parent_group} if effector.parent_group else {}
+        etree.SubElement(
+            root,
+            "end_effector",
+            name=effector.name,
+            parent_link=effector.parent_link,
+            group=effector.group,
+            **attributes,
+        )
+    for joint in sorted(groups.passive_joints):
+        etree.SubElement(root, "passive_joint", name=joint)
+    for (first, second), reason in groups.allowed_collisions.items():
+        etree.SubElement(root, "disable_collisions", link1=first, link2=second, reason=reason)
+    text: str = etree.tostring(
+        root, pretty_print=True, xml_declaration=True, encoding="UTF-8"
+    ).decode()
+    return text

@@ -1,0 +1,1 @@
+"""``moveit_servo/servo_node``: a stream of commands becomes safe commands of a controller."""

@@ -1,0 +1,1 @@
+"""Programs by which a hand moves a robot."""
