@@ -15,6 +15,10 @@ if TYPE_CHECKING:
         Approach as Approach,
         ClearanceChecker as ClearanceChecker,
     )
+    from teleopctl.kinematics.error_codes import (
+        MoveItErrorCode as MoveItErrorCode,
+        PlanningError as PlanningError,
+    )
     from teleopctl.kinematics.group_kinematics import GroupKinematics as GroupKinematics
     from teleopctl.kinematics.groups import (
         EndEffector as EndEffector,
@@ -23,6 +27,14 @@ if TYPE_CHECKING:
         find_groups as find_groups,
     )
     from teleopctl.kinematics.model import KinematicModel as KinematicModel
+    from teleopctl.kinematics.motion.limits import MotionLimits as MotionLimits
+    from teleopctl.kinematics.motion.plan import (
+        MotionPlan as MotionPlan,
+        MotionSettings as MotionSettings,
+        plan_line as plan_line,
+        plan_to_joints as plan_to_joints,
+        plan_to_pose as plan_to_pose,
+    )
     from teleopctl.kinematics.poses import (
         pose_matrix as pose_matrix,
         pose_transform as pose_transform,
