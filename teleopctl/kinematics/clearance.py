@@ -44,6 +44,8 @@ class ClearanceChecker:
     """Check of a model's clearance at its present state.
 
     Neighbouring links, and links that overlap at rest, may touch: they are no pairs of the model.
+    So may pairs that touch at nearly all joint positions: their shapes are wrong, mostly because a
+    mesh collides as its convex hull.
 
     Args:
         model: The model.
@@ -60,7 +62,7 @@ class ClearanceChecker:
         self._robot = frozenset(model.links.values())
         self.allowed: set[tuple[str, str]] = set()
         self._allowed_numbers: set[tuple[int, int]] = set()
-        self.allow(allowed)
+        self.allow((*model.touching, *allowed))
 
     def allow(self, pairs: Iterable[tuple[str, str]]) -> None:
         """Allow further pairs of bodies to touch; unknown names are ignored."""

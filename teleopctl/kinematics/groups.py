@@ -36,6 +36,12 @@ _TOOL_FRAMES = tuple(
     )
 )
 _GRIPPER = re.compile(r"gripper|finger|jaw|claw|knuckle|thumb", re.IGNORECASE)
+# What joints begin with that names the whole limb, as in ``arm_left_1_joint``.
+_LIMB_NAME = re.compile(r"(?:^|_)(?:arm|leg|neck)(?:_|$)", re.IGNORECASE)
+# Fingers of a hand may have as many joints as a limb.
+_FINGER = re.compile(
+    r"finger|knuckle|thumb|(?:^|_)(?:index|middle|ring|pinky|little)(?:_|$)", re.IGNORECASE
+)
 
 ARM, GRIPPER = "arm", "gripper"
 """Names of the groups of a robot with one arm and no SRDF."""
@@ -145,8 +151,9 @@ def find_groups(description: RobotDescription, joints: Joints | None = None) -> 
     """Return the groups that a description itself suggests: each limb, and the gripper at its end.
 
     A limb is a chain of at least three independent joints, or all joints of a robot that has fewer
-    and does not branch. Where it branches into parts that are no limbs, these are its gripper; so
-    are last joints with a name such as ``gripper`` or ``jaw``. A wheel is neither. With one limb
+    and does not branch. Where it branches into parts that are no limbs, or are named as fingers,
+    these are its gripper; so are last joints with a name such as ``gripper`` or ``jaw``. A wheel is
+    neither. With one limb
     the groups are named ``arm`` and ``gripper``, with several after what the names of their joints
     begin with. The tip is a frame behind the last joint that is named as tools are (``tool0``,
     ``tcp``, …), else the last link.
@@ -161,7 +168,8 @@ def find_groups(description: RobotDescription, joints: Joints | None = None) -> 
     effectors: dict[str, EndEffector] = {}
     for number, limb in enumerate(limbs):
         before = _common_start([each.joints for each in limbs], number)
-        arm, gripper = f"{before}{ARM}", f"{before}{GRIPPER}"
+        is_named = _LIMB_NAME.search(before)
+        arm, gripper = before[:-1] if is_named else f"{before}{ARM}", f"{before}{GRIPPER}"
         tip = _tool_frame(description, limb.end)
         groups[arm] = JointGroup(arm, tuple(limb.joints), limb.base, tip)
         if limb.gripper:
@@ -201,6 +209,8 @@ def _limbs(description: RobotDescription, joints: Joints) -> Iterator[_Limb]:
             _extend(limb, description, branches[0])
             branches = _moving_below(description, limb.end, joints)
         large = [name for name in branches if _depth(description, name, joints) >= _LIMB]
+        if _independent(limb.joints, joints) and any(_is_finger(description, n) for n in large):
+            large = []
         if len(large) == 1:
             # The rest are wheels, or what a parallel linkage drags along.
             _extend(limb, description, large[0])
@@ -228,13 +238,22 @@ def _extend(limb: _Limb, description: RobotDescription, joint: str) -> None:
 
 
 def _split_gripper(limb: _Limb, description: RobotDescription, joints: Joints) -> None:
-    """Make the last joints of a chain its gripper if they are named so."""
+    """Make the last joints of a chain its gripper if they are named so.
+
+    The link that the last one moves may name it; before it, a link is the gripper's own body, which
+    the wrist turns.
+    """
     while len(_independent(limb.joints, joints)) > 1:
         joint = description.joints[limb.joints[-1]]
-        if not (_GRIPPER.search(joint.name) or _GRIPPER.search(joint.child)):
+        is_last = not limb.gripper
+        if not (_GRIPPER.search(joint.name) or (is_last and _GRIPPER.search(joint.child))):
             return
         limb.gripper.insert(0, limb.joints.pop())
         limb.end = joint.parent
+
+
+def _is_finger(description: RobotDescription, joint: str) -> bool:
+    return bool(_FINGER.search(joint) or _FINGER.search(description.joints[joint].child))
 
 
 def _independent(names: list[str], joints: Joints) -> list[str]:

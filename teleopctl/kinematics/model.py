@@ -2,15 +2,17 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+import copy
+from collections.abc import Callable, Mapping
 from typing import Any
+from warnings import catch_warnings, simplefilter
 
 import mujoco
 import numpy as np
 
-from teleopctl.errors import NotFoundError
+from teleopctl.errors import InvalidDescriptionError, NotFoundError
+from teleopctl.kinematics.compiled import build_compiled, compiled_model
 from teleopctl.kinematics.poses import Array
-from teleopctl.mujoco_model import build_model
 from teleopctl.robot import Joints, RobotDescription, World
 
 
@@ -30,34 +32,57 @@ class KinematicModel:
         mj_data: Its ``mujoco.MjData``.
         links: MuJoCo's number of the body of each link.
         warnings: What was repaired or left out in the description, one sentence each.
+        touching: Pairs of links that touch at nearly all joint positions, for example as the hulls
+            of their meshes, so that this says nothing; in alphabetical order.
 
     Raises:
         InvalidDescriptionError: MuJoCo cannot build the robot.
     """
 
     def __init__(self, description: RobotDescription, world: World | None = None) -> None:
-        built = build_model(description, world=world, fixed_base=True)
         self.description = description
         self.joints = Joints.of(description)
+        self._world = world
+        compiled = compiled_model(description, self.joints, world)
+        self.warnings, self.touching = compiled.warnings, compiled.touching
         # Any: MuJoCo's classes have no types.
-        self.mj_model: Any = built.mj_model
-        self.mj_data: Any = mujoco.MjData(self.mj_model)
-        self.warnings = built.warnings
-        if world is None:
-            self._remove_ground()
-        numbers = {self.mj_model.body(n).name: n for n in range(self.mj_model.nbody)}
-        self.links = {link: numbers[link] for link in description.links if link in numbers}
-        self._addresses = {
-            name: int(self.mj_model.joint(name).qposadr[0])
-            for name in self.joints
-            if mujoco.mj_name2id(self.mj_model, mujoco.mjtObj.mjOBJ_JOINT, name) >= 0
-        }
-        built.put_at_start(self.mj_model, self.mj_data)
+        self._spec: Any = compiled.spec
+        self._use(compiled.mj_model)
+        self.mj_data.qpos[:] = compiled.start
         self._update()
         root = self.links[description.root]
         self._R_root_world = np.array(self.mj_data.xmat[root]).reshape(3, 3).T
         self._p_world_root = np.array(self.mj_data.xpos[root])
         self.is_turned = not np.allclose(self._R_root_world, np.eye(3), atol=1e-12)
+
+    def with_changes(self, change: Callable[[Any], None]) -> KinematicModel:
+        """Return a model of the robot, compiled with changes of the spec, in the present state.
+
+        The new model shares nothing that moves with this one, so that another thread may use it.
+        The first change of a model that was loaded from the cache builds it from its files.
+
+        Args:
+            change: Function called with a copy of this model's ``mujoco.MjSpec``, to add geoms and
+                bodies without joints. It must not remove or move any link.
+
+        Raises:
+            InvalidDescriptionError: MuJoCo cannot compile what was added.
+        """
+        if self._spec is None:
+            self._spec = build_compiled(self.description, self.joints, self._world).spec
+        spec = self._spec.copy()
+        change(spec)
+        other = copy.copy(self)
+        try:
+            with catch_warnings():
+                # MuJoCo passes these warnings to `mujoco.set_mju_user_warning` too.
+                simplefilter("ignore", UserWarning)
+                other._use(spec.compile())  # noqa: SLF001 - of this class
+        except ValueError as error:
+            raise InvalidDescriptionError(" ".join(str(error).split())) from error
+        other.mj_data.qpos[:] = self.mj_data.qpos
+        other._update()  # noqa: SLF001 - of this class
+        return other
 
     def address(self, joint: str) -> int:
         """Return the index of a joint's position in MuJoCo's ``qpos``.
@@ -128,12 +153,17 @@ class KinematicModel:
         turn = self._R_root_world.T
         return np.concatenate((turn @ twist[:3], turn @ twist[3:]))
 
-    def _remove_ground(self) -> None:
-        """Let the ground, on which a robot without a world is simulated, touch nothing."""
-        model = self.mj_model
-        for geom in range(model.ngeom):
-            if model.geom_type[geom] == mujoco.mjtGeom.mjGEOM_PLANE:
-                model.geom_contype[geom] = model.geom_conaffinity[geom] = 0
+    def _use(self, mj_model: Any) -> None:
+        self.mj_model: Any = mj_model
+        self.mj_data: Any = mujoco.MjData(mj_model)
+        numbers = {mj_model.body(n).name: n for n in range(mj_model.nbody)}
+        links = self.description.links
+        self.links = {link: numbers[link] for link in links if link in numbers}
+        self._addresses = {
+            name: int(mj_model.joint(name).qposadr[0])
+            for name in self.joints
+            if mujoco.mj_name2id(mj_model, mujoco.mjtObj.mjOBJ_JOINT, name) >= 0
+        }
 
     def _update(self) -> None:
         mujoco.mj_kinematics(self.mj_model, self.mj_data)

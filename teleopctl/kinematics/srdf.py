@@ -146,7 +146,7 @@ class _Reader:
         for link in reversed(named):
             path = self._path(link, joints[moving[0]].parent)
             if path is not None and set(moving) <= set(path):
-                return link
+                return str(link)
         return joints[moving[-1]].child
 
     def _path(self, link: str, base: str) -> list[str] | None:
