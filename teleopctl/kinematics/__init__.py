@@ -11,6 +11,12 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.kinematics.arm import (
+        Arm as Arm,
+        arm_clearance as arm_clearance,
+        load_description as load_description,
+        moved_links as moved_links,
+    )
     from teleopctl.kinematics.clearance import (
         Approach as Approach,
         ClearanceChecker as ClearanceChecker,
@@ -18,6 +24,10 @@ if TYPE_CHECKING:
     from teleopctl.kinematics.error_codes import (
         MoveItErrorCode as MoveItErrorCode,
         PlanningError as PlanningError,
+    )
+    from teleopctl.kinematics.gripper import (
+        GripperRange as GripperRange,
+        gripper_ranges as gripper_ranges,
     )
     from teleopctl.kinematics.group_kinematics import GroupKinematics as GroupKinematics
     from teleopctl.kinematics.groups import (
@@ -41,6 +51,9 @@ if TYPE_CHECKING:
         rotation_matrix as rotation_matrix,
         rotation_vector as rotation_vector,
     )
+    from teleopctl.kinematics.self_collisions import (
+        allowed_by_sampling as allowed_by_sampling,
+    )
     from teleopctl.kinematics.servo.core import (
         ServoCore as ServoCore,
         ServoSettings as ServoSettings,
@@ -61,6 +74,10 @@ if TYPE_CHECKING:
         parse_srdf as parse_srdf,
         read_srdf as read_srdf,
         write_srdf as write_srdf,
+    )
+    from teleopctl.kinematics.workspace import (
+        Workspace as Workspace,
+        sample_workspace as sample_workspace,
     )
 else:
     from teleopctl.base.lazy import attach

@@ -11,7 +11,7 @@ import numpy as np
 from teleopctl.errors import UsageError
 from teleopctl.kinematics.groups import JointGroup
 from teleopctl.kinematics.model import KinematicModel
-from teleopctl.kinematics.poses import Array, invert_pose
+from teleopctl.kinematics.poses import Array, invert_pose, pose_matrix
 from teleopctl.robot import JointLimits
 
 # Number of random positions by which the degrees of freedom of a tip are counted, and the part of
@@ -31,7 +31,8 @@ class GroupKinematics:
     Args:
         model: Model of the robot, which the group moves.
         group: The group.
-        T_tip_tool: Pose of the tool in the frame of the tip, (4, 4); None for the tip itself.
+        T_tip_tool: Pose of the tool in the frame of the tip, (4, 4); None for the group's own
+            tool, or else the tip.
 
     Attributes:
         model: Model of the robot.
@@ -92,7 +93,9 @@ class GroupKinematics:
         self.set_tool(T_tip_tool)
 
     def set_tool(self, T_tip_tool: Array | None) -> None:
-        """Set the pose of the tool in the frame of the tip, (4, 4); None for the tip itself."""
+        """Set the pose of the tool in the frame of the tip, (4, 4); None for the group's own."""
+        if T_tip_tool is None and self.group.tool is not None:
+            T_tip_tool = pose_matrix(self.group.tool)
         self.T_tip_tool = np.eye(4) if T_tip_tool is None else np.asarray(T_tip_tool, np.float64)
         self._has_tool = T_tip_tool is not None
         self.__dict__.pop("dimensions", None)
@@ -165,6 +168,16 @@ class GroupKinematics:
         if self._spread is None:
             return self._full[:, self._columns]
         return np.asarray(self._full @ self._spread)
+
+    def jacobian(self) -> Array:
+        """Return the geometric Jacobian of the tool's origin, (6, n), in axes of the root link.
+
+        Rows are linear velocity (m/s), then angular velocity (rad/s), at 1 rad/s or 1 m/s of each
+        independent joint.
+        """
+        world = np.array(self.world_jacobian())
+        turn = self.model.R_root_world
+        return np.vstack((turn @ world[:3], turn @ world[3:]))
 
     def point_jacobian(self, point: Array, body: int) -> Array:
         """Return the linear Jacobian, (3, n), of a point of a body, in the world frame.

@@ -17,6 +17,7 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from teleopctl.robot import RobotDescription
+    from teleopctl.tf import Transform
 
 # Fewest independent joints of a branch that is a limb, and not a finger or a wheel.
 _LIMB = 3
@@ -58,12 +59,17 @@ class JointGroup:
         joints: Names of its joints with one axis, from the root to the tip; mimic joints too.
         base: Link that the group's first joint is attached to.
         tip: Link that the group moves, which poses are about; empty if it is not one chain.
+        tool: Pose of the tool in the tip's frame, which poses are about instead; None for the tip.
+        task: What of a pose is served, ``pose``, ``axis`` or ``position``; empty for what the
+            joints allow.
     """
 
     name: str
     joints: tuple[str, ...]
     base: str
     tip: str = ""
+    tool: Transform | None = None
+    task: str = ""
 
 
 @dataclass(frozen=True, slots=True)
@@ -320,5 +326,5 @@ def _common_start(chains: list[list[str]], number: int) -> str:
 
 
 def with_tip(group: JointGroup, tip: str) -> JointGroup:
-    """Return a group with another link as its tip."""
-    return replace(group, tip=tip)
+    """Return a group with another link as its tip, without a tool."""
+    return replace(group, tip=tip, tool=None)

@@ -34,6 +34,8 @@ class KinematicModel:
         warnings: What was repaired or left out in the description, one sentence each.
         touching: Pairs of links that touch at nearly all joint positions, for example as the hulls
             of their meshes, so that this says nothing; in alphabetical order.
+        R_root_world: Rotation of MuJoCo's world frame in the root link's frame, (3, 3).
+        is_turned: Whether that rotation is not the identity.
 
     Raises:
         InvalidDescriptionError: MuJoCo cannot build the robot.
@@ -51,9 +53,9 @@ class KinematicModel:
         self.mj_data.qpos[:] = compiled.start
         self._update()
         root = self.links[description.root]
-        self._R_root_world = np.array(self.mj_data.xmat[root]).reshape(3, 3).T
+        self.R_root_world = np.array(self.mj_data.xmat[root]).reshape(3, 3).T
         self._p_world_root = np.array(self.mj_data.xpos[root])
-        self.is_turned = not np.allclose(self._R_root_world, np.eye(3), atol=1e-12)
+        self.is_turned = not np.allclose(self.R_root_world, np.eye(3), atol=1e-12)
 
     def with_changes(self, change: Callable[[Any], None]) -> KinematicModel:
         """Return a model of the robot, compiled with changes of the spec, in the present state.
@@ -135,22 +137,30 @@ class KinematicModel:
         """
         body = self.body(link)
         pose = np.eye(4)
-        pose[:3, :3] = self._R_root_world @ self.mj_data.xmat[body].reshape(3, 3)
-        pose[:3, 3] = self._R_root_world @ (self.mj_data.xpos[body] - self._p_world_root)
+        pose[:3, :3] = self.R_root_world @ self.mj_data.xmat[body].reshape(3, 3)
+        pose[:3, 3] = self.R_root_world @ (self.mj_data.xpos[body] - self._p_world_root)
         return pose
 
     def to_world(self, pose: Array) -> Array:
         """Return a pose in the root link's frame, (4, 4), as a pose in MuJoCo's world frame."""
         moved = np.eye(4)
-        moved[:3, :3] = self._R_root_world.T @ pose[:3, :3]
-        moved[:3, 3] = self._R_root_world.T @ pose[:3, 3] + self._p_world_root
+        moved[:3, :3] = self.R_root_world.T @ pose[:3, :3]
+        moved[:3, 3] = self.R_root_world.T @ pose[:3, 3] + self._p_world_root
         return moved
+
+    def to_root(self, point: Array) -> Array:
+        """Return a point in MuJoCo's world frame, (3,), in the root link's frame."""
+        return np.asarray(self.R_root_world @ (point - self._p_world_root))
+
+    def joint_origin(self, joint: str) -> Array:
+        """Return the origin of a joint's axis, (3,), in the root link's frame, m."""
+        return self.to_root(self.mj_data.xanchor[self.mj_model.joint(joint).id])
 
     def twist_to_world(self, twist: Array) -> Array:
         """Return a twist in the axes of the root link, (6,), in those of MuJoCo's world frame."""
         if not self.is_turned:
             return twist
-        turn = self._R_root_world.T
+        turn = self.R_root_world.T
         return np.concatenate((turn @ twist[:3], turn @ twist[3:]))
 
     def _use(self, mj_model: Any) -> None:

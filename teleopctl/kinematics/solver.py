@@ -62,7 +62,20 @@ class Task(enum.Enum):
 
 
 def served_task(kinematics: GroupKinematics) -> Task:
-    """Return the task that a group's degrees of freedom serve: pose with 6, axis with 5."""
+    """Return a group's own task, else what its degrees of freedom serve: pose with 6, axis with 5.
+
+    Raises:
+        UsageError: The group's own task is unknown.
+    """
+    if own := kinematics.group.task:
+        try:
+            return Task(own)
+        except ValueError:
+            known = ", ".join(each.value for each in Task)
+            raise UsageError(
+                f"The group '{kinematics.group.name}' has the unknown task '{own}'",
+                hint=f"Tasks are: {known}",
+            ) from None
     whole, _ = kinematics.dimensions
     return Task.POSE if whole >= 6 else Task.AXIS if whole == 5 else Task.POSITION
 

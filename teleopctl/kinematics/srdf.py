@@ -1,11 +1,17 @@
 """SRDF files: groups, named states, end effectors and pairs of links that may touch, of a robot.
 
-Source: the format of ``srdfdom``, which MoveIt reads: https://wiki.ros.org/srdf.
+Source: the format of ``srdfdom``, which MoveIt reads: https://wiki.ros.org/srdf. Two elements are
+ours, which MoveIt passes over:
+
+    <tool group="arm" xyz="0 0 0.1" rpy="0 0 0"/>   pose of the tool in the frame of the group's tip
+    <task group="arm" type="position"/>             what of a pose the group serves
 """
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -15,10 +21,16 @@ from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError
 from teleopctl.kinematics.groups import EndEffector, JointGroup, RobotGroups
 from teleopctl.robot import Joints
+from teleopctl.tf import Transform, quaternion_from_rpy, rpy_from_quaternion
 
 if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
 
+TASKS = ("pose", "axis", "position")
+"""What ``type`` of a ``<task>`` may be."""
+
+# Positions of states (rad or m) are rounded in files: 3.1416 for a limit of 3.14159.
+_ROUNDED = 1e-3
 # Tags that mean nothing for kinematics: spheres and joints' properties serve other planners.
 _OTHER_TAGS = ("link_sphere_approximation", "joint_property", "virtual_joint")
 
@@ -92,14 +104,13 @@ class _Reader:
                 f"{self._name} describes another robot, '{self._root.get('name')}': no joint of "
                 f"its groups is one of '{self._description.name}'"
             )
+        self._add_tools(groups)
         effectors = dict(self._end_effectors(groups))
         for effector in effectors.values():
             # MoveIt steers the link that the end effector is attached to.
             group = groups.get(effector.parent_group)
             if group is not None and not group.tip:
-                groups[group.name] = JointGroup(
-                    group.name, group.joints, group.base, effector.parent_link
-                )
+                groups[group.name] = replace(group, tip=effector.parent_link)
         for element in self._root:
             if isinstance(element.tag, str) and element.tag not in _KNOWN_TAGS:
                 self._warn(element, f"<{element.tag}> is unknown and ignored")
@@ -108,11 +119,7 @@ class _Reader:
             groups=groups,
             states=self._states(groups),
             end_effectors=effectors,
-            passive_joints=frozenset(
-                name
-                for element in self._root.iterchildren("passive_joint")
-                if (name := element.get("name")) is not None
-            ),
+            passive_joints=frozenset(self._passive_joints()),
             allowed_collisions=self._allowed_collisions(),
             file=self._file,
             warnings=tuple(self._warnings),
@@ -129,14 +136,21 @@ class _Reader:
         if not moving:
             return JointGroup(name, (), "") if not names else None
         base = self._description.joints[moving[0]].parent
+        if (chain := self._chain(name)) is not None:
+            base = chain.get("base_link") or base
         return JointGroup(name, moving, base, self._tip(name, moving))
+
+    def _chain(self, name: str) -> etree._Element | None:
+        """Return the chain of a group that is nothing else."""
+        element = self._elements[name]
+        chains = list(element.iterchildren("chain"))
+        return chains[0] if len(chains) == 1 and len(element) == 1 else None
 
     def _tip(self, name: str, moving: tuple[str, ...]) -> str:
         """Return the tip of a group that is one chain, else an empty name."""
         element = self._elements[name]
-        chains = list(element.iterchildren("chain"))
-        if len(chains) == 1 and len(element) == 1:
-            return str(chains[0].get("tip_link"))
+        if (only := self._chain(name)) is not None:
+            return str(only.get("tip_link"))
         joints = self._description.joints
         chain = self._path(joints[moving[-1]].child, joints[moving[0]].parent)
         if chain is None or not set(moving) <= set(chain):
@@ -189,6 +203,43 @@ class _Reader:
                 else:
                     yield from self._members(named, (*within, name))
 
+    def _add_tools(self, groups: dict[str, JointGroup]) -> None:
+        """Read ``<tool>`` and ``<task>`` into their groups."""
+        for element in self._root.iterchildren("tool", "task"):
+            tag, name = element.tag, element.get("group") or ""
+            if name not in groups:
+                self._warn(element, f"<{tag}>: there is no group '{name}'")
+            elif tag == "task":
+                kind = element.get("type") or ""
+                if kind in TASKS:
+                    groups[name] = replace(groups[name], task=kind)
+                else:
+                    self._warn(element, f"<task>: type '{kind}' is none of {', '.join(TASKS)}")
+            else:
+                xyz, rpy = self._three(element, "xyz"), self._three(element, "rpy")
+                if xyz is not None and rpy is not None:
+                    tool = Transform(xyz, quaternion_from_rpy(*rpy))
+                    groups[name] = replace(groups[name], tool=tool)
+
+    def _three(self, element: etree._Element, attribute: str) -> tuple[float, float, float] | None:
+        text = element.get(attribute) or "0 0 0"
+        try:
+            x, y, z = map(float, text.split())
+        except ValueError:
+            x = y = z = math.nan
+        if not math.isfinite(x + y + z):
+            self._warn(element, f"<{element.tag}>: {attribute} '{text}' is not three numbers")
+            return None
+        return x, y, z
+
+    def _passive_joints(self) -> Iterator[str]:
+        for element in self._root.iterchildren("passive_joint"):
+            name = element.get("name") or ""
+            if name not in self._description.joints:
+                self._warn(element, f"<passive_joint>: the robot has no joint '{name}'")
+            else:
+                yield name
+
     def _end_effectors(self, groups: dict[str, JointGroup]) -> Iterator[tuple[str, EndEffector]]:
         for element in self._root.iterchildren("end_effector"):
             name, group = element.get("name") or "", element.get("group") or ""
@@ -196,6 +247,9 @@ class _Reader:
                 self._warn(element, f"end effector '{name}': there is no group '{group}'")
                 continue
             link = element.get("parent_link") or ""
+            if link not in self._description.links:
+                self._warn(element, f"end effector '{name}': the robot has no link '{link}'")
+                continue
             parent = element.get("parent_group") or next(
                 (each.name for each in groups.values() if each.tip == link and each.name != group),
                 "",
@@ -216,9 +270,22 @@ class _Reader:
                     # Joints with several axes have several values; these are none of a group.
                     (position,) = map(float, text.split())
                 except ValueError:
+                    position = math.nan
+                if not math.isfinite(position):
                     self._warn(joint, f"state '{name}': value '{text}' is not one number")
                     continue
-                positions[joint.get("name") or ""] = position
+                moved = joint.get("name") or ""
+                if moved not in self._joints:
+                    self._warn(joint, f"state '{name}': the robot has no joint '{moved}'")
+                    continue
+                limits = self._joints[moved].limits
+                if not limits.lower - _ROUNDED <= position <= limits.upper + _ROUNDED:
+                    self._warn(
+                        joint,
+                        f"state '{name}': {position:g} of joint '{moved}' is not within its limits "
+                        f"{limits.lower:g} to {limits.upper:g}",
+                    )
+                positions[moved] = position
         return states
 
     def _allowed_collisions(self) -> dict[tuple[str, str], str]:
@@ -242,7 +309,7 @@ class _Reader:
 
 _KNOWN_TAGS = (
     *("group", "group_state", "end_effector", "passive_joint", "disable_collisions"),
-    *("enable_collisions", "disable_default_collisions", *_OTHER_TAGS),
+    *("enable_collisions", "disable_default_collisions", "tool", "task", *_OTHER_TAGS),
 )
 
 
@@ -250,21 +317,35 @@ def _pair(first: str, second: str) -> tuple[str, str]:
     return (first, second) if first < second else (second, first)
 
 
-def write_srdf(groups: RobotGroups) -> str:
-    """Return groups, states, end effectors and allowed collisions as the text of an SRDF."""
+def write_srdf(groups: RobotGroups, description: RobotDescription) -> str:
+    """Return groups, states, end effectors and allowed collisions as the text of an SRDF.
+
+    Args:
+        groups: What to write.
+        description: The robot.
+    """
+    joints = Joints.of(description)
     root = etree.Element("robot", name=groups.robot)
     for group in groups.groups.values():
         element = etree.SubElement(root, "group", name=group.name)
-        if group.tip:
+        if group.tip and _moving_between(description, joints, group) == group.joints:
             etree.SubElement(element, "chain", base_link=group.base, tip_link=group.tip)
         else:
             for joint in group.joints:
                 etree.SubElement(element, "joint", name=joint)
+            if group.tip:
+                etree.SubElement(element, "link", name=group.tip)
+    for group in groups.groups.values():
+        if group.tool is not None:
+            xyz, rpy = group.tool.translation, rpy_from_quaternion(group.tool.rotation)
+            etree.SubElement(root, "tool", group=group.name, xyz=_text(*xyz), rpy=_text(*rpy))
+        if group.task:
+            etree.SubElement(root, "task", group=group.name, type=group.task)
     for group_name, states in groups.states.items():
         for name, positions in states.items():
             element = etree.SubElement(root, "group_state", name=name, group=group_name)
             for joint, position in positions.items():
-                etree.SubElement(element, "joint", name=joint, value=f"{position:.10g}")
+                etree.SubElement(element, "joint", name=joint, value=_text(position))
     for effector in groups.end_effectors.values():
         attributes = {"parent_group": effector.parent_group} if effector.parent_group else {}
         etree.SubElement(
@@ -283,3 +364,22 @@ def write_srdf(groups: RobotGroups) -> str:
         root, pretty_print=True, xml_declaration=True, encoding="UTF-8"
     ).decode()
     return text
+
+
+def _text(*numbers: float) -> str:
+    return " ".join(f"{number:.12g}" for number in numbers)
+
+
+def _moving_between(
+    description: RobotDescription, joints: Joints, group: JointGroup
+) -> tuple[str, ...]:
+    """Return the joints with one axis from a group's base to its tip."""
+    above = {joint.child: joint for joint in description.joints.values()}
+    found: list[str] = []
+    link = group.tip
+    while link != group.base and link in above:
+        joint = above[link]
+        if joint.name in joints:
+            found.insert(0, joint.name)
+        link = joint.parent
+    return tuple(found) if link == group.base else ()
