@@ -98,7 +98,7 @@ class GroupKinematics:
             T_tip_tool = pose_matrix(self.group.tool)
         self.T_tip_tool = np.eye(4) if T_tip_tool is None else np.asarray(T_tip_tool, np.float64)
         self._has_tool = T_tip_tool is not None
-        self.__dict__.pop("dimensions", None)
+        self.__dict__.pop("_sampled", None)
 
     def set(self, positions: Array) -> None:
         """Move the model's joints of this group, with their mimic joints.
@@ -200,23 +200,35 @@ class GroupKinematics:
         lower, upper = np.minimum(lower, upper - 1e-9), np.maximum(upper, lower + 1e-9)
         return generator.uniform(lower, upper)
 
-    @cached_property
+    @property
     def dimensions(self) -> tuple[int, int]:
         """Degrees of freedom of the tool, and of its origin alone: at most 6 and 3.
 
         These are the largest ranks of the Jacobian, and of its linear rows, at random positions.
         """
+        whole, linear, _ = self._sampled
+        return whole, linear
+
+    @property
+    def reach_m(self) -> float:
+        """Largest distance of the tool's origin from the axis of a joint, m, at random positions.
+
+        The arm's size, by which lengths compare with angles.
+        """
+        return self._sampled[2]
+
+    @cached_property
+    def _sampled(self) -> tuple[int, int, float]:
         before, generator = self.present(), np.random.default_rng(0)
-        whole = linear = 0
+        jacobians = []
         for _ in range(_SAMPLES):
             self.set(self.random(generator))
-            jacobian = self.world_jacobian()
-            # Lengths in units of the arm's own size, so that they compare with angles.
-            scale = float(np.abs(jacobian[:3]).max(initial=0.0)) or 1.0
-            scaled = np.vstack((jacobian[:3] / scale, jacobian[3:]))
-            whole, linear = max(whole, _rank(scaled)), max(linear, _rank(scaled[:3]))
+            jacobians.append(np.array(self.world_jacobian()))
         self.set(before)
-        return whole, linear
+        reach = float(max(np.linalg.norm(one[:3], axis=0).max() for one in jacobians)) or 1.0
+        scaled = [np.vstack((one[:3] / reach, one[3:])) for one in jacobians]
+        whole, linear = max(map(_rank, scaled)), max(_rank(one[:3]) for one in scaled)
+        return whole, linear, reach
 
 
 def _rank(matrix: Array) -> int:

@@ -13,8 +13,8 @@ from teleopctl.kinematics.clearance import ClearanceChecker
 from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.poses import Array, rotation_vector
 from teleopctl.kinematics.servo.limits import (
-    clear_scale,
     common_step,
+    stoppable_part,
     stoppable_speed,
     stopping_time_s,
 )
@@ -207,7 +207,7 @@ class ServoCore:
     # --- parts of a step ------------------------------------------------------------------------
 
     def _cartesian_step(self, twist: Array, period_s: float) -> ServoStep:
-        wanted, reasons = self._map.velocities(self.positions, twist)
+        wanted, reasons = self._map.velocities(self.positions, twist, self.velocities)
         halts_all = self.settings.halt_all_joints_in_cartesian_mode
         return self._step(wanted, reasons, period_s, halts_all)
 
@@ -238,12 +238,11 @@ class ServoCore:
         """Return the part of the speed with which all joints stop before their limits."""
         rising = wanted > 0.0
         distance = np.where(rising, self._upper - self.positions, self.positions - self._lower)
-        allowed = stoppable_speed(distance, self._accelerations, period_s)
         speed = np.abs(wanted)
-        # What a joint does only by the way of others, or by rounding, halts nothing.
+        # What a joint does only by rounding halts nothing.
         counts = speed > 1e-4 * float(speed.max())
-        with np.errstate(divide="ignore", invalid="ignore"):
-            parts = np.where(counts, allowed / speed, math.inf)
+        stop_s = stopping_time_s(wanted, self._accelerations)
+        parts = np.where(counts, stoppable_part(distance, speed, stop_s, period_s), math.inf)
         least = float(parts.min())
         if least >= scale:
             return scale, wanted
@@ -261,7 +260,8 @@ class ServoCore:
             )
         if halts_all:
             return least, wanted
-        return scale, np.clip(wanted, -allowed / scale, allowed / scale)
+        allowed = np.maximum(distance, 0.0) / (period_s + 0.5 * scale * stop_s) / scale
+        return scale, np.clip(wanted, -allowed, allowed)
 
     def _before_obstacles(
         self, scale: float, wanted: Array, reasons: list[Reason], period_s: float
@@ -278,8 +278,8 @@ class ServoCore:
         near = self.clearance.near(min(max(threshold, reach) + _TOUCH_M, _FARTHEST_M))
         least, which = scale, None
         for one in near:
-            row = one.separation(self.kinematics)
-            self._near.append((one.distance_m - _TOUCH_M, row))
+            row, free_m = one.separation(self.kinematics), one.distance_m - _TOUCH_M
+            self._near.append((free_m, row))
             approach = -float(row @ wanted) * scale
             if approach <= 1e-9:
                 continue
@@ -288,7 +288,8 @@ class ServoCore:
                 if one.is_self
                 else settings.scene_collision_proximity_threshold
             )
-            part = scale * clear_scale(one.distance_m - _TOUCH_M, approach, stop_s, period_s, own)
+            stop = stoppable_part(np.array([free_m]), np.array([approach]), stop_s, period_s)
+            part = scale * min(float(stop[0]), max(free_m, 0.0) / own)
             if part < least:
                 least, which = part, one
         if which is not None:
@@ -319,12 +320,6 @@ class ServoCore:
             # On the way from one direction to another: the old one was free to stop.
             still = np.zeros(len(wanted))
             velocities = common_step(self.velocities, still, self._accelerations, period_s)
-        # A joint that brakes for its own limit does not wait for the others.
-        most = stoppable_speed(self._upper - self.positions, self._accelerations, period_s)
-        least = stoppable_speed(self.positions - self._lower, self._accelerations, period_s)
-        change = self._accelerations * period_s
-        bounded = np.clip(velocities, -least, most)
-        velocities = np.clip(bounded, self.velocities - change, self.velocities + change)
         self.velocities = np.where(np.abs(velocities) <= _STILL, 0.0, velocities)
         self.positions = self.positions + self.velocities * period_s
         is_moving = not self.is_still or bool(np.abs(wanted).max(initial=0.0) > _STILL)
@@ -333,10 +328,13 @@ class ServoCore:
         )
 
     def _can_stop(self, velocities: Array, period_s: float) -> bool:
-        """Return whether the joints can still stop before bodies touch, at new velocities, (n,)."""
-        if not self._near:
-            return True
+        """Return whether all can still stop before limits and obstacles, at velocities, (n,)."""
         time_s = period_s + 0.5 * stopping_time_s(velocities, self._accelerations)
+        way = velocities * time_s
+        above = (way > _STILL) & (way > self._upper - self.positions + _STILL)
+        below = (way < -_STILL) & (way < self._lower - self.positions - _STILL)
+        if above.any() or below.any():
+            return False
         return all(
             -float(row @ velocities) * time_s <= max(free_m, 0.0) for free_m, row in self._near
         )

@@ -32,30 +32,26 @@ def stopping_time_s(velocities: Array, decelerations: Array) -> float:
     return float(np.max(np.abs(velocities) / decelerations, initial=0.0))
 
 
-def clear_scale(
-    distance_m: float, speed_m_s: float, stop_s: float, period_s: float, threshold_m: float
-) -> float:
-    """Return the part of a speed, 0 to 1, with which two bodies still stop before they touch.
+def stoppable_part(distance: Array, speed: Array, stop_s: float, period_s: float) -> Array:
+    """Return the parts of speeds, 0 to 1, with which motions still stop within distances.
 
-    At the part k of the speed v, the bodies approach by k v T in the next period and then, while
-    the joints stop together in the time k t, by (k v)(k t)/2. Nearer than a threshold, k falls in
-    proportion to the distance as well.
+    At the part k of the speed v, v k T is covered in the next period T. Then all joints stop
+    together, in the time k t, which covers (v k)(k t)/2.
 
     Args:
-        distance_m: Distance between the bodies that may be used, m.
-        speed_m_s: Speed of approach of the full command, m/s, above 0.
-        stop_s: Time t in which the joints stop from the full command, s.
+        distance: Distances that are left, (n,), m or rad; without any, the part is 0.
+        speed: Speeds towards their ends, (n,), m/s or rad/s; not negative.
+        stop_s: Time t in which the joints stop from the full speed, s.
         period_s: Period T of the commands, s.
-        threshold_m: Distance from which the speed falls, m.
     """
-    if distance_m <= 0.0:
-        return 0.0
-    near = min(1.0, distance_m / threshold_m) if threshold_m > 0.0 else 1.0
-    half, linear = 0.5 * speed_m_s * stop_s, speed_m_s * period_s
-    if half <= 0.0:
-        return min(near, distance_m / linear)
-    scale = (-linear + float(np.sqrt(linear * linear + 4.0 * half * distance_m))) / (2.0 * half)
-    return min(1.0, near, scale)
+    left = np.maximum(distance, 0.0)
+    half, linear = 0.5 * speed * stop_s, speed * period_s
+    # The root of half k² + linear k - left, in the form that loses no digits.
+    with np.errstate(divide="ignore", invalid="ignore"):
+        part = 2.0 * left / (linear + np.sqrt(linear * linear + 4.0 * half * left))
+    return np.where(
+        (speed > 0.0) & (left > 0.0), np.minimum(part, 1.0), np.where(speed > 0.0, 0.0, 1.0)
+    )
 
 
 def common_step(velocities: Array, wanted: Array, accelerations: Array, period_s: float) -> Array:

@@ -1,11 +1,11 @@
 """Joint velocities for a twist, with the speed reduced in directions that a singularity takes away.
 
-The Jacobian J = U S V^T of the served task maps each direction v_i of the joints to a direction u_i
-of the tool, s_i times as fast. Where the condition s_1/s_i of a direction exceeds a threshold and
-grows, the command along u_i is reduced, down to nothing at a second threshold; other directions,
-and the way back, keep their speed. At the singularity itself s_i is 0 and no joint velocity moves
-the tool along u_i at once, but motion along v_i does so by its curvature
-c = u_i^T (dJ/dv_i) v_i: a stretched arm retracts by bending its elbow.
+The Jacobian J = U S V^T of the served task, with lengths in units of the arm's reach, maps each
+direction v_i of the joints to a direction u_i of the tool, s_i times as fast. Where the condition
+s_1/s_i of a direction exceeds a threshold and grows, the command along u_i is reduced, down to
+nothing at a second threshold; other directions, and the way back, keep their speed. At the
+singularity itself s_i is 0 and no joint velocity moves the tool along u_i at once, but motion along
+v_i does so by its curvature c = u_i^T (dJ/dv_i) v_i: a stretched arm retracts by bending its elbow.
 """
 
 from __future__ import annotations
@@ -25,6 +25,8 @@ _STEP = 1e-4
 _NEAR_END = 0.15
 # Least curvature, m/rad² or 1/rad, that counts as a way out of a singularity.
 _LEAST_CURVATURE = 1e-3
+# Speed (rad/s or m/s) along a direction of the joints from which they move that way already.
+_MOVING = 1e-3
 
 
 @dataclass(frozen=True, slots=True)
@@ -55,6 +57,9 @@ class TwistMap:
     def __init__(self, kinematics: GroupKinematics, task: Task, thresholds: Thresholds) -> None:
         self._kinematics = kinematics
         self.thresholds = thresholds
+        reach = kinematics.reach_m
+        self._units = np.array([reach, reach, reach, 1.0, 1.0, 1.0])
+        self._present = np.zeros(len(kinematics.names))
         self._rows = 6 if task is Task.POSE else 3
         whole, linear = kinematics.dimensions
         self._rank = min(whole if task is Task.POSE else linear, self._rows)
@@ -63,19 +68,27 @@ class TwistMap:
         span = kinematics.upper - kinematics.lower
         self._span = np.where(np.isfinite(span), span, np.inf)
 
-    def velocities(self, positions: Array, twist: Array) -> tuple[Array, list[Reason]]:
+    def velocities(
+        self, positions: Array, twist: Array, present: Array
+    ) -> tuple[Array, list[Reason]]:
         """Return joint velocities, (n,), for a twist, and why they give less than it.
 
         Args:
             positions: Positions of the joints, (n,), at which the model is set.
             twist: Linear (m/s) and angular (rad/s) velocity of the tool in the world frame, (6,).
+            present: Present velocities of the joints, (n,).
         """
-        jacobian = self._kinematics.world_jacobian()
+        self._present = present
+        jacobian, twist = self._jacobian(), twist / self._units
         served, reasons = self._served(positions, jacobian[: self._rows], twist[: self._rows])
         if self._rows == 3:
             served, more = self._add_rest(served, jacobian, twist)
             reasons += more
         return served, reasons
+
+    def _jacobian(self) -> Array:
+        """Return the Jacobian of the tool, (6, n), with lengths in units of the arm's reach."""
+        return np.asarray(self._kinematics.world_jacobian() / self._units[:, None])
 
     def _served(
         self, positions: Array, jacobian: Array, twist: Array
@@ -147,7 +160,7 @@ class TwistMap:
     def _change(self, positions: Array, jacobian: Array, direction: Array) -> Array:
         """Return the derivative of the task's Jacobian along a direction of the joints."""
         self._kinematics.set(positions + _STEP * direction)
-        moved = self._kinematics.world_jacobian()[: self._rows]
+        moved = self._jacobian()[: self._rows]
         self._kinematics.set(positions)
         return np.asarray((moved - jacobian) / _STEP)
 
@@ -156,7 +169,17 @@ class TwistMap:
         curvature = float(u @ self._change(positions, jacobian, v) @ v)
         if curvature * wish <= 0.0 or abs(curvature) < _LEAST_CURVATURE:
             return 0.0
-        # Both ways lead out of it: the one with more room to the limits.
+        # Both ways lead out of it: the present one, else that with more room to the limits.
+        moving = float(v @ self._present)
+        if abs(moving) > _MOVING:
+            return 1.0 if moving > 0.0 else -1.0
+        if float(v[int(np.argmax(np.abs(v)))]) < 0.0:
+            # A decomposition gives either of v and -v.
+            return -self._roomier(positions, -v)
+        return self._roomier(positions, v)
+
+    def _roomier(self, positions: Array, v: Array) -> float:
+        """Return 1 if the joints have more room to their limits along v than against it, or -1."""
         kinematics = self._kinematics
         with np.errstate(divide="ignore", invalid="ignore"):
             ahead = np.where(v > 0.0, kinematics.upper - positions, kinematics.lower - positions)
@@ -193,7 +216,7 @@ class TwistMap:
         null = np.eye(linear.shape[1]) - np.linalg.pinv(linear, rcond=1.0 / 30.0) @ linear
         free = jacobian[3:] @ null
         turn = np.linalg.pinv(free, rcond=1.0 / 30.0) @ (angular - jacobian[3:] @ served)
-        return served + null @ turn, []
+        return np.asarray(served + null @ turn), []
 
 
 def _direction(u: Array) -> str:

@@ -125,7 +125,7 @@ class KeyboardTeleop(Node):
         self.create_subscription(
             get_message("sensor_msgs/msg/JointState"), "joint_states", self._on_states, 1
         )
-        self._parameters = AsyncParameterClient(self, self._servo)
+        self._servo_parameters = AsyncParameterClient(self, self._servo)
         self._asked = False
         self._timer = self.create_timer(1.0 / rate_hz, self._tick)
 
@@ -164,11 +164,11 @@ class KeyboardTeleop(Node):
 
     def _ask_servo(self) -> None:
         """Ask the servo node for its scales, once it is there."""
-        if self._asked or not self._parameters.services_are_ready():
+        if self._asked or not self._servo_parameters.services_are_ready():
             return
         self._asked = True
         names = ["command_in_type", *(f"scale.{name}" for name in self._scales)]
-        future = self._parameters.get_parameters([f"moveit_servo.{name}" for name in names])
+        future = self._servo_parameters.get_parameters([f"moveit_servo.{name}" for name in names])
 
         # Any: the future of a response.
         def answered(future: Any) -> None:

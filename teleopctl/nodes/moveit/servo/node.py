@@ -474,7 +474,7 @@ class ServoNode(Node):
             self._tf = LiveBuffer(node=self)
             TransformListener(self._tf, self)
         try:
-            found = self._tf.lookup_transform(self._root, frame, None)
+            found = self._tf.lookup_transform(self._root, frame, 0)
         except TransformException as error:
             raise InvalidCommandError(
                 f"The frame '{frame}' of the command is unknown: {error}"
