@@ -1,0 +1,275 @@
+"""Servo moves the arm of a running simulation: by twists, poses, joint velocities, and by keys."""
+
+import os
+import re
+import sys
+import threading
+
+import numpy as np
+import pytest
+
+import teleopctl
+from teleopctl.interfaces import get_message, get_service
+from teleopctl.kinematics import GroupKinematics, KinematicModel, StatusCode, find_groups
+from teleopctl.robot import RobotDescription
+from teleopctl.testing import eventually
+
+TwistStamped = get_message("geometry_msgs/msg/TwistStamped")
+PoseStamped = get_message("geometry_msgs/msg/PoseStamped")
+JointJog = get_message("control_msgs/msg/JointJog")
+JointState = get_message("sensor_msgs/msg/JointState")
+ServoStatus = get_message("moveit_msgs/msg/ServoStatus")
+Bool = get_message("std_msgs/msg/Bool")
+PERIOD_S = 0.02
+
+
+class Hand:
+    """A person's hand: publishes commands at 50 Hz, and sees where the gripper is."""
+
+    def __init__(self, node):
+        self._node = node
+        description = RobotDescription.from_urdf(
+            teleopctl.load_robot("package://teleop_description/urdf/teleop.urdf.xacro").urdf
+        )
+        self.kinematics = GroupKinematics(
+            KinematicModel(description), find_groups(description).group()
+        )
+        self.positions = {}
+        self.velocities = {}
+        self.statuses = []
+        self.twists = node.create_publisher(TwistStamped, "/servo_node/delta_twist_cmds", 10)
+        self.poses = node.create_publisher(PoseStamped, "/servo_node/pose_target_cmds", 10)
+        self.jogs = node.create_publisher(JointJog, "/servo_node/delta_joint_cmds", 10)
+        node.create_subscription(JointState, "/joint_states", self._seen, 10)
+        node.create_subscription(ServoStatus, "/servo_node/status", self.statuses.append, 100)
+        eventually(lambda: self.positions and self.twists.get_subscription_count())
+
+    def _seen(self, message):
+        self.positions.update(zip(message.name, message.position, strict=True))
+        self.velocities.update(zip(message.name, message.velocity, strict=True))
+
+    def tool(self):
+        """Position of the gripper in the world, m."""
+        self.kinematics.set(self.kinematics.vector(self.positions))
+        return self.kinematics.pose()[:3, 3]
+
+    def is_still(self):
+        return max(map(abs, self.velocities.values())) < 1e-3
+
+    def hold(self, publisher, message, until):
+        """Publish a message at 50 Hz until a condition is met, then no more."""
+        done = threading.Event()
+
+        def publish():
+            while not done.is_set():
+                publisher.publish(message)
+                done.wait(PERIOD_S)
+
+        thread = threading.Thread(target=publish)
+        thread.start()
+        try:
+            return eventually(until)
+        finally:
+            done.set()
+            thread.join()
+
+    def stop(self):
+        eventually(self.is_still)
+        self.statuses.clear()
+
+    def reason(self):
+        """The last status that was no motion, or an empty text."""
+        return next(
+            (s.message for s in reversed(self.statuses) if s.code == StatusCode.INVALID), ""
+        )
+
+
+def twist(frame="world", *, linear=(0.0, 0.0, 0.0), angular=(0.0, 0.0, 0.0)):
+    message = TwistStamped()
+    message.header.frame_id = frame
+    for part, values in ((message.twist.linear, linear), (message.twist.angular, angular)):
+        part.x, part.y, part.z = values
+    return message
+
+
+@pytest.fixture(scope="module")
+def arm(shared_ros):
+    """The arm in simulation, bent, with servo."""
+    shared_ros.launch("sim.yaml", "camera:=false")
+    shared_ros.launch("servo.yaml")
+    hand = Hand(shared_ros.node)
+    done = shared_ros.run(
+        "topic pub --once /arm_controller/commands std_msgs/msg/Float64MultiArray "
+        "'{data: [0.2, 0.4, -0.5]}'"
+    )
+    assert done.returncode == 0
+    eventually(lambda: abs(hand.positions["joint_3"] + 0.5) < 0.01)
+    hand.stop()
+    return hand
+
+
+def test_a_twist_moves_the_gripper_along_it_and_it_stops_with_the_stream(arm):
+    before = arm.tool()
+    arm.hold(
+        arm.twists,
+        twist(linear=(0.0, 0.0, 0.3)),
+        lambda: arm.tool()[2] - before[2] > 0.03,
+    )
+    arm.stop()
+    moved = arm.tool() - before
+    assert moved[2] < 0.2
+    assert np.abs(moved[:2]).max() < 0.01
+
+
+def test_a_twist_in_the_gripper_s_frame_moves_it_along_its_own_axes(arm):
+    before = arm.tool()
+    axis = arm.kinematics.pose()[:3, 1]
+    arm.hold(
+        arm.twists,
+        twist("claw_support", linear=(0.0, -0.3, 0.0)),
+        lambda: (arm.tool() - before) @ axis < -0.02,
+    )
+    arm.stop()
+
+
+def test_joints_are_jogged_by_velocity_and_by_displacement(arm):
+    before = arm.positions["joint_1"]
+    jog = JointJog(joint_names=["joint_1"], velocities=np.array([-0.5]))
+    arm.hold(arm.jogs, jog, lambda: arm.positions["joint_1"] < before - 0.05)
+    arm.stop()
+    before = arm.positions["joint_1"]
+    arm.jogs.publish(JointJog(joint_names=["joint_1"], displacements=np.array([0.1])))
+    eventually(lambda: abs(arm.positions["joint_1"] - before - 0.1) < 0.005)
+    arm.stop()
+
+
+def test_a_pose_is_approached(arm):
+    target = arm.tool() + [0.01, 0.01, -0.02]
+    message = PoseStamped()
+    message.header.frame_id = "world"
+    at = message.pose.position
+    at.x, at.y, at.z = map(float, target)
+    message.pose.orientation.w = 1.0
+    arm.hold(arm.poses, message, lambda: np.linalg.norm(arm.tool() - target) < 0.004)
+    arm.stop()
+
+
+@pytest.mark.parametrize(
+    ("publisher", "message", "reason"),
+    [
+        ("twists", twist("nowhere", linear=(1.0, 0.0, 0.0)), "frame 'nowhere' .* unknown"),
+        ("twists", twist(linear=(float("nan"), 0.0, 0.0)), "twist has a value that is not a fin"),
+        ("poses", PoseStamped(), "quaternion of zeros"),
+        (
+            "jogs",
+            JointJog(joint_names=["elbow"], velocities=np.array([1.0])),
+            "names elbow; the group has joint_1, joint_2, joint_3",
+        ),
+        (
+            "jogs",
+            JointJog(joint_names=["joint_1"], velocities=np.array([1.0, 2.0])),
+            "1 joint names have 2 velocities",
+        ),
+    ],
+)
+def test_a_command_that_cannot_be_obeyed_moves_nothing_and_says_why(
+    arm, publisher, message, reason
+):
+    before = arm.tool()
+    if publisher == "poses":
+        message.pose.orientation.w = 0.0
+    arm.hold(getattr(arm, publisher), message, arm.reason)
+    assert re.search(reason, arm.reason())
+    assert arm.tool() == pytest.approx(before, abs=2e-3)
+    arm.stop()
+
+
+def test_a_trajectory_that_runs_wins(arm, shared_ros):
+    goal = shared_ros.spawn(
+        "action send_goal /arm_controller/follow_joint_trajectory "
+        "control_msgs/action/FollowJointTrajectory '{trajectory: {joint_names: "
+        "[joint_1, joint_2, joint_3], points: [{positions: [0.1, 0.3, -0.4], "
+        "time_from_start: {sec: 3}}]}}'"
+    )
+    goal.wait_for_line("Goal accepted")
+    arm.hold(arm.twists, twist(linear=(0.0, 0.0, 1.0)), arm.reason)
+    assert "/arm_controller executes a trajectory" in arm.reason()
+    goal.wait_for_line("Goal finished with status: SUCCEEDED")
+    assert arm.positions["joint_2"] == pytest.approx(0.3, abs=0.02)
+    arm.stop()
+
+
+def test_the_stop_of_the_robot_holds_servo(arm, shared_ros):
+    button = shared_ros.run("stop --robot")
+    assert button.returncode == 0
+    before = arm.tool()
+    arm.hold(arm.twists, twist(linear=(0.0, 0.0, 1.0)), arm.reason)
+    assert "the robot is stopped by" in arm.reason()
+    assert arm.tool() == pytest.approx(before, abs=2e-3)
+    assert shared_ros.run("stop --robot --release").returncode == 0
+    arm.stop()
+
+
+def test_the_command_type_may_be_chosen_and_servo_paused(arm, shared_ros):
+    def call(name, type_name, **fields):
+        kind = get_service(type_name)
+        client = shared_ros.node.create_client(kind, f"/servo_node/{name}")
+        assert client.wait_for_service(10.0)
+        return client.call(kind.Request(**fields))
+
+    kinds = "moveit_msgs/srv/ServoCommandType"
+    assert call("switch_command_type", kinds, command_type=0).success
+    assert not call("switch_command_type", kinds, command_type=7).success
+    paused = call("pause_servo", "std_srvs/srv/SetBool", data=True)
+    assert (paused.success, paused.message) == (True, "Servoing disabled")
+    again = call("pause_servo", "std_srvs/srv/SetBool", data=True)
+    assert again.message == "Requested pause state is already active."
+    assert call("pause_servo", "std_srvs/srv/SetBool", data=False).message == "Servoing enabled"
+    before = arm.tool()
+    arm.twists.publish(twist(linear=(0.0, 0.0, 1.0)))
+    assert call("switch_command_type", kinds, command_type=1).success
+    assert arm.tool() == pytest.approx(before, abs=1e-3)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a pseudo-terminal")
+def test_keys_move_the_gripper_and_close_it(arm, shared_ros):
+    from tests.system.terminal import Terminal
+
+    argv = [sys.executable, "-m", "teleopctl", "run", "teleop_keyboard"]
+    terminal = Terminal(argv, shared_ros.env, shared_ros.folder)
+    try:
+        terminal.until(r"gripper, axes of the base \| stopped .* 1 subscriber")
+        before = arm.tool()
+
+        def lower():
+            terminal.press("\x1b[6~")
+            return arm.tool()[2] < before[2] - 0.02
+
+        eventually(lower)
+        terminal.press(" ")
+        arm.stop()
+        terminal.press("1")
+        terminal.until(r"joint_1 \| stopped")
+        at = arm.positions["joint_1"]
+
+        def turn():
+            terminal.press("+")
+            return arm.positions["joint_1"] > at + 0.05
+
+        eventually(turn)
+        arm.stop()
+        grip = arm.positions["joint_4"]
+        terminal.press("g")
+        eventually(lambda: abs(arm.positions["joint_4"] - grip) > 0.3)
+        terminal.press("q")
+        assert terminal.wait() == 0
+        assert "Stopped." in terminal.text
+    finally:
+        terminal.kill()
+
+
+def test_the_keyboard_refuses_to_run_without_a_terminal(shared_ros):
+    done = shared_ros.run("run teleop_keyboard", input="")
+    assert done.returncode == 2
+    assert "standard input is no terminal" in done.stderr
+    assert "/servo_node/delta_twist_cmds" in done.stderr
