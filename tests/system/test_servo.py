@@ -144,7 +144,7 @@ def test_joints_are_jogged_by_velocity_and_by_displacement(arm):
 
 
 def test_a_pose_is_approached(arm):
-    target = arm.tool() + [0.01, 0.01, -0.02]
+    target = arm.tool() + np.array([0.01, 0.01, -0.02])
     message = PoseStamped()
     message.header.frame_id = "world"
     at = message.pose.position
