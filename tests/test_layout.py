@@ -42,8 +42,8 @@ ALLOWED = {
         *("robot", "sim", "tf", "wire"),
     },
     "cli": {
-        *("bag", "compat", "control", "diagram", "interfaces", "launch", "node", "nodes"),
-        *("sweep", "tf", "wire"),
+        *("bag", "compat", "control", "diagram", "interfaces", "kinematics", "launch", "node"),
+        *("nodes", "robot", "sweep", "tf", "wire"),
     },
     "api": {
         *("bag", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf", "wire"),

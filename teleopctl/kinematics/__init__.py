@@ -46,6 +46,7 @@ if TYPE_CHECKING:
         plan_to_pose as plan_to_pose,
     )
     from teleopctl.kinematics.poses import (
+        invert_pose as invert_pose,
         pose_matrix as pose_matrix,
         pose_transform as pose_transform,
         rotation_matrix as rotation_matrix,
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
         IkSolver as IkSolver,
         Task as Task,
         Tolerance as Tolerance,
+        served_task as served_task,
     )
     from teleopctl.kinematics.srdf import (
         parse_srdf as parse_srdf,

@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from teleopctl.kinematics.motion.plan import MotionPlan, MotionSettings
     from teleopctl.kinematics.servo.core import ServoCore
     from teleopctl.kinematics.servo.status import ServoStep
-    from teleopctl.kinematics.solver import IkSolution, IkSolver
+    from teleopctl.kinematics.solver import IkSolution, Task
     from teleopctl.kinematics.workspace import Workspace
 
 
@@ -158,20 +158,34 @@ class Arm:
         self.kinematics.set(self._vector(positions))
         return [one.bodies for one in self.clearance.collisions()]
 
-    def ik(self, pose: Sequence[float] | Array, start: Positions | None = None) -> IkSolution:
+    def ik(
+        self,
+        pose: Sequence[float] | Array,
+        start: Positions | None = None,
+        *,
+        collisions: bool = False,
+    ) -> IkSolution:
         """Return positions at which the tool has a pose, or the nearest that were found.
 
         Args:
             pose: Pose of the tool, (4, 4), or its position alone, (3,), m. Of a pose, what the
                 joints allow is reached: see `IkSolution`.
             start: Positions from which the search begins; by default `positions`.
+            collisions: Whether bodies may touch.
 
         Raises:
             UsageError: The pose is none, or has values that are not finite.
         """
+        from teleopctl.kinematics.solver import IkSolver
+
         begin = self._vector(start)
         target, is_position = self._target(pose, begin)
-        return self._solver(is_position=is_position).solve(target, begin)
+        solver = IkSolver(
+            self.kinematics,
+            task=_position_task(is_position),
+            clearance=None if collisions else self.clearance,
+        )
+        return solver.solve(target, begin)
 
     def workspace(self, samples: int = 10_000, *, collisions: bool = False) -> Workspace:
         """Return positions of the tool at random positions of the joints.
@@ -213,7 +227,7 @@ class Arm:
                     self.kinematics,
                     begin,
                     target,
-                    task=self._solver(is_position=is_position).task,
+                    task=_position_task(is_position),
                     clearance=self.clearance,
                     settings=settings,
                 )
@@ -291,12 +305,6 @@ class Arm:
         core.reset(self._positions)
         return core
 
-    def _solver(self, *, is_position: bool) -> IkSolver:
-        from teleopctl.kinematics.solver import IkSolver, Task
-
-        task = Task.POSITION if is_position else None
-        return IkSolver(self.kinematics, task=task, clearance=self.clearance)
-
     def _target(self, pose: Sequence[float] | Array, start: Array) -> tuple[Array, bool]:
         """Return a pose, (4, 4), and whether only its position counts."""
         try:
@@ -346,6 +354,12 @@ class Arm:
         if not np.isfinite(vector).all():
             raise UsageError("A position is no finite number")
         return vector
+
+
+def _position_task(is_position: bool) -> Task | None:
+    from teleopctl.kinematics.solver import Task
+
+    return Task.POSITION if is_position else None
 
 
 def arm_clearance(

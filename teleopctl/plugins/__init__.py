@@ -55,6 +55,7 @@ _VERBS = {
     "lifecycle": ("lifecycle:GROUP", "Manage the states of managed nodes."),
     "control": ("control:GROUP", "Manage controllers and hardware."),
     "robot": ("robot:GROUP", "Check robots' files."),
+    "kinematics": ("kinematics:GROUP", "Compute poses and joint positions of arms."),
     "sim": ("sim:GROUP", "Run simulations."),
     "camera": ("camera:GROUP", "Save pictures of cameras."),
     "tf": ("tf:GROUP", "Watch transforms between frames."),
@@ -82,6 +83,7 @@ VERBS = Kind(
 _NOUNS = "teleopctl.cli.verbs"
 _COMPLETION = "teleopctl.cli.completion"
 _CANDIDATES = f"{_COMPLETION}.candidates"
+_ROBOTS = f"{_NOUNS}.kinematics.source"
 
 COMPLETIONS = Kind(
     "completion",
@@ -89,6 +91,7 @@ COMPLETIONS = Kind(
     {
         "action_types": f"{_NOUNS}.action:complete_types",
         "actions": f"{_NOUNS}.action:complete_actions",
+        "all_links": f"{_ROBOTS}:complete_all_links",
         "active_controllers": f"{_NOUNS}.control.manager:complete_active_controllers",
         "bags": f"{_NOUNS}.bag.options:complete_bags",
         "component_ids": f"{_NOUNS}.component:complete_ids",
@@ -100,17 +103,21 @@ COMPLETIONS = Kind(
         "fields": f"{_COMPLETION}.messages:fields",
         "files": f"{_CANDIDATES}:files",
         "frames": f"{_NOUNS}.tf:complete_frames",
+        "groups": f"{_ROBOTS}:complete_groups",
         "hardware_components": f"{_NOUNS}.control.manager:complete_hardware_components",
         "inactive_controllers": f"{_NOUNS}.control.manager:complete_inactive_controllers",
         "interface_packages": f"{_NOUNS}.interface:complete_packages",
         "interface_types": f"{_NOUNS}.interface:complete_types",
+        "joints": f"{_ROBOTS}:complete_joints",
         "launch_words": f"{_CANDIDATES}:launch_words",
         "licenses": f"{_NOUNS}.pkg:complete_licenses",
+        "links": f"{_ROBOTS}:complete_links",
         "loadable_controllers": f"{_NOUNS}.control.manager:complete_loadable_controllers",
         "logged_processes": f"{_CANDIDATES}:logged_processes",
         "managed_nodes": f"{_NOUNS}.lifecycle:complete_managed_nodes",
         "manifest_tags": f"{_NOUNS}.pkg:complete_manifest_tags",
         "message_types": f"{_COMPLETION}.messages:message_types",
+        "named_states": f"{_ROBOTS}:complete_named_states",
         "nodes": f"{_CANDIDATES}:nodes",
         "packages": f"{_CANDIDATES}:package_names",
         "parameter_names": f"{_NOUNS}.param.candidates:parameter_names",

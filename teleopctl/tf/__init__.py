@@ -28,7 +28,6 @@ if TYPE_CHECKING:
         convert as convert,
     )
     from teleopctl.tf.echo import (
-        ECHO_DIGITS as ECHO_DIGITS,
         echo_text as echo_text,
         echo_transforms as echo_transforms,
     )
@@ -69,6 +68,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.tf.prepared_transforms import PreparedTransforms as PreparedTransforms
     from teleopctl.tf.transforms import (
+        ECHO_DIGITS as ECHO_DIGITS,
         Pose7 as Pose7,
         Quaternion as Quaternion,
         Transform as Transform,
@@ -77,6 +77,7 @@ if TYPE_CHECKING:
         matrix_from_quaternion as matrix_from_quaternion,
         multiply as multiply,
         normalize as normalize,
+        pose_text as pose_text,
         quaternion_from_axis_angle as quaternion_from_axis_angle,
         quaternion_from_rpy as quaternion_from_rpy,
         rotate as rotate,

@@ -1,6 +1,5 @@
 """Printing the transform between two frames repeatedly, as ``tf2_echo`` does."""
 
-import math
 import threading
 import time
 from collections.abc import Callable
@@ -13,15 +12,11 @@ from teleopctl.tf.buffer import Buffer
 from teleopctl.tf.errors import TransformException
 from teleopctl.tf.listener import TransformListener
 from teleopctl.tf.live_buffer import LiveBuffer
-from teleopctl.tf.transforms import Transform, matrix_from_quaternion, rpy_from_quaternion
+from teleopctl.tf.transforms import ECHO_DIGITS, Transform, pose_text
 
 # Existing transforms arrive within this time; a missing one is reported only afterwards.
 _FIRST_WAIT = Duration(seconds=0.25)
 _WAIT = Duration(seconds=1.0)
-
-
-ECHO_DIGITS = 3
-"""Number of decimals that ``tf2_echo`` prints."""
 
 
 def echo_text(stamp: int, transform: Transform, digits: int = ECHO_DIGITS) -> str:
@@ -32,30 +27,7 @@ def echo_text(stamp: int, transform: Transform, digits: int = ECHO_DIGITS) -> st
         transform: Transform between the two frames.
         digits: Number of decimals.
     """
-
-    def listed(values: tuple[float, ...]) -> str:
-        return ", ".join(f"{value:.{digits}f}" for value in values)
-
-    angles = rpy_from_quaternion(transform.rotation)
-    rows = [
-        (*row, moved)
-        for row, moved in zip(
-            matrix_from_quaternion(transform.rotation), transform.translation, strict=True
-        )
-    ]
-    rows.append((0.0, 0.0, 0.0, 1.0))
-    return "\n".join(
-        [
-            f"At time {time_text(stamp)}",
-            f"- Translation: [{listed(transform.translation)}]",
-            f"- Rotation: in Quaternion (xyzw) [{listed(transform.rotation)}]",
-            f"- Rotation: in RPY (radian) [{listed(angles)}]",
-            f"- Rotation: in RPY (degree) [{listed(tuple(map(math.degrees, angles)))}]",
-            "- Matrix:",
-            # A blank and the number, padded to a sign, a digit and the point: " 12.250", "  1.000".
-            *("".join(f" {value:{digits + 3}.{digits}f}" for value in row) for row in rows),
-        ]
-    )
+    return f"At time {time_text(stamp)}\n{pose_text(transform, digits)}"
 
 
 def time_text(stamp: int) -> str:

@@ -169,3 +169,39 @@ def rpy_from_quaternion(q: Quaternion) -> Vector3:
         -math.asin(sine),
         math.atan2(rows[1][0], rows[0][0]),
     )
+
+
+ECHO_DIGITS = 3
+"""Number of decimals that ``tf2_echo`` prints."""
+
+
+def pose_text(transform: Transform, digits: int = ECHO_DIGITS) -> str:
+    """Return a transform as ``tf2_echo`` prints it below the time: translation, rotation, matrix.
+
+    Args:
+        transform: The transform.
+        digits: Number of decimals.
+    """
+
+    def listed(values: tuple[float, ...]) -> str:
+        return ", ".join(f"{value:.{digits}f}" for value in values)
+
+    angles = rpy_from_quaternion(transform.rotation)
+    rows = [
+        (*row, moved)
+        for row, moved in zip(
+            matrix_from_quaternion(transform.rotation), transform.translation, strict=True
+        )
+    ]
+    rows.append((0.0, 0.0, 0.0, 1.0))
+    return "\n".join(
+        [
+            f"- Translation: [{listed(transform.translation)}]",
+            f"- Rotation: in Quaternion (xyzw) [{listed(transform.rotation)}]",
+            f"- Rotation: in RPY (radian) [{listed(angles)}]",
+            f"- Rotation: in RPY (degree) [{listed(tuple(map(math.degrees, angles)))}]",
+            "- Matrix:",
+            # A blank and the number, padded to a sign, a digit and the point: " 12.250", "  1.000".
+            *("".join(f" {value:{digits + 3}.{digits}f}" for value in row) for row in rows),
+        ]
+    )

@@ -1,0 +1,407 @@
+"""``teleopctl kinematics fk``, ``ik`` and ``jacobian``."""
+
+import math
+
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
+from teleopctl.cli import console
+from teleopctl.cli.options import AsJson
+from teleopctl.cli.verb import Argument, Option
+from teleopctl.cli.verbs.kinematics.source import (
+    RobotOptions,
+    Words,
+    numbers,
+    read_robot,
+    sorted_words,
+)
+from teleopctl.errors import NotFoundError, UsageError
+
+if TYPE_CHECKING:
+    from collections.abc import Iterable
+
+    import numpy as np
+    import numpy.typing as npt
+
+    from teleopctl.kinematics import Arm, IkSolution
+
+    Array = npt.NDArray[np.float64]
+
+_Joints = Annotated[
+    list[str] | None,
+    Argument(
+        help="Robot's file with arguments of its xacro; then positions of the group's joints in "
+        "rad or m, in their order or by name. Without a file the running robot; without "
+        "positions the present ones, or those at rest.",
+        metavar="[FILE [name:=value]…] [POSITION]… [JOINT=POSITION]…",
+        complete="joints",
+    ),
+]
+_Named = Annotated[
+    str | None,
+    Option("--named", help="Named state of the group.", metavar="STATE", complete="named_states"),
+]
+_Precision = Annotated[
+    int, Option("-p", "--precision", help="Number of decimals.", metavar="DIGITS")
+]
+_Frame = Annotated[
+    str | None,
+    Option(
+        "-f",
+        "--frame",
+        help="Link in whose frame poses are; by default the root link.",
+        metavar="FRAME",
+        complete="all_links",
+    ),
+]
+_MOST_DIGITS = 17  # digits of a double
+
+
+def fk(
+    words: _Joints = None,
+    named: _Named = None,
+    frame: _Frame = None,
+    precision: _Precision = 3,
+    *,
+    robot: RobotOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Print the pose of the tool at joint positions, as ``tf2_echo`` prints transforms."""
+    from teleopctl.kinematics import pose_transform
+    from teleopctl.tf import pose_text
+
+    _check_precision(precision)
+    arm = _arm_at(sorted_words(words or ()), named, robot)
+    base, T_frame_root = _frame_of(arm, frame)
+    transform = pose_transform(T_frame_root @ arm.fk())
+    if as_json:
+        console.out_json({**_of_arm(arm, base), **_pose_document(T_frame_root @ arm.fk())})
+        return
+    console.out(
+        f"Pose of '{_tool_name(arm, robot)}' in '{base}', moved by group '{arm.group.name}'"
+    )
+    console.out_text(pose_text(transform, precision))
+    _note_collisions(arm)
+
+
+def ik(
+    words: Annotated[
+        list[str],
+        Argument(
+            help="Robot's file with arguments of its xacro, or none for the running robot; then "
+            "the position of the tool in m.",
+            metavar="[FILE [name:=value]…] X Y Z",
+            complete="files",
+        ),
+    ],
+    rpy: Annotated[
+        str | None,
+        Option("--rpy", help="Rotation: roll, pitch, yaw in rad.", metavar="R,P,Y"),
+    ] = None,
+    quat: Annotated[
+        str | None, Option("--quat", help="Rotation as a quaternion.", metavar="X,Y,Z,W")
+    ] = None,
+    frame: _Frame = None,
+    start: Annotated[
+        str | None,
+        Option(
+            "--start",
+            help="Named state from which the search begins; by default the present positions.",
+            metavar="STATE",
+            complete="named_states",
+        ),
+    ] = None,
+    allow_collisions: Annotated[
+        bool, Option("--allow-collisions", help="Allow links to touch.")
+    ] = False,
+    precision: _Precision = 6,
+    *,
+    robot: RobotOptions,
+    as_json: AsJson = False,
+) -> int:
+    """Print joint positions at which the tool has a pose; status 1 if there are none.
+
+    Without a rotation any will do. What the joints of the group do not allow of a rotation is met
+    as far as possible. What cannot be reached is answered with the nearest positions that were
+    found, and with what keeps the tool from it.
+    """
+    _check_precision(precision)
+    found = sorted_words(words)
+    if found.names or found.joints or len(found.numbers) != 3:
+        raise UsageError(
+            f"A position is three numbers, x y z in m; got '{' '.join(_rest(found))}'",
+            hint="teleopctl kinematics ik [FILE] X Y Z [--rpy R,P,Y]",
+        )
+    rotation = rotation_of(rpy, quat)
+    arm = read_robot(found, robot, needs_state=start is None).arm(robot)
+    if start is not None:
+        arm.fk(start)
+        arm.positions = arm.kinematics.present()
+    base, T_frame_root = _frame_of(arm, frame)
+    target = target_pose(arm, T_frame_root, found.numbers, rotation)
+    solution = arm.ik(
+        target if rotation is not None else target[:3, 3], collisions=allow_collisions
+    )
+    if as_json:
+        console.out_json(_solution_document(arm, base, T_frame_root, solution))
+    elif solution.is_reached:
+        console.out_lines(_joint_lines(arm, solution, precision))
+        if rotation is not None and math.degrees(solution.rotation_error_rad) > 0.1:
+            console.note(
+                f"The position is reached; {len(arm.names)} joints do not serve the rotation, which "
+                f"differs by {math.degrees(solution.rotation_error_rad):.1f} degrees"
+            )
+    else:
+        console.out_lines(_not_reached(arm, base, T_frame_root, solution, precision))
+    return 0 if solution.is_reached else 1
+
+
+def jacobian(
+    words: _Joints = None,
+    named: _Named = None,
+    precision: _Precision = 4,
+    *,
+    robot: RobotOptions,
+    as_json: AsJson = False,
+) -> None:
+    """Print the geometric Jacobian of the tool in the axes of the root link.
+
+    Rows are the tool's velocity in m/s, then its angular velocity in rad/s, at 1 rad/s or 1 m/s of
+    each joint. Singular values are those of all rows, and of the linear ones; the manipulability is
+    Yoshikawa's, the product of the singular values of what the group serves.
+    """
+    import numpy as np
+
+    from teleopctl.kinematics import served_task
+
+    _check_precision(precision)
+    arm = _arm_at(sorted_words(words or ()), named, robot)
+    matrix = arm.jacobian()
+    task = served_task(arm.kinematics)
+    whole, linear = arm.kinematics.dimensions
+    values = np.linalg.svd(matrix, compute_uv=False)
+    linear_values = np.linalg.svd(matrix[:3], compute_uv=False)
+    served = (values[:whole] if task.value == "pose" else linear_values[:linear]).tolist()
+    smallest = min(served)
+    condition = max(served) / smallest if smallest > 1e-12 * max(served) else math.inf
+    if as_json:
+        console.out_json(
+            {
+                **_of_arm(arm, arm.model.description.root),
+                "jacobian": matrix.tolist(),
+                "singular_values": values.tolist(),
+                "linear_singular_values": linear_values.tolist(),
+                "task": task.value,
+                "manipulability": math.prod(served),
+                "condition": condition if math.isfinite(condition) else None,
+            }
+        )
+        return
+    names = [*arm.names]
+    width = max(precision + 4, *map(len, names))
+    console.out(f"Jacobian of '{_tool_name(arm, robot)}' in '{arm.model.description.root}'")
+    console.out("    " + "  ".join(name.rjust(width) for name in names))
+    for row, values_of_row in zip(("vx", "vy", "vz", "wx", "wy", "wz"), matrix, strict=True):
+        cells = (f"{value + 0.0:{width}.{precision}f}" for value in values_of_row)
+        console.out(f"{row}  " + "  ".join(cells))
+    console.out(f"Singular values: {_listed(values, precision)}")
+    console.out(f"Singular values of the linear rows: {_listed(linear_values, precision)}")
+    what = "pose" if task.value == "pose" else "position"
+    console.out(f"Manipulability of the {what}: {math.prod(served):.{precision}g}")
+    console.out(
+        f"Condition of the {what}: {condition:.{precision}g}"
+        if math.isfinite(condition)
+        else f"Condition of the {what}: infinite (a singularity)"
+    )
+
+
+# --- shared with `move` -------------------------------------------------------------------------
+
+
+def rotation_of(rpy: str | None, quat: str | None) -> "Array | None":
+    """Return the rotation matrix, (3, 3), of ``--rpy`` or ``--quat``; None without any.
+
+    Raises:
+        UsageError: Both are given, or the numbers are no rotation.
+    """
+    import numpy as np
+
+    from teleopctl.tf import matrix_from_quaternion, normalize, quaternion_from_rpy
+
+    if rpy is not None and quat is not None:
+        raise UsageError("Give --rpy or --quat, not both")
+    if rpy is not None:
+        roll, pitch, yaw = numbers(rpy, 3, "--rpy", "roll,pitch,yaw")
+        return np.array(matrix_from_quaternion(quaternion_from_rpy(roll, pitch, yaw)))
+    if quat is None:
+        return None
+    x, y, z, w = numbers(quat, 4, "--quat", "x,y,z,w")
+    if math.hypot(x, y, z, w) < 1e-6:
+        raise UsageError(f"--quat {quat} has length 0, and is no rotation")
+    return np.array(matrix_from_quaternion(normalize((x, y, z, w))))
+
+
+def target_pose(
+    arm: "Arm", T_frame_root: "Array", position: list[float], rotation: "Array | None"
+) -> "Array":
+    """Return the pose of a target in the root link's frame, (4, 4), given in another frame."""
+    import numpy as np
+
+    from teleopctl.kinematics import invert_pose
+
+    pose = np.eye(4)
+    pose[:3, :3] = T_frame_root[:3, :3] @ arm.fk()[:3, :3] if rotation is None else rotation
+    pose[:3, 3] = position
+    return np.asarray(invert_pose(T_frame_root) @ pose)
+
+
+def frame_transform(arm: "Arm", frame: str | None) -> "tuple[str, Array]":
+    """Return the name of a frame, and the pose of the root link in it, (4, 4)."""
+    return _frame_of(arm, frame)
+
+
+def _frame_of(arm: "Arm", frame: str | None) -> "tuple[str, Array]":
+    import numpy as np
+
+    from teleopctl.kinematics import invert_pose
+
+    root = arm.model.description.root
+    if frame in (None, root):
+        return root, np.eye(4)
+    arm.fk()
+    if frame not in arm.model.links:
+        raise NotFoundError(
+            f"The robot has no frame '{frame}'", hint=f"It has: {', '.join(arm.model.links)}"
+        )
+    return str(frame), invert_pose(arm.model.pose(str(frame)))
+
+
+# --- parts --------------------------------------------------------------------------------------
+
+
+def _check_precision(precision: int) -> None:
+    if not 0 <= precision <= _MOST_DIGITS:
+        raise UsageError(f"The precision is 0 to {_MOST_DIGITS} digits, not {precision}")
+
+
+def _rest(words: Words) -> list[str]:
+    return [
+        *(f"{value:g}" for value in words.numbers),
+        *(f"{name}={value:g}" for name, value in words.joints.items()),
+        *words.names,
+    ]
+
+
+def _arm_at(words: Words, named: str | None, robot: RobotOptions) -> "Arm":
+    """Return the arm at the positions that a command line gives."""
+    if words.names:
+        raise UsageError(
+            f"'{words.names[0]}' is no file, no number and no JOINT=POSITION",
+            hint="A file that is not below the current folder needs its path.",
+        )
+    if words.numbers and (words.joints or named):
+        raise UsageError("Give positions in the joints' order, by name, or a named state")
+    needs_state = not words.numbers and not named
+    arm = read_robot(words, robot, needs_state=needs_state).arm(robot)
+    if words.numbers:
+        arm.positions = words.numbers
+    elif named:
+        arm.fk(named)
+        arm.positions = arm.kinematics.present()
+    if words.joints:
+        arm.positions = words.joints
+    beyond = [
+        f"{name} {at:g} is outside {lower:.4g} to {upper:.4g}"
+        for name, at, lower, upper in zip(
+            arm.names, arm.positions, arm.lower, arm.upper, strict=True
+        )
+        if not lower - 1e-6 <= at <= upper + 1e-6
+    ]
+    if beyond:
+        console.warn(f"Outside the joints' limits: {'; '.join(beyond)}")
+    arm.kinematics.set(arm.positions)
+    return arm
+
+
+def _tool_name(arm: "Arm", robot: RobotOptions) -> str:
+    is_offset = not isinstance(robot.tool_frame(), str | None) or arm.group.tool is not None
+    return f"{arm.group.tip} with its tool" if is_offset else arm.group.tip
+
+
+def _note_collisions(arm: "Arm") -> None:
+    for first, second in arm.collisions():
+        console.warn(f"'{first}' and '{second}' touch at these positions")
+
+
+def _pose_document(pose: "Array") -> dict[str, console.Json]:
+    from teleopctl.kinematics import pose_transform
+    from teleopctl.tf import rpy_from_quaternion
+
+    transform = pose_transform(pose)
+    return {
+        "position": dict(zip("xyz", transform.translation, strict=True)),
+        "orientation": dict(zip("xyzw", transform.rotation, strict=True)),
+        "rpy": list(rpy_from_quaternion(transform.rotation)),
+    }
+
+
+def _of_arm(arm: "Arm", frame: str) -> dict[str, console.Json]:
+    return {
+        "group": arm.group.name,
+        "tip": arm.group.tip,
+        "frame": frame,
+        "joints": arm.kinematics.by_name(arm.positions),
+    }
+
+
+def _solution_document(
+    arm: "Arm", frame: str, T_frame_root: "Array", solution: "IkSolution"
+) -> dict[str, console.Json]:
+    from teleopctl.kinematics import MoveItErrorCode
+
+    code = MoveItErrorCode.SUCCESS if solution.is_reached else MoveItErrorCode.NO_IK_SOLUTION
+    return {
+        "group": arm.group.name,
+        "tip": arm.group.tip,
+        "frame": frame,
+        "reached": solution.is_reached,
+        "error_code": {"val": int(code), "name": code.name},
+        "joints": arm.kinematics.by_name(solution.positions),
+        "pose": _pose_document(T_frame_root @ arm.fk(solution.positions)),
+        "position_error_m": solution.position_error_m,
+        "rotation_error_rad": solution.rotation_error_rad,
+        "binding": list(solution.binding),
+    }
+
+
+def _joint_lines(arm: "Arm", solution: "IkSolution", digits: int) -> list[str]:
+    width = max(map(len, arm.names))
+    return [
+        f"{name:{width}}  {at + 0.0:.{digits}f}"
+        for name, at in zip(arm.names, solution.positions, strict=True)
+    ]
+
+
+def _not_reached(
+    arm: "Arm", frame: str, T_frame_root: "Array", solution: "IkSolution", digits: int
+) -> list[str]:
+    from teleopctl.kinematics import pose_transform
+    from teleopctl.tf import rpy_from_quaternion
+
+    nearest = pose_transform(T_frame_root @ arm.fk(solution.positions))
+    away = f"{solution.position_error_m:.4g} m"
+    turned = math.degrees(solution.rotation_error_rad)
+    lines = [f"Not reached (NO_IK_SOLUTION, -31): {'; '.join(solution.binding) or 'not found'}"]
+    if solution.position_error_m > 1e-3:
+        lines.append(f"The nearest position that was found is {away} away:")
+    else:
+        lines.append(f"The nearest pose that was found is turned by {turned:.1f} degrees:")
+    return [
+        *lines,
+        f"- Translation in '{frame}': [{_listed(nearest.translation, 3)}]",
+        f"- Rotation: in RPY (radian) [{_listed(rpy_from_quaternion(nearest.rotation), 3)}]",
+        "Its joints:",
+        *_joint_lines(arm, solution, digits),
+    ]
+
+
+def _listed(values: "Iterable[float]", digits: int) -> str:
+    return ", ".join(f"{value + 0.0:.{digits}f}" for value in values)
