@@ -7,10 +7,15 @@ from typing import NamedTuple
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.model import KinematicModel
 from teleopctl.kinematics.poses import Array
+
+
+_NO_DISTANCES = np.zeros(0)
+_NO_BODIES = np.zeros((0, 2), dtype=np.intp)
 
 
 class Approach(NamedTuple):
@@ -62,6 +67,7 @@ class ClearanceChecker:
         self._robot = frozenset(model.links.values())
         self.allowed: set[tuple[str, str]] = set()
         self._allowed_numbers: set[tuple[int, int]] = set()
+        self._is_allowed = np.zeros((len(self._names), len(self._names)), dtype=bool)
         self.allow((*model.touching, *allowed))
 
     def allow(self, pairs: Iterable[tuple[str, str]]) -> None:
@@ -72,6 +78,7 @@ class ClearanceChecker:
             if first in numbers and second in numbers:
                 a, b = numbers[first], numbers[second]
                 self._allowed_numbers.add((min(a, b), max(a, b)))
+                self._is_allowed[a, b] = self._is_allowed[b, a] = True
 
     def allow_within(self, links: Iterable[str]) -> None:
         """Allow all pairs of some links to touch, such as the fingers of a gripper."""
@@ -108,6 +115,30 @@ class ClearanceChecker:
                 np.array(contact.frame[place, :3]),
             )
         return list(found.values())
+
+    def distances(self, within_m: float) -> tuple[Array, npt.NDArray[np.intp]]:
+        """Return distances and bodies of all contacts nearer than a distance, in any order.
+
+        A pair of bodies may have several contacts. Costs half of what `near` does.
+
+        Args:
+            within_m: The distance, m.
+
+        Returns:
+            Distances, (k,), m, negative for bodies that overlap; MuJoCo's numbers of the bodies,
+            (k, 2).
+        """
+        model, data = self._mj_model, self._mj_data
+        model.geom_margin[:] = 0.5 * within_m
+        mujoco.mj_collision(model, data)
+        if not data.ncon:
+            return _NO_DISTANCES, _NO_BODIES
+        contact = data.contact
+        distances, bodies = contact.dist, model.geom_bodyid[contact.geom]
+        if self._allowed_numbers:
+            counts = ~self._is_allowed[bodies[:, 0], bodies[:, 1]]
+            return distances[counts], bodies[counts]
+        return distances, bodies
 
     def collisions(self) -> list[Approach]:
         """Return the pairs of bodies that touch or overlap, the deepest first."""

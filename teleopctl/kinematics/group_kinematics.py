@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from functools import cached_property
 
 import mujoco
@@ -112,6 +112,19 @@ class GroupKinematics:
             data.qpos[self._followers] = self._factors * positions[self._leaders] + self._offsets
         mujoco.mj_kinematics(self._mj_model, data)
         mujoco.mj_comPos(self._mj_model, data)
+
+    def columns(self) -> Iterator[tuple[int, tuple[int, float]]]:
+        """Yield MuJoCo's number of each joint that the group moves, its variable and its factor.
+
+        The variable is the place of an independent joint; the factor is how far the joint moves,
+        rad or m, at 1 rad or 1 m of that, without its sign: 1 unless it is a mimic joint.
+        """
+        by_address = {int(at): joint for joint, at in enumerate(self._mj_model.jnt_qposadr)}
+        for place, at in enumerate(self._addresses):
+            yield by_address[int(at)], (place, 1.0)
+        followers = zip(self._followers, self._leaders, self._factors, strict=True)
+        for at, place, factor in followers:
+            yield by_address[int(at)], (int(place), abs(float(factor)))
 
     def present(self) -> Array:
         """Return the model's positions of the independent joints, (n,), rad or m."""

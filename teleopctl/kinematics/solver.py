@@ -150,6 +150,7 @@ class IkSolver:
         start: Array,
         *,
         more_starts: Sequence[Array] = (),
+        most_starts: int | None = None,
         timeout_s: float | None = None,
     ) -> IkSolution:
         """Search positions at which the tool has a pose.
@@ -161,6 +162,8 @@ class IkSolver:
             T_root_target: Pose of the tool in the root link's frame, (4, 4).
             start: Positions from which the search begins, (n,); clamped into the limits.
             more_starts: Positions that are tried next, before random ones.
+            most_starts: Number of starts in all; 1 for a solution near the start, None for no
+                limit.
             timeout_s: Time after which no further start is tried; None for no limit.
 
         Returns:
@@ -185,6 +188,8 @@ class IkSolver:
                 wishes += 1
                 if best.is_complete or wishes >= _WISH_STARTS:
                     break
+            if count == most_starts:
+                break
             if deadline is not None and time.monotonic() >= deadline:
                 break
         assert best is not None
