@@ -13,7 +13,6 @@ from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.model import KinematicModel
 from teleopctl.kinematics.poses import Array
 
-
 _NO_DISTANCES = np.zeros(0)
 _NO_BODIES = np.zeros((0, 2), dtype=np.intp)
 

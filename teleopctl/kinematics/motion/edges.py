@@ -16,7 +16,7 @@ from typing import Any
 import mujoco
 import numpy as np
 
-from teleopctl.kinematics.clearance import ClearanceChecker
+from teleopctl.kinematics.clearance import Approach, ClearanceChecker
 from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.poses import Array
 
@@ -65,7 +65,9 @@ class EdgeChecker:
         self.condition = condition
         self.least_m = least_m
         self.states = 0
-        self._is_moved, self._reach = _pair_reach(kinematics)
+        self._rows, self._reach = _pair_reach(kinematics)
+        # What the group cannot change is no matter of its motions: an object on the ground.
+        self._counts = self._reach.max(axis=2) > 0.0
 
     def is_free(self, positions: Array) -> bool:
         """Return whether a state touches nothing and meets the condition."""
@@ -75,8 +77,19 @@ class EdgeChecker:
         if self.clearance is None:
             return True
         self.kinematics.set(positions)
-        distances, _ = self.clearance.distances(self.least_m)
-        return not bool((distances <= self.least_m).any())
+        distances, bodies = self.clearance.distances(self.least_m)
+        if not len(distances):
+            return True
+        rows = self._rows[bodies]
+        touches = (distances <= self.least_m) & self._counts[rows[:, 0], rows[:, 1]]
+        return not bool(touches.any())
+
+    def loosen(self, *states: Array) -> None:
+        """Lower `least_m` to half of the distance of bodies that nearly touch at some states."""
+        for positions in states:
+            found = self.touching(positions)
+            if found and found[0][0] > 0.0:
+                self.least_m = min(self.least_m, 0.5 * found[0][0])
 
     def is_edge_free(self, start: Array, end: Array) -> bool:
         """Return whether a straight motion between two states that are free is free.
@@ -140,7 +153,7 @@ class EdgeChecker:
             most = np.maximum(
                 travelled[high] - travelled[middle], travelled[middle] - travelled[low]
             )
-            cleared = _Motion(self, points[middle], points[middle] + most).cleared(0.0)
+            cleared = _Motion(self, points[middle], points[middle] + most).cleared(0.0, 1.0)
             if cleared <= 0.0:
                 return middle
             if cleared < 1.0:
@@ -152,8 +165,25 @@ class EdgeChecker:
         if self.clearance is None:
             return []
         self.kinematics.set(positions)
-        near = self.clearance.near(self.least_m)
-        return [(one.distance_m, one.bodies) for one in near if one.distance_m <= self.least_m]
+        return [
+            (one.distance_m, one.bodies)
+            for one in self.near(self.least_m)
+            if one.distance_m <= self.least_m
+        ]
+
+    def near(self, within_m: float) -> list[Approach]:
+        """Return the pairs of bodies near each other that the group moves, the nearest first.
+
+        Args:
+            within_m: Largest distance, m.
+        """
+        assert self.clearance is not None
+        rows = self._rows
+        return [
+            one
+            for one in self.clearance.near(within_m)
+            if self._counts[rows[one.numbers[0]], rows[one.numbers[1]]]
+        ]
 
 
 class _Motion:
@@ -170,8 +200,13 @@ class _Motion:
         self.displacements = edges._reach @ size  # noqa: SLF001 - part of the checker
         self.most = float(self.displacements.max(initial=0.0))
 
-    def cleared(self, fraction: float) -> float:
-        """Return the part of the motion to either side of a state that is free; 0 if it is not."""
+    def cleared(self, fraction: float, wanted: float = 0.5) -> float:
+        """Return the part of the motion to either side of a state that is free; 0 if it is not.
+
+        Args:
+            fraction: Place of the state, 0 to 1.
+            wanted: Part that is enough.
+        """
         edges = self.edges
         positions = self.start + fraction * self.change
         edges.states += 1
@@ -183,17 +218,18 @@ class _Motion:
         if edges.clearance is None:
             return most
         edges.kinematics.set(positions)
-        within = max(min(_WITHIN_M, 0.5 * self.most), edges.least_m)
+        within = max(min(_WITHIN_M, 1.001 * wanted * self.most), edges.least_m)
         distances, bodies = edges.clearance.distances(within)
         if self.most > 0.0:
             most = min(most, within / self.most)
         if len(distances):
-            if float(distances.min()) <= edges.least_m:
+            rows = edges._rows[bodies]  # noqa: SLF001
+            first, second = rows[:, 0], rows[:, 1]
+            counts = edges._counts[first, second]  # noqa: SLF001
+            if (counts & (distances <= edges.least_m)).any():
                 return 0.0
-            moved = edges._is_moved[bodies]  # noqa: SLF001
-            displacements = self.displacements[moved[:, 0], moved[:, 1]]
-            parts = distances / np.maximum(displacements, 1e-12)
-            most = min(most, float(parts.min()))
+            displacements = np.maximum(self.displacements[first, second], 1e-12)
+            most = min(most, float(np.where(counts, distances / displacements, np.inf).min()))
         return max(most, self.least)
 
 
@@ -299,4 +335,3 @@ def _travel(model: Any, joint: int) -> float:
 def _joints_of(model: Any, body: int) -> list[int]:
     first, count = int(model.body_jntadr[body]), int(model.body_jntnum[body])
     return list(range(first, first + count))
-

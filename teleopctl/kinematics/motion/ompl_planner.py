@@ -96,7 +96,9 @@ def _set_parameter(planner: Any, name: str, key: str, value: str) -> None:
     """Set a planner's parameter by OMPL's name, such as ``range`` or ``goal_bias``."""
     setter = getattr(planner, f"set{''.join(part.capitalize() for part in key.split('_'))}", None)
     if setter is None:
-        known = [each[3:] for each in dir(planner) if each.startswith("set") and each[3:4].isupper()]
+        known = [
+            each[3:] for each in dir(planner) if each.startswith("set") and each[3:4].isupper()
+        ]
         raise UsageError(
             f"The planner {name} has no parameter '{key}'",
             hint=f"It has {', '.join(known)}",

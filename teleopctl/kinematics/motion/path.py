@@ -121,9 +121,7 @@ class JointPath:
         found = np.searchsorted(self.breaks, parameters, side="right") - 1
         return np.clip(found, 0, len(self.coefficients) - 1)
 
-    def positions(
-        self, parameters: Array, pieces: npt.NDArray[np.intp] | None = None
-    ) -> Array:
+    def positions(self, parameters: Array, pieces: npt.NDArray[np.intp] | None = None) -> Array:
         """Return the positions at path parameters, (k, n)."""
         pieces = self.pieces(parameters) if pieces is None else pieces
         u = (parameters - self.breaks[pieces])[:, None]

@@ -2,20 +2,54 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+import math
+import time
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field, replace
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
+import numpy as np
+
+from teleopctl.errors import UsageError
+from teleopctl.kinematics.error_codes import MoveItErrorCode, PlanningError
 from teleopctl.kinematics.group_kinematics import GroupKinematics
+from teleopctl.kinematics.motion.edges import EdgeChecker, StateCondition
 from teleopctl.kinematics.motion.limits import MotionLimits
+from teleopctl.kinematics.motion.line import JumpThreshold, compute_cartesian_path
+from teleopctl.kinematics.motion.path import JointPath
+from teleopctl.kinematics.motion.planner import choose_planner
+from teleopctl.kinematics.motion.search import (
+    FoundPath,
+    check_positions,
+    find_path,
+    touching_text,
+)
+from teleopctl.kinematics.motion.shortcut import shorten
+from teleopctl.kinematics.motion.timing import (
+    TimeLaw,
+    fastest_law,
+    sampled,
+    smoothed_law,
+)
 from teleopctl.kinematics.poses import Array
+from teleopctl.kinematics.solver import IkSolution, IkSolver
 
 if TYPE_CHECKING:
     from teleopctl.kinematics.clearance import ClearanceChecker
     from teleopctl.kinematics.solver import Task, Tolerance
 
-StateCondition = Callable[[Array], bool]
-"""Further condition on positions of the independent joints, (n,): whether they are allowed."""
+# Part of the time for a search that may be spent on making its path shorter.
+_SHORTEN = 0.2
+# Parts of the path tolerance that are tried until the rounded path touches nothing.
+_TOLERANCES = (1.0, 0.5, 0.25, 0.1)
+# Time, s, between the points of a motion at which collisions are checked.
+_CHECK_S = 0.005
+# Angle (rad) between the steps of the joints at a pose of a line, from which the motion stops
+# there.
+_CORNER_RAD = 0.35
+# Solutions of inverse kinematics that are goals of one search, and starts for each.
+_MOST_GOALS, _STARTS = 4, 12
 
 
 @dataclass(frozen=True, slots=True)
@@ -35,6 +69,7 @@ class MotionSettings:
             joint; 0 to stop at each waypoint.
         period_s: Time between the points of the plan, s.
         seed: Start of the random numbers; the same seed gives the same path.
+        parameters: Parameters of the planner by OMPL's names, such as ``range``.
     """
 
     planner: str = ""
@@ -43,9 +78,10 @@ class MotionSettings:
     velocity_scaling: float = 1.0
     acceleration_scaling: float = 1.0
     limits: MotionLimits | None = None
-    path_tolerance: float = 0.02
+    path_tolerance: float = 0.05
     period_s: float = 0.01
     seed: int = 0
+    parameters: Mapping[str, str] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -109,7 +145,42 @@ def plan_to_joints(
         PlanningError: There is no such motion, or none was found in time; with MoveIt's code.
         UsageError: A setting is invalid.
     """
-    raise NotImplementedError
+    began = time.monotonic()
+    settings = settings or MotionSettings()
+    start = check_positions(kinematics, start, "start")
+    listed = [goals] if np.ndim(goals) == 1 else list(goals)
+    wanted = np.array([check_positions(kinematics, np.asarray(goal), "goal") for goal in listed])
+    limits = _limits(kinematics, settings)
+    planner, notes = choose_planner(settings.planner, settings.library)
+    edges = EdgeChecker(kinematics, clearance, condition)
+    try:
+        found = find_path(
+            edges,
+            planner,
+            start,
+            wanted,
+            timeout_s=settings.timeout_s,
+            seed=settings.seed,
+            parameters=settings.parameters,
+        )
+        shorter = shorten(
+            edges,
+            found.corners[found.first :],
+            seed=settings.seed,
+            timeout_s=_SHORTEN * settings.timeout_s,
+        )
+        parts = _legs(edges, found, shorter, limits, settings)
+    finally:
+        kinematics.set(start)
+    return _joined(
+        kinematics,
+        parts,
+        settings,
+        planner=found.planner,
+        began=began,
+        waypoints=np.vstack((found.corners[: found.first], shorter)),
+        notes=(*notes, *limits.assumed, *found.notes),
+    )
 
 
 def plan_to_pose(
@@ -139,7 +210,18 @@ def plan_to_pose(
         PlanningError: As `plan_to_joints`; without a solution, code -31 and what binds.
         UsageError: A setting or the pose is invalid.
     """
-    raise NotImplementedError
+    began = time.monotonic()
+    settings = settings or MotionSettings()
+    start = check_positions(kinematics, start, "start")
+    solver = IkSolver(kinematics, task=task, tolerance=tolerance, clearance=clearance)
+    try:
+        goals = _solutions(solver, T_root_tool, start, settings, condition)
+    finally:
+        kinematics.set(start)
+    plan = plan_to_joints(
+        kinematics, start, goals, clearance=clearance, condition=condition, settings=settings
+    )
+    return replace(plan, computing_s=time.monotonic() - began)
 
 
 def plan_line(
@@ -159,6 +241,9 @@ def plan_line(
 ) -> MotionPlan:
     """Plan a motion of the tool on straight lines through poses.
 
+    The motion stops at a pose where the joints' direction changes by more than 20°; elsewhere it
+    passes smoothly, within 1 mm of the lines.
+
     Args:
         kinematics: Kinematics of the group.
         start: Present positions of the independent joints, (n,), rad or m.
@@ -177,4 +262,214 @@ def plan_line(
         PlanningError: Less than that part can be followed; with MoveIt's code and what ended it.
         UsageError: A setting or a pose is invalid.
     """
-    raise NotImplementedError
+    began = time.monotonic()
+    settings = settings or MotionSettings()
+    start = check_positions(kinematics, start, "start")
+    limits = _limits(kinematics, settings)
+    edges = EdgeChecker(kinematics, clearance, condition)
+    edges.loosen(start)
+    try:
+        if not edges.is_free(start):
+            text = touching_text(edges, start)
+            raise PlanningError(
+                f"The start is in collision: {text}"
+                if text
+                else "The start does not meet the constraints of the path",
+                MoveItErrorCode.START_STATE_IN_COLLISION
+                if text
+                else MoveItErrorCode.START_STATE_VIOLATES_PATH_CONSTRAINTS,
+            )
+        path = compute_cartesian_path(
+            kinematics,
+            start,
+            poses,
+            max_step_m=max_step_m,
+            jump=JumpThreshold(jump_factor, jump_rad, jump_m),
+            task=task,
+            edges=edges,
+        )
+        if path.fraction < least_fraction:
+            raise PlanningError(
+                f"The line can be followed to {100.0 * path.fraction:.0f} %: {path.reason}",
+                path.code,
+            )
+        legs = [
+            _smooth(JointPath.spline(points, limits.velocities), limits, keeps_path=True)
+            for points in _split(path.positions, path.corners, limits)
+        ]
+    finally:
+        kinematics.set(start)
+    ended = (f"The line ends at {100.0 * path.fraction:.0f} %: {path.reason}",)
+    return _joined(
+        kinematics,
+        legs,
+        settings,
+        planner="teleopctl line",
+        began=began,
+        waypoints=path.positions,
+        notes=(*(ended if path.reason else ()), *limits.assumed),
+        fraction=path.fraction,
+    )
+
+
+@dataclass(frozen=True, slots=True)
+class _Leg:
+    """Motion from rest to rest, with its duration before jerk was limited, s."""
+
+    law: TimeLaw
+    before_jerk_s: float
+
+
+def _limits(kinematics: GroupKinematics, settings: MotionSettings) -> MotionLimits:
+    for name, value, least in (
+        ("time for the search", settings.timeout_s, 0.0),
+        ("path tolerance", settings.path_tolerance, -1e-300),
+        ("period", settings.period_s, 0.0),
+    ):
+        if not (value > least and math.isfinite(value)):
+            raise UsageError(f"The {name} is {value:g}, and must be a finite number above 0")
+    limits = settings.limits or MotionLimits.of(kinematics)
+    return limits.scaled(settings.velocity_scaling, settings.acceleration_scaling)
+
+
+def _legs(
+    edges: EdgeChecker,
+    found: FoundPath,
+    corners: Array,
+    limits: MotionLimits,
+    settings: MotionSettings,
+) -> list[_Leg]:
+    """Return the motions of a path: out of a collision to rest, then to the goal."""
+    out = found.corners[: found.first + 1]
+    legs = _stopping(out, limits) if found.first else []
+    if len(corners) < 2:
+        return legs
+    for part in _TOLERANCES:
+        rounded = JointPath.rounded(corners, limits.velocities, part * settings.path_tolerance)
+        leg = _smooth(rounded, limits)
+        if _touches(edges, leg.law) is None:
+            return [*legs, leg]
+        if len(corners) == 2:
+            break
+    exact = _stopping(corners, limits)
+    for leg in exact:
+        if positions := _touches(edges, leg.law):
+            raise PlanningError(
+                f"The timed path touches: {touching_text(edges, positions[0])}",
+                MoveItErrorCode.INVALID_MOTION_PLAN,
+            )
+    return [*legs, *exact]
+
+
+def _stopping(corners: Array, limits: MotionLimits) -> list[_Leg]:
+    """Return a motion that follows a polyline exactly, with a stop at each corner."""
+    return [
+        _smooth(JointPath.rounded(corners[place : place + 2], limits.velocities, 0.0), limits)
+        for place in range(len(corners) - 1)
+    ]
+
+
+def _smooth(path: JointPath, limits: MotionLimits, *, keeps_path: bool = False) -> _Leg:
+    law = fastest_law(path, limits)
+    return _Leg(smoothed_law(law, limits, keeps_path=keeps_path), law.duration_s)
+
+
+def _touches(edges: EdgeChecker, law: TimeLaw) -> list[Array] | None:
+    """Return the positions at which a motion touches something, as a list of one, or None."""
+    if edges.clearance is None and edges.condition is None:
+        return None
+    _, positions, *_ = sampled(law, _CHECK_S)
+    place = edges.touch_on_curve(positions)
+    return None if place is None else [positions[place]]
+
+
+def _split(positions: Array, corners: Sequence[int], limits: MotionLimits) -> list[Array]:
+    """Return the parts of a line's joint positions between the corners at which it has to stop."""
+    steps = np.diff(positions, axis=0) / limits.velocities
+    ends = [0]
+    for corner in corners:
+        if 0 < corner < len(steps):
+            before, after = steps[corner - 1], steps[corner]
+            sizes = float(np.linalg.norm(before) * np.linalg.norm(after))
+            if float(before @ after) < math.cos(_CORNER_RAD) * sizes:
+                ends.append(corner)
+    ends.append(len(positions) - 1)
+    return [positions[first : last + 1] for first, last in pairwise(ends)]
+
+
+def _solutions(
+    solver: IkSolver,
+    T_root_tool: Array,
+    start: Array,
+    settings: MotionSettings,
+    condition: StateCondition | None,
+) -> list[Array]:
+    """Return solutions of inverse kinematics that differ, the first one near the start."""
+    kinematics = solver.kinematics
+    first = solver.solve(T_root_tool, start, timeout_s=settings.timeout_s)
+    if not first.is_reached:
+        raise _unreachable(first)
+    found = [first.positions]
+    generator = np.random.default_rng(settings.seed)
+    for _ in range(_STARTS):
+        if len(found) == _MOST_GOALS:
+            break
+        more = solver.solve(T_root_tool, kinematics.random(generator), most_starts=1)
+        is_new = all(float(np.abs(more.positions - one).max()) > 0.1 for one in found)
+        if more.is_reached and is_new:
+            found.append(more.positions)
+    kept = [one for one in found if condition is None or condition(one)]
+    return kept or found
+
+
+def _unreachable(solution: IkSolution) -> PlanningError:
+    away = (
+        f"{1000.0 * solution.position_error_m:.0f} mm"
+        if solution.position_error_m > 1e-3
+        else f"{math.degrees(solution.rotation_error_rad):.1f}°"
+    )
+    in_collision = bool(solution.collisions)
+    return PlanningError(
+        f"The goal pose cannot be reached, the nearest is {away} away: "
+        f"{'; '.join(solution.binding)}",
+        MoveItErrorCode.GOAL_IN_COLLISION if in_collision else MoveItErrorCode.NO_IK_SOLUTION,
+    )
+
+
+def _joined(
+    kinematics: GroupKinematics,
+    legs: Sequence[_Leg],
+    settings: MotionSettings,
+    *,
+    planner: str,
+    began: float,
+    waypoints: Array,
+    notes: tuple[str, ...],
+    fraction: float = 1.0,
+) -> MotionPlan:
+    """Return the plan of motions one after the other."""
+    times, positions = [np.zeros(1)], [waypoints[:1]]
+    still = np.zeros((1, len(kinematics.names)))
+    velocities, accelerations = [still], [still]
+    end = 0.0
+    for leg in legs:
+        points = sampled(leg.law, settings.period_s)
+        times.append(end + points[0][1:])
+        positions.append(points[1][1:])
+        velocities.append(points[2][1:])
+        accelerations.append(points[3][1:])
+        accelerations[0] = points[3][:1] if len(times) == 2 else accelerations[0]
+        end = float(times[-1][-1])
+    return MotionPlan(
+        joint_names=kinematics.names,
+        times=np.concatenate(times),
+        positions=np.vstack(positions),
+        velocities=np.vstack(velocities),
+        accelerations=np.vstack(accelerations),
+        planner=planner,
+        computing_s=time.monotonic() - began,
+        duration_before_jerk_s=sum(leg.before_jerk_s for leg in legs),
+        waypoints=waypoints,
+        fraction=fraction,
+        notes=notes,
+    )

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 import daqp
@@ -17,8 +17,7 @@ from teleopctl.kinematics.motion.planner import Planner, Query, search_bounds
 from teleopctl.kinematics.poses import Array
 
 OUTSIDE = 0.05
-"""How far outside its limits a joint may start, rad or m: MoveIt's ``start_state_max_bounds_error``.
-"""
+"""How far outside a limit a joint may start: ``start_state_max_bounds_error`` of MoveIt."""
 # A goal this far outside of a limit (rad or m) is meant to be at it.
 _ROUNDING = 1e-6
 # Longest way out of a collision, and its steps, rad or m of the joint that moves most; and the
@@ -54,7 +53,7 @@ def find_path(
     *,
     timeout_s: float = 5.0,
     seed: int = 0,
-    parameters: dict[str, str] | None = None,
+    parameters: Mapping[str, str] | None = None,
 ) -> FoundPath:
     """Return a free path from a state to one of several.
 
@@ -77,7 +76,7 @@ def find_path(
     _check_start(kinematics, start)
     goals = _reachable_goals(kinematics, start, goals)
     # Bodies that rest nearer to each other than is kept on the way, at the start or at a goal.
-    edges.least_m = min(edges.least_m, *(0.5 * _free_m(edges, each) for each in (start, *goals)))
+    edges.loosen(start, *goals)
     way_out, notes = _leave(edges, start)
     goals = _free_goals(edges, goals)
     inside = way_out[-1]
@@ -96,9 +95,7 @@ def find_path(
             MoveItErrorCode.TIMED_OUT,
             hint="Allow more time, or another planner; the goal may be walled in.",
         )
-    return FoundPath(
-        np.vstack((way_out[:-1], found)), planner.text, len(way_out) - 1, notes
-    )
+    return FoundPath(np.vstack((way_out[:-1], found)), planner.text, len(way_out) - 1, notes)
 
 
 def touching_text(edges: EdgeChecker, positions: Array) -> str:
@@ -169,13 +166,6 @@ def _reachable_goals(kinematics: GroupKinematics, start: Array, goals: Array) ->
     )
 
 
-def _free_m(edges: EdgeChecker, positions: Array) -> float:
-    """Return the distance between the nearest bodies at a state; that of the check if they touch.
-    """
-    found = edges.touching(positions)
-    return found[0][0] if found and found[0][0] > 0.0 else math.inf
-
-
 def _free_goals(edges: EdgeChecker, goals: Array) -> Array:
     kept = [goal for goal in goals if edges.is_free(goal)]
     if kept:
@@ -226,12 +216,11 @@ def _way_out(edges: EdgeChecker, start: Array) -> list[Array] | None:
 
         min |dq|²  with  n_k (J_b - J_a) dq >= step for touching, >= -d_k for near bodies.
     """
-    kinematics, clearance = edges.kinematics, edges.clearance
-    assert clearance is not None
+    kinematics = edges.kinematics
     count = len(kinematics.names)
     at, way = start, list[Array]()
     kinematics.set(at)
-    near = clearance.near(0.02)
+    near = edges.near(0.02)
     deepest = near[0].distance_m if near else 0.0
     for _ in range(int(_LONGEST_WAY_OUT / STEP_RAD)):
         rows = np.array([one.separation(kinematics) for one in near])
@@ -256,7 +245,7 @@ def _way_out(edges: EdgeChecker, start: Array) -> list[Array] | None:
         if float(np.abs(at - start).max()) > _LONGEST_WAY_OUT:
             return None
         kinematics.set(at)
-        near = clearance.near(0.02)
+        near = edges.near(0.02)
         now = near[0].distance_m if near else math.inf
         if now < deepest - 1e-4:
             return None

@@ -14,9 +14,7 @@ from teleopctl.kinematics.poses import Array
 _PATIENCE, _MOST, _LEAST_GAIN = 20, 200, 0.01
 
 
-def shorten(
-    edges: EdgeChecker, corners: Array, *, seed: int = 0, timeout_s: float = 1.0
-) -> Array:
+def shorten(edges: EdgeChecker, corners: Array, *, seed: int = 0, timeout_s: float = 1.0) -> Array:
     """Return a shorter path with the same ends.
 
     Corners that a free straight motion passes by are left out; then two random points of the path

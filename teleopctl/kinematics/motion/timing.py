@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from typing import Protocol
 
 import numpy as np
+import numpy.typing as npt
 
 from teleopctl.kinematics.motion.limits import MotionLimits
 from teleopctl.kinematics.motion.path import JointPath
@@ -36,14 +37,12 @@ _NODES = _NODES + 0.5
 
 
 class TimeLaw(Protocol):
-    """Motion of joints over time, from rest to rest.
-
-    Attributes:
-        duration_s: Its duration, s.
-    """
+    """Motion of joints over time, from rest to rest."""
 
     @property
-    def duration_s(self) -> float: ...
+    def duration_s(self) -> float:
+        """Duration, s."""
+        ...
 
     def at(self, times: Array) -> tuple[Array, Array, Array]:
         """Return positions, velocities and accelerations at times, (k,), s; (k, n) each."""
@@ -111,17 +110,20 @@ class FastestLaw:
         return _along(self.path, *self.parameter_at(times))
 
 
-@dataclass(frozen=True, slots=True)
 class AveragedLaw:
     """Moving average of a motion over a window of time: continuous accelerations, cut corners.
 
-    Attributes:
+    Args:
         law: The motion.
         window_s: The window T, s, above 0; the duration grows by it.
     """
 
-    law: FastestLaw
-    window_s: float
+    def __init__(self, law: FastestLaw, window_s: float) -> None:
+        self.law, self.window_s = law, window_s
+        self._ends = law.path.positions(np.array([0.0, law.path.length]))
+        parts = _integrals(law, law.times[:-1], law.times[1:])
+        # Integral of the positions up to each point of the grid.
+        self._sums = np.concatenate((np.zeros((1, parts.shape[1])), np.cumsum(parts, axis=0)))
 
     @property
     def duration_s(self) -> float:
@@ -145,18 +147,12 @@ class AveragedLaw:
     def _integral(self, times: Array) -> Array:
         """Return the integral of the positions from 0 to times, (k, n)."""
         law = self.law
-        sums = np.concatenate(
-            (
-                np.zeros((1, law.path.coefficients.shape[2])),
-                np.cumsum(_integrals(law, law.times[:-1], law.times[1:]), axis=0),
-            )
-        )
         clipped = np.clip(times, 0.0, law.duration_s)
         place = np.searchsorted(law.times, clipped, side="right") - 1
         place = np.clip(place, 0, len(law.times) - 2)
-        inside = sums[place] + _integrals(law, law.times[place], clipped)
-        ends = law.path.positions(np.array([0.0, law.path.length]))
-        outside = (times - clipped)[:, None] * np.where((times < 0.0)[:, None], ends[0], ends[1])
+        inside = self._sums[place] + _integrals(law, law.times[place], clipped)
+        resting = np.where((times < 0.0)[:, None], *self._ends)
+        outside = (times - clipped)[:, None] * resting
         return np.asarray(inside + outside)
 
 
@@ -184,7 +180,9 @@ class AveragedParameterLaw:
         then, old_speeds, _ = self.law.parameter_at(before)
         parameters = (self.law.integral(times) - self.law.integral(before)) / window
         parameters = np.clip(parameters, 0.0, self.law.path.length)
-        return _along(self.law.path, parameters, (now - then) / window, (speeds - old_speeds) / window)
+        return _along(
+            self.law.path, parameters, (now - then) / window, (speeds - old_speeds) / window
+        )
 
 
 @dataclass(frozen=True, slots=True)
@@ -334,7 +332,7 @@ def _window_s(accelerations: Array, limits: MotionLimits) -> float:
     return high * _CHECK_S
 
 
-def _grid(path: JointPath) -> tuple[Array, Array]:
+def _grid(path: JointPath) -> tuple[Array, npt.NDArray[np.intp]]:
     """Return path parameters, (N + 1,), and the piece of each interval between them, (N,)."""
     widths = np.diff(path.breaks)
     is_curved = np.abs(path.coefficients[:, 2:]).max(axis=(1, 2), initial=0.0) > 0.0
@@ -350,7 +348,7 @@ def _grid(path: JointPath) -> tuple[Array, Array]:
 
 
 def _squared_speeds(
-    path: JointPath, parameters: Array, pieces: Array, limits: MotionLimits
+    path: JointPath, parameters: Array, pieces: npt.NDArray[np.intp], limits: MotionLimits
 ) -> Array:
     """Return the squared speeds of the fastest law at the points of a grid, (N + 1,).
 

@@ -1,6 +1,7 @@
 """Scenes with obstacles for tests and benchmarks of motion planning, and random queries in them."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 
 import numpy as np
 
@@ -79,7 +80,7 @@ def deepest(kinematics: GroupKinematics, clearance: ClearanceChecker, path: Arra
     By MuJoCo's contacts alone, independently of the planner's check.
     """
     least = np.inf
-    for before, after in zip(path[:-1], path[1:], strict=True):
+    for before, after in pairwise(path):
         count = max(1, int(np.ceil(np.abs(after - before).max() / 0.002)))
         for part in np.linspace(0.0, 1.0, count + 1):
             kinematics.set(before + part * (after - before))
