@@ -204,14 +204,17 @@ class Arm:
         goal: Positions | str,
         start: Positions | None = None,
         settings: MotionSettings | None = None,
+        *,
+        is_position: bool = False,
     ) -> MotionPlan:
         """Return a motion to a goal that touches nothing, timed under the joints' limits.
 
         Args:
-            goal: Name of a state, positions by name, (n,) positions, a pose (4, 4), or for an arm
-                of other than three joints a position (3,).
+            goal: Name of a state, positions by name, (n,) positions, or a pose of the tool, (4, 4).
             start: Positions at which the motion begins; by default `positions`.
             settings: Planner, time for the search, scaling of velocities and accelerations.
+            is_position: Whether the goal is the position of the tool, (3,) or that of (4, 4), and
+                its rotation does not matter.
 
         Raises:
             PlanningError: There is no such motion, or none was found in time.
@@ -219,18 +222,16 @@ class Arm:
         from teleopctl.kinematics.motion.plan import plan_to_joints, plan_to_pose
 
         begin = self._vector(start)
-        if not isinstance(goal, str | Mapping):
-            shape = np.shape(goal)
-            if shape == _POSE or (shape == _POSITION and len(self.names) != _POSITION[0]):
-                target, is_position = self._target(goal, begin)
-                return plan_to_pose(
-                    self.kinematics,
-                    begin,
-                    target,
-                    task=_position_task(is_position),
-                    clearance=self.clearance,
-                    settings=settings,
-                )
+        if not isinstance(goal, str | Mapping) and (is_position or np.shape(goal) == _POSE):
+            target, _ = self._target(goal, begin)
+            return plan_to_pose(
+                self.kinematics,
+                begin,
+                target,
+                task=_position_task(is_position),
+                clearance=self.clearance,
+                settings=settings,
+            )
         return plan_to_joints(
             self.kinematics,
             begin,

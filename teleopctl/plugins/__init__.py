@@ -55,6 +55,7 @@ _VERBS = {
     "lifecycle": ("lifecycle:GROUP", "Manage the states of managed nodes."),
     "control": ("control:GROUP", "Manage controllers and hardware."),
     "robot": ("robot:GROUP", "Check robots' files."),
+    "move": ("move:VERB", "Move an arm, or its gripper."),
     "kinematics": ("kinematics:GROUP", "Compute poses and joint positions of arms."),
     "sim": ("sim:GROUP", "Run simulations."),
     "camera": ("camera:GROUP", "Save pictures of cameras."),

@@ -146,7 +146,7 @@ def ik(
         console.out_lines(_joint_lines(arm, solution, precision))
         if rotation is not None and math.degrees(solution.rotation_error_rad) > 0.1:
             console.note(
-                f"The position is reached; {len(arm.names)} joints do not serve the rotation, which "
+                f"The position is reached; {len(arm.names)} joints do not serve the rotation: it "
                 f"differs by {math.degrees(solution.rotation_error_rad):.1f} degrees"
             )
     else:
