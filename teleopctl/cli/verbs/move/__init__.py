@@ -154,7 +154,7 @@ def move(
             raise UsageError("--plot draws the motion of an arm, and only the gripper is moved")
         if dry_run:
             if as_json:
-                console.out_json({"planned": _document(planned), "executed": None})
+                console.out_json({"planned": _document(planned, with_points=True), "executed": []})
             return 0
         outcomes = []
         if planned is not None:
@@ -164,7 +164,7 @@ def move(
     if as_json:
         console.out_json(
             {
-                "planned": _document(planned),
+                "planned": _document(planned, with_points=False),
                 "executed": [outcome.document() for outcome in outcomes],
             }
         )
@@ -174,8 +174,8 @@ def move(
     return next((outcome.status for outcome in outcomes if not outcome.succeeded), 0)
 
 
-def _document(planned: "PlannedMotion | None") -> console.Json:
-    return None if planned is None else planned.document()
+def _document(planned: "PlannedMotion | None", *, with_points: bool) -> console.Json:
+    return None if planned is None else planned.document(with_points=with_points)
 
 
 def _check_plot(plot: bool, output: str | None) -> None:

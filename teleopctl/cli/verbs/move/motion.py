@@ -31,6 +31,7 @@ from teleopctl.node import (
     GoalState,
     Node,
     SingleThreadedExecutor,
+    StopHolders,
     qos_profile_sensor_data,
 )
 
@@ -97,6 +98,7 @@ class MotionRun:
             qos_profile_sensor_data,
             immediate=True,
         )
+        self._stops = StopHolders(node, lambda _names: None)
         namespace = node.get_namespace().rstrip("/")
         has_move_group = bool(node.graph().action_servers(f"{namespace}/{MOVE_ACTION}"))
         self._by_move_group = has_move_group and not direct
@@ -211,9 +213,12 @@ class MotionRun:
         if failed is None:
             return None
         _cancel(running)
-        return MotionOutcome(
-            failed.problem, 1, "failed", {"joints": dict(self._measured), **failed.facts}
-        )
+        text = failed.problem
+        if holders := self._stops.names:
+            text += (
+                f"; the robot is stopped by {', '.join(holders)} (teleopctl stop --robot --release)"
+            )
+        return MotionOutcome(text, 1, "failed", {"joints": dict(self._measured), **failed.facts})
 
     def _reached(self, target: Target, spent_s: float) -> MotionOutcome:
         """Return the end of a motion that succeeded, by the measured positions."""

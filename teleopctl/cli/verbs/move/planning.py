@@ -123,23 +123,34 @@ class PlannedMotion:
             found.append(Curve(name, times, values))
         return found
 
-    def document(self) -> dict[str, Any]:
-        """Return the motion for JSON."""
+    def document(self, *, with_points: bool) -> dict[str, Any]:
+        """Return the motion for JSON.
+
+        Args:
+            with_points: Whether to add the points of the trajectory.
+        """
+        points = self.trajectory.points if with_points else ()
         return {
             "planner": self.planner,
             "computing_s": self.computing_s,
             "duration_s": self.duration_s,
             "joint_names": list(self.trajectory.joint_names),
-            "points": [
-                {
-                    "time_s": 1e-9 * to_nanoseconds(point.time_from_start),
-                    "positions": list(map(float, point.positions)),
-                    "velocities": list(map(float, point.velocities)),
-                    "accelerations": list(map(float, point.accelerations)),
-                }
-                for point in self.trajectory.points
-            ],
             "notes": list(self.notes),
+            **(
+                {
+                    "points": [
+                        {
+                            "time_s": 1e-9 * to_nanoseconds(point.time_from_start),
+                            "positions": list(map(float, point.positions)),
+                            "velocities": list(map(float, point.velocities)),
+                            "accelerations": list(map(float, point.accelerations)),
+                        }
+                        for point in points
+                    ]
+                }
+                if with_points
+                else {}
+            ),
         }
 
 
