@@ -35,6 +35,7 @@ if TYPE_CHECKING:
         JointGroup as JointGroup,
         RobotGroups as RobotGroups,
         find_groups as find_groups,
+        with_tip as with_tip,
     )
     from teleopctl.kinematics.model import KinematicModel as KinematicModel
     from teleopctl.kinematics.motion.limits import MotionLimits as MotionLimits
@@ -45,6 +46,10 @@ if TYPE_CHECKING:
         plan_to_joints as plan_to_joints,
         plan_to_pose as plan_to_pose,
     )
+    from teleopctl.kinematics.motion.planner import (
+        has_ompl as has_ompl,
+        planner_names as planner_names,
+    )
     from teleopctl.kinematics.poses import (
         invert_pose as invert_pose,
         pose_matrix as pose_matrix,
@@ -52,6 +57,16 @@ if TYPE_CHECKING:
         rotation_matrix as rotation_matrix,
         rotation_vector as rotation_vector,
     )
+    from teleopctl.kinematics.scene.allowed_collisions import (
+        AllowedCollisions as AllowedCollisions,
+    )
+    from teleopctl.kinematics.scene.planning_scene import (
+        AttachedObject as AttachedObject,
+        PlanningScene as PlanningScene,
+        SceneModel as SceneModel,
+        SceneObject as SceneObject,
+    )
+    from teleopctl.kinematics.scene.shapes import Shape as Shape, ShapeKind as ShapeKind
     from teleopctl.kinematics.self_collisions import (
         allowed_by_sampling as allowed_by_sampling,
     )

@@ -100,6 +100,8 @@ class RobotGroups:
         end_effectors: End effectors by name.
         passive_joints: Joints without a drive.
         allowed_collisions: Reason for each pair of links (in alphabetical order) that may touch.
+        virtual_frame: Frame of the virtual joint that holds the root link, such as ``world``; empty
+            without one.
         file: The SRDF file; None if the groups were found in the description.
         warnings: What the SRDF says that cannot be used, one sentence each.
     """
@@ -110,6 +112,7 @@ class RobotGroups:
     end_effectors: Mapping[str, EndEffector] = field(default_factory=dict)
     passive_joints: frozenset[str] = frozenset()
     allowed_collisions: Mapping[tuple[str, str], str] = field(default_factory=dict)
+    virtual_frame: str = ""
     file: Path | None = None
     warnings: tuple[str, ...] = ()
 

@@ -121,6 +121,15 @@ class _Reader:
             end_effectors=effectors,
             passive_joints=frozenset(self._passive_joints()),
             allowed_collisions=self._allowed_collisions(),
+            virtual_frame=next(
+                (
+                    element.get("parent_frame") or ""
+                    for element in self._root.iterchildren("virtual_joint")
+                    if element.get("type") == "fixed"
+                    and element.get("child_link") == self._description.root
+                ),
+                "",
+            ),
             file=self._file,
             warnings=tuple(self._warnings),
         )
