@@ -31,6 +31,7 @@ NODES = (
             "foxglove_bridge/foxglove_bridge": "foxglove_bridge",
             "joint_state_publisher/joint_state_publisher": "joint_state_publisher",
             "joint_state_publisher_gui/joint_state_publisher_gui": "joint_state_publisher_gui",
+            "moveit_ros_move_group/move_group": "moveit.move_group.program",
             "moveit_servo/servo_node": "moveit.servo.program",
             # The name in Humble.
             "moveit_servo/servo_node_main": "moveit.servo.program",

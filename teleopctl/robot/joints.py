@@ -134,6 +134,11 @@ class Joints(Mapping[str, JointModel]):
         limits = {name: model.limits for name, model in self.items()}
         return Joints(self._joints, limits, mimics)
 
+    def with_limits(self, limits: Mapping[str, JointLimits]) -> Joints:
+        """Return a copy of the joints with other limits of those that are given."""
+        own = {name: limits.get(name, model.limits) for name, model in self.items()}
+        return Joints(self._joints, own, self.mimics)
+
     def positions(self, given: Mapping[str, float]) -> dict[str, float]:
         """Return the given joint positions, completed with those of the mimic joints.
 

@@ -1,0 +1,311 @@
+"""Constraints of a request: what a state must meet, and by how much it does not."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from teleopctl.errors import NotFoundError, UsageError
+from teleopctl.interfaces import get_message
+from teleopctl.kinematics import (
+    GroupKinematics,
+    KinematicModel,
+    MoveItErrorCode,
+    PlanningError,
+    rotation_vector,
+)
+from teleopctl.nodes.moveit.move_group import messages
+
+if TYPE_CHECKING:
+    from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
+
+# Any, here and below: message classes are generated at run time from definitions.
+_BOX, _SPHERE, _CYLINDER = 1, 2, 3
+_ROTATION_VECTOR = 1
+# Rounding of a position or an angle that is no violation, m or rad.
+_ROUNDING = 1e-6
+
+
+@dataclass(frozen=True)
+class Region:
+    """Region in which a point of a link must lie: spheres, boxes, cylinders, meshes as boxes.
+
+    Attributes:
+        link: Link or frame.
+        offset: The point in its frame, (3,), m.
+        parts: Pose in the root link's frame, (4, 4), and half lengths along x, y, z, (3,), of each
+            part; the half lengths are equal for a sphere.
+        kinds: Kind of each part: box 1, sphere 2, cylinder 3.
+    """
+
+    link: str
+    offset: np.ndarray
+    parts: tuple[tuple[np.ndarray, np.ndarray], ...]
+    kinds: tuple[int, ...]
+
+    @property
+    def centre(self) -> np.ndarray:
+        """Centre of the first part, (3,), m."""
+        return np.asarray(self.parts[0][0][:3, 3])
+
+    @property
+    def tolerance_m(self) -> float:
+        """Radius of the largest sphere around the centre that lies within the first part, m."""
+        return float(self.parts[0][1].min())
+
+    def distance_m(self, point: np.ndarray) -> float:
+        """Return how far a point, (3,), is outside; 0 within."""
+        return min(
+            _outside(kind, pose, half, point)
+            for kind, (pose, half) in zip(self.kinds, self.parts, strict=True)
+        )
+
+
+@dataclass(frozen=True)
+class Orientation:
+    """Orientation that a link must have.
+
+    Attributes:
+        link: Link or frame.
+        rotation: Rotation in the root link's frame, (3, 3).
+        tolerances: Largest angles about the axes x, y, z, (3,), rad.
+        is_vector: Whether these are components of the rotation vector, and not Euler angles.
+    """
+
+    link: str
+    rotation: np.ndarray
+    tolerances: np.ndarray
+    is_vector: bool
+
+    def excess_rad(self, rotation: np.ndarray) -> float:
+        """Return by how much a rotation, (3, 3), exceeds the tolerances, rad; 0 within."""
+        error = self.rotation.T @ rotation
+        angles = np.abs(rotation_vector(error) if self.is_vector else _euler(error))
+        return float(np.max(angles - self.tolerances, initial=0.0))
+
+
+class ConstraintSet:
+    """Constraints on positions of joints, and on position and orientation of links.
+
+    Args:
+        context: Robot, state and scene, for frames.
+        message: A ``moveit_msgs/msg/Constraints``.
+        kinematics: Kinematics of the group whose positions are checked; None to check the model
+            as it is.
+        model: The model, if there are no kinematics.
+
+    Raises:
+        PlanningError: A constraint cannot be understood.
+    """
+
+    def __init__(
+        self,
+        context: MoveGroupContext,
+        message: Any,
+        kinematics: GroupKinematics | None,
+        model: KinematicModel | None = None,
+    ) -> None:
+        self._context = context
+        self._kinematics = kinematics
+        self._model = kinematics.model if kinematics is not None else model
+        if message.visibility_constraints:
+            raise PlanningError(
+                "Visibility constraints are not supported", MoveItErrorCode.INVALID_GOAL_CONSTRAINTS
+            )
+        self.joints = {one.joint_name: _joint_range(one) for one in message.joint_constraints}
+        self.regions = [_region(context, one) for one in message.position_constraints]
+        self.orientations = [_orientation(context, one) for one in message.orientation_constraints]
+        self.weights = [
+            float(one.weight)
+            for kind in ("joint", "position", "orientation")
+            for one in getattr(message, f"{kind}_constraints")
+        ]
+
+    def __bool__(self) -> bool:
+        return bool(self.joints or self.regions or self.orientations)
+
+    def violation(self, positions: np.ndarray) -> str:
+        """Return the first violation at positions of the group, (n,), in words; empty if none."""
+        assert self._kinematics is not None
+        self._kinematics.set(positions)
+        return self.unmet()
+
+    def unmet(self) -> str:
+        """Return the first constraint that the model does not meet, in words; empty if it does."""
+        return next((text for distance, text in self._check() if distance > _ROUNDING), "")
+
+    def condition(self) -> Callable[[np.ndarray], bool] | None:
+        """Return whether positions meet the constraints, as a function; None if there are none."""
+        if not self:
+            return None
+        assert self._kinematics is not None
+        kinematics = self._kinematics
+
+        def is_met(positions: np.ndarray) -> bool:
+            kinematics.set(positions)
+            return all(distance <= _ROUNDING for distance, _ in self._check())
+
+        return is_met
+
+    def results(self) -> list[Any]:
+        """Return the result of each constraint as ``moveit_msgs/msg/ConstraintEvalResult``."""
+        result: Any = get_message("moveit_msgs/msg/ConstraintEvalResult")
+        return [
+            result(result=distance <= _ROUNDING, distance=float(distance))
+            for distance, _ in self._check()
+        ]
+
+    def _check(self) -> Iterator[tuple[float, str]]:
+        model = self._model
+        assert model is not None
+        for name, (target, below, above) in self.joints.items():
+            at = self._joint(model, name)
+            away = at - target
+            if model.joints[name].limits.angle_wraparound:
+                away = math.remainder(away, 2.0 * math.pi)
+            yield max(away - above, -away - below, 0.0), f"joint '{name}' is at {at:.4g}"
+        for region in self.regions:
+            pose = self._pose(model, region.link)
+            point = pose[:3, 3] + pose[:3, :3] @ region.offset
+            distance = region.distance_m(point)
+            yield distance, f"'{region.link}' is {distance:.4g} m outside its region"
+        for orientation in self.orientations:
+            excess = orientation.excess_rad(self._pose(model, orientation.link)[:3, :3])
+            yield excess, f"'{orientation.link}' is turned {excess:.4g} rad too far"
+
+    def _joint(self, model: KinematicModel, name: str) -> float:
+        try:
+            return float(model.mj_data.qpos[model.address(name)])
+        except NotFoundError as error:
+            raise PlanningError(error.message, MoveItErrorCode.INVALID_GOAL_CONSTRAINTS) from error
+
+    def _pose(self, model: KinematicModel, link: str) -> np.ndarray:
+        if link in model.links:
+            return model.pose(link)
+        fixed = self._context.scene.fixed_to(link)
+        if fixed is None:
+            raise PlanningError(
+                f"A constraint is about '{link}', which is no link of the robot",
+                MoveItErrorCode.INVALID_LINK_NAME,
+            )
+        return np.asarray(model.pose(fixed[0]) @ fixed[1])
+
+
+def _joint_range(message: Any) -> tuple[float, float, float]:
+    """Return the position of a joint constraint, and the tolerances below and above it."""
+    values = (message.position, message.tolerance_below, message.tolerance_above)
+    if not all(map(math.isfinite, values)):
+        raise PlanningError(
+            f"The constraint of joint '{message.joint_name}' has a value that is not finite",
+            MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
+        )
+    return (float(message.position), abs(float(values[1])), abs(float(values[2])))
+
+
+def _region(context: MoveGroupContext, message: Any) -> Region:
+    at = context.frame(message.header.frame_id)
+    offset = message.target_point_offset
+    volume = message.constraint_region
+    parts, kinds = [], []
+    for number, primitive in enumerate(volume.primitives):
+        pose = _part_pose(volume.primitive_poses, number, message.link_name)
+        kind, size = int(primitive.type), [float(value) for value in primitive.dimensions]
+        if kind == _SPHERE and size:
+            half = np.full(3, size[0])
+        elif kind == _BOX and len(size) >= 3:
+            half = 0.5 * np.array(size[:3])
+        elif kind == _CYLINDER and len(size) >= 2:
+            half = np.array((size[1], size[1], 0.5 * size[0]))
+        else:
+            raise PlanningError(
+                f"The region of '{message.link_name}' is no box, sphere or cylinder with its "
+                "dimensions",
+                MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
+            )
+        if not (np.isfinite(half).all() and (half >= 0.0).all()):
+            raise PlanningError(
+                f"The region of '{message.link_name}' has the dimensions {size}",
+                MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
+            )
+        parts.append((np.asarray(at @ pose), half))
+        kinds.append(kind)
+    for number, mesh in enumerate(volume.meshes):
+        pose = _part_pose(volume.mesh_poses, number, message.link_name)
+        points = np.array([(v.x, v.y, v.z) for v in mesh.vertices], np.float64).reshape(-1, 3)
+        if not len(points) or not np.isfinite(points).all():
+            raise PlanningError(
+                f"The region of '{message.link_name}' is a mesh without vertices",
+                MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
+            )
+        centred = np.eye(4)
+        centred[:3, 3] = 0.5 * (points.min(axis=0) + points.max(axis=0))
+        parts.append((np.asarray(at @ pose @ centred), 0.5 * np.ptp(points, axis=0)))
+        kinds.append(_BOX)
+    if not parts:
+        raise PlanningError(
+            f"The position constraint of '{message.link_name}' has no region",
+            MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
+        )
+    place = np.array((offset.x, offset.y, offset.z), np.float64)
+    return Region(message.link_name, place, tuple(parts), tuple(kinds))
+
+
+def _part_pose(poses: Any, number: int, link: str) -> np.ndarray:
+    if number >= len(poses):
+        return np.eye(4)
+    try:
+        return messages.read_pose(poses[number], f"The region of '{link}'")
+    except UsageError as error:
+        raise PlanningError(error.message, MoveItErrorCode.INVALID_GOAL_CONSTRAINTS) from error
+
+
+def _orientation(context: MoveGroupContext, message: Any) -> Orientation:
+    pose: Any = get_message("geometry_msgs/msg/Pose")()
+    pose.orientation = message.orientation
+    try:
+        own = messages.read_pose(pose, f"The orientation of '{message.link_name}'")
+    except UsageError as error:
+        raise PlanningError(error.message, MoveItErrorCode.INVALID_GOAL_CONSTRAINTS) from error
+    tolerances = np.abs(
+        (
+            message.absolute_x_axis_tolerance,
+            message.absolute_y_axis_tolerance,
+            message.absolute_z_axis_tolerance,
+        )
+    )
+    if np.isnan(tolerances).any():
+        raise PlanningError(
+            f"The orientation of '{message.link_name}' has a tolerance that is no number",
+            MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
+        )
+    at = context.frame(message.header.frame_id)
+    return Orientation(
+        message.link_name,
+        np.asarray(at[:3, :3] @ own[:3, :3]),
+        np.asarray(tolerances, np.float64),
+        int(message.parameterization) == _ROTATION_VECTOR,
+    )
+
+
+def _outside(kind: int, pose: np.ndarray, half: np.ndarray, point: np.ndarray) -> float:
+    own = np.abs(pose[:3, :3].T @ (point - pose[:3, 3]))
+    if kind == _SPHERE:
+        return max(float(np.linalg.norm(own)) - float(half[0]), 0.0)
+    if kind == _CYLINDER:
+        over = (math.hypot(own[0], own[1]) - half[0], own[2] - half[2])
+    else:
+        over = tuple(own - half)
+    return float(np.linalg.norm(np.maximum(over, 0.0)))
+
+
+def _euler(rotation: np.ndarray) -> np.ndarray:
+    """Return the intrinsic angles about x, y, z of a rotation, (3,), rad."""
+    y = math.asin(max(-1.0, min(1.0, float(rotation[0, 2]))))
+    if abs(rotation[0, 2]) > 1.0 - 1e-9:
+        return np.array((math.atan2(rotation[1, 0], rotation[1, 1]), y, 0.0))
+    x = math.atan2(-rotation[1, 2], rotation[2, 2])
+    return np.array((x, y, math.atan2(-rotation[0, 1], rotation[0, 0])))

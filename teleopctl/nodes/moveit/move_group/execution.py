@@ -1,0 +1,268 @@
+"""Execution of trajectories by the robot's controllers, one at a time."""
+
+from __future__ import annotations
+
+import math
+import threading
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from teleopctl.interfaces import get_message, to_nanoseconds
+from teleopctl.kinematics import MoveItErrorCode
+from teleopctl.node import StopHolders
+from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
+from teleopctl.nodes.moveit.move_group.controllers import (
+    TRAJECTORY,
+    Controllers,
+    RunningGoal,
+    choose_controllers,
+    goal_for,
+)
+from teleopctl.nodes.moveit.move_group.parameters import setting
+
+# Time between two looks at the scene, a cancel request and the clock during execution, s.
+_PERIOD_S = 0.02
+# Time to wait until cancelled controllers have stopped, s.
+_STOP_S = 10.0
+_EVENT_DEPTH = 100
+
+# Any, here and below: message classes are generated at run time from definitions.
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """End of an execution: MoveIt's code, and what happened as a sentence."""
+
+    code: MoveItErrorCode
+    text: str = ""
+
+
+class Execution:
+    """Executor of trajectories, with the topic ``trajectory_execution_event``.
+
+    A new trajectory replaces the one that is being executed, as in MoveIt.
+
+    Args:
+        context: Robot, state and scene.
+    """
+
+    def __init__(self, context: MoveGroupContext) -> None:
+        self._context, self._node = context, context.node
+        self._log = context.node.get_logger()
+        self._controllers = Controllers(self._node)
+        self._executing = threading.Lock()
+        self._stop_count = 0
+        self._stops = StopHolders(self._node, self._on_stop)
+        self._node.create_subscription(
+            get_message("std_msgs/msg/String"),
+            "trajectory_execution_event",
+            self._on_event,
+            _EVENT_DEPTH,
+        )
+
+    def is_allowed(self) -> bool:
+        """Return the parameter ``allow_trajectory_execution``."""
+        return bool(self._setting("allow_trajectory_execution", default=True))
+
+    def execute(
+        self,
+        trajectory: Any,
+        *,
+        named: list[str] | None = None,
+        is_canceled: Callable[[], bool],
+        is_valid: Callable[[float], str] | None = None,
+    ) -> Outcome:
+        """Execute a RobotTrajectory, and block until its end.
+
+        Args:
+            trajectory: A ``moveit_msgs/msg/RobotTrajectory``.
+            named: Names of the controllers that may execute it; None or empty for any.
+            is_canceled: Whether the execution shall end.
+            is_valid: Function of the time since the begin, s, that returns why the rest of the
+                trajectory must not be executed; empty if it may.
+        """
+        joints = trajectory.joint_trajectory
+        if len(trajectory.multi_dof_joint_trajectory.points):
+            return Outcome(
+                MoveItErrorCode.CONTROL_FAILED,
+                "Trajectories of joints with several degrees of freedom are not supported",
+            )
+        if not len(joints.points):
+            return Outcome(MoveItErrorCode.SUCCESS)
+        if problem := self._problem(joints):
+            return Outcome(MoveItErrorCode.CONTROL_FAILED, problem)
+        # The one before ends first.
+        self._stop_count += 1
+        with self._executing:
+            count = self._stop_count
+
+            def is_stopped() -> bool:
+                return is_canceled() or self._stop_count != count
+
+            return self._run(joints, list(named or ()), is_stopped, is_valid)
+
+    def stop(self) -> None:
+        """Stop the trajectory that is being executed."""
+        self._stop_count += 1
+
+    def _run(
+        self,
+        joints: Any,
+        named: list[str],
+        is_stopped: Callable[[], bool],
+        is_valid: Callable[[float], str] | None,
+    ) -> Outcome:
+        available = self._controllers.available()
+        names = list(joints.joint_names)
+        chosen, left = choose_controllers(names, available, named)
+        if left:
+            known = "; ".join(f"{one.name} ({', '.join(one.joints)})" for one in available)
+            return Outcome(
+                MoveItErrorCode.CONTROL_FAILED,
+                "Unable to identify any set of controllers that can actuate the specified joints: "
+                f"{', '.join(left)}. Active controllers: {known or 'none'}",
+            )
+        if problem := self._start_problem(joints):
+            return Outcome(MoveItErrorCode.CONTROL_FAILED, problem)
+        changed = threading.Event()
+        measured = self._context.measured()
+        duration_s = 1e-9 * to_nanoseconds(joints.points[-1].time_from_start)
+        goals = [
+            RunningGoal(
+                self._controllers.client(one), one, goal_for(one, joints, measured), changed.set
+            )
+            for one in chosen
+        ]
+        begin_s = self._now_s()
+        version = self._context.scene.version
+        while not all(goal.ended for goal in goals):
+            changed.wait(_PERIOD_S)
+            changed.clear()
+            spent_s = self._now_s() - begin_s
+            if failed := next((goal for goal in goals if goal.problem), None):
+                self._cancel(goals)
+                return Outcome(MoveItErrorCode.CONTROL_FAILED, failed.problem)
+            if is_stopped():
+                self._cancel(goals)
+                held = ", ".join(self._stops.names)
+                return Outcome(
+                    MoveItErrorCode.PREEMPTED,
+                    f"The robot was stopped by {held}" if held else "The execution was stopped",
+                )
+            if is_valid is not None and self._context.scene.version != version:
+                version = self._context.scene.version
+                if why := is_valid(spent_s):
+                    self._cancel(goals)
+                    return Outcome(
+                        MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, why
+                    )
+            has_trajectory = any(goal.controller.type == TRAJECTORY for goal in goals)
+            if has_trajectory and spent_s > self._longest_s(duration_s):
+                self._cancel(goals)
+                return Outcome(
+                    MoveItErrorCode.TIMED_OUT,
+                    f"The controllers take longer than {self._longest_s(duration_s):.1f} s for a "
+                    f"trajectory of {duration_s:.1f} s "
+                    "(trajectory_execution.allowed_execution_duration_scaling)",
+                )
+        if failed := next((goal for goal in goals if goal.problem), None):
+            return Outcome(MoveItErrorCode.CONTROL_FAILED, failed.problem)
+        if any(goal.canceled for goal in goals):
+            held = ", ".join(self._stops.names)
+            return Outcome(
+                MoveItErrorCode.PREEMPTED,
+                f"The robot was stopped by {held}"
+                if held
+                else "A controller ended the trajectory for another one",
+            )
+        return Outcome(MoveItErrorCode.SUCCESS)
+
+    def _cancel(self, goals: list[RunningGoal]) -> None:
+        """Stop the joints, and wait until the controllers say that they have ended."""
+        for goal in goals:
+            if not goal.ended:
+                goal.cancel()
+        end_s = self._now_s() + _STOP_S
+        waiting = threading.Event()
+        while not all(goal.ended for goal in goals) and self._now_s() < end_s:
+            waiting.wait(_PERIOD_S)
+
+    def _problem(self, joints: Any) -> str:
+        """Return why a JointTrajectory cannot be executed, as a sentence; empty if it can."""
+        if not self.is_allowed():
+            return "Cannot execute trajectory since ~allow_trajectory_execution was set to false"
+        if self._stops.names:
+            return f"The robot is stopped by {', '.join(self._stops.names)}"
+        count = len(joints.joint_names)
+        known = self._context.scene.model.joints
+        if unknown := [name for name in joints.joint_names if name not in known]:
+            return f"The trajectory moves joints that the robot has not: {', '.join(unknown)}"
+        before = -1
+        for number, point in enumerate(joints.points, 1):
+            for quantity in ("positions", "velocities", "accelerations"):
+                values = np.asarray(getattr(point, quantity), np.float64)
+                if len(values) not in ({count} if quantity == "positions" else {0, count}):
+                    return (
+                        f"Point {number} of the trajectory has {len(values)} {quantity} for "
+                        f"{count} joints"
+                    )
+                if not np.isfinite(values).all():
+                    return f"Point {number} of the trajectory has {quantity} that are not finite"
+            at = to_nanoseconds(point.time_from_start)
+            if at < before or (at == before and number > 1):
+                return f"The times of the trajectory do not increase at point {number}"
+            before = at
+        return ""
+
+    def _start_problem(self, joints: Any) -> str:
+        """Return why the robot is not at the start of a trajectory; empty if it is."""
+        names = tuple(joints.joint_names)
+        if problem := self._context.state_problem(names):
+            return problem
+        most = float(self._setting("trajectory_execution.allowed_start_tolerance", 0.01))
+        if most <= 0.0:
+            return ""
+        measured = self._context.measured()
+        known = self._context.scene.model.joints
+        for name, at in zip(names, joints.points[0].positions, strict=True):
+            away = float(at) - measured[name]
+            if known[name].limits.angle_wraparound:
+                away = math.remainder(away, 2.0 * math.pi)
+            own = self._setting(f"trajectory_execution.allowed_start_tolerance_joints.{name}", most)
+            if abs(away) > float(own) > 0.0:
+                return (
+                    f"Invalid Trajectory: start point deviates from current robot state more than "
+                    f"{float(own):g} at joint '{name}': {float(at):.4g} instead of "
+                    f"{measured[name]:.4g}"
+                )
+        return ""
+
+    def _longest_s(self, duration_s: float) -> float:
+        if not self._setting("trajectory_execution.execution_duration_monitoring", default=True):
+            return math.inf
+        scaling = float(
+            self._setting("trajectory_execution.allowed_execution_duration_scaling", 1.1)
+        )
+        margin_s = float(self._setting("trajectory_execution.allowed_goal_duration_margin", 0.5))
+        return max(duration_s * scaling, duration_s) + margin_s
+
+    # Any: the value of a parameter.
+    def _setting(self, name: str, default: float) -> Any:
+        return setting(self._node, name, default)
+
+    def _now_s(self) -> float:
+        return 1e-9 * float(self._node.get_clock().now().nanoseconds)
+
+    def _on_event(self, message: Any) -> None:
+        if message.data == "stop":
+            self._log.info("Received event 'stop'")
+            self.stop()
+        else:
+            self._log.warning(f"Unknown event type: '{message.data}'")
+
+    def _on_stop(self, names: tuple[str, ...]) -> None:
+        if names:
+            self.stop()

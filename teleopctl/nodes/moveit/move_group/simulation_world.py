@@ -1,0 +1,140 @@
+"""The simulator's world as objects of the planning scene: ``world_from_simulation``."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.interfaces import get_message
+from teleopctl.kinematics import PlanningError, SceneObject, Shape, ShapeKind
+from teleopctl.node import qos_profile_latched
+from teleopctl.nodes.moveit.move_group import messages
+from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
+from teleopctl.sim import WORLD_MARKERS_TOPIC
+
+# Time between two looks at the poses of moving bodies, s, and the least change that counts, m.
+_PERIOD_S, _MOVED_M = 0.5, 5e-4
+
+# Any, here and below: message classes are generated at run time from definitions.
+_Marker: Any = get_message("visualization_msgs/msg/Marker")
+
+
+class SimulationWorld:
+    """Follows the shapes of the simulator's world.
+
+    Fixed bodies are obstacles. Bodies that move freely are obstacles for the arm, and may be
+    touched by the gripper, so that a hand can grasp them; they follow their frames.
+
+    Args:
+        context: Robot, state and scene.
+    """
+
+    def __init__(self, context: MoveGroupContext) -> None:
+        self._context, node = context, context.node
+        self._log = node.get_logger()
+        self._frames: dict[str, tuple[str, np.ndarray]] = {}
+        self._gripper = _gripper_links(context)
+        node.create_subscription(
+            get_message("visualization_msgs/msg/MarkerArray"),
+            WORLD_MARKERS_TOPIC,
+            self._on_markers,
+            qos_profile_latched,
+        )
+        self._timer = node.create_timer(_PERIOD_S, self._follow)
+
+    def _on_markers(self, message: Any) -> None:
+        """Replace the objects of the simulator by those of a message of all its shapes."""
+        context = self._context
+        groups: dict[tuple[str, str], list[Any]] = {}
+        for marker in message.markers:
+            if marker.action == _Marker.ADD:
+                groups.setdefault((marker.ns, marker.header.frame_id), []).append(marker)
+        names = []
+        free = []
+        with context.lock:
+            for name in [n for n, one in context.scene.objects.items() if one.is_simulated]:
+                context.scene.remove(name)
+            self._frames.clear()
+            for (name, frame), markers in groups.items():
+                try:
+                    one = self._object(name, frame, markers)
+                except TeleopctlError as error:
+                    self._log.warning(f"'{name}' of the simulation is no obstacle: {error.message}")
+                    continue
+                if name in context.scene.attached:
+                    continue
+                context.scene.add(one)
+                names.append(name)
+                if one.is_free:
+                    free.append(name)
+                    for link in self._gripper:
+                        context.scene.allowed.set(name, link, is_allowed=True)
+        context.scene_changed()
+        self._log.info(f"Obstacles of the simulation: {', '.join(names) or 'none'}")
+        if free and self._gripper:
+            self._log.info(
+                f"The gripper ({', '.join(self._gripper)}) may touch what moves freely: "
+                f"{', '.join(free)}"
+            )
+
+    def _object(self, name: str, frame: str, markers: list[Any]) -> SceneObject:
+        at = self._context.frame(frame)
+        # Shapes that move are in the frame of their body, which has its name.
+        is_free = frame == name
+        shapes, poses = [], []
+        for marker in markers:
+            shapes.append(_shape(marker))
+            poses.append(messages.read_pose(marker.pose, f"'{name}' of the simulation"))
+        if is_free:
+            self._frames[name] = (frame, at)
+        return SceneObject(
+            name, at, tuple(shapes), tuple(poses), is_free=is_free, is_simulated=True
+        )
+
+    def _follow(self) -> None:
+        """Move the bodies that move freely to where their frames are."""
+        context = self._context
+        is_moved = False
+        for name, (frame, before) in list(self._frames.items()):
+            if name not in context.scene.objects:
+                continue
+            try:
+                now = context.transform(frame)
+            except PlanningError:
+                continue
+            if float(np.abs(now - before).max()) < _MOVED_M:
+                continue
+            with context.lock:
+                if name in context.scene.objects:
+                    context.scene.move(name, now)
+                    is_moved = True
+            self._frames[name] = (frame, now)
+        if is_moved:
+            context.scene_changed()
+
+
+def _gripper_links(context: MoveGroupContext) -> list[str]:
+    groups, joints = context.groups, context.scene.model.description.joints
+    links: dict[str, None] = {}
+    for effector in groups.end_effectors.values():
+        links[effector.parent_link] = None
+        group = groups.groups.get(effector.group)
+        for name in group.joints if group is not None else ():
+            links[joints[name].child] = None
+    return list(links)
+
+
+def _shape(marker: Any) -> Shape:
+    x, y, z = marker.scale.x, marker.scale.y, marker.scale.z
+    if marker.type == _Marker.CUBE:
+        return Shape.primitive(ShapeKind.BOX, (x, y, z))
+    if marker.type == _Marker.SPHERE:
+        return Shape.primitive(ShapeKind.SPHERE, (0.5 * max(x, y, z),))
+    if marker.type == _Marker.CYLINDER:
+        return Shape.primitive(ShapeKind.CYLINDER, (z, 0.5 * max(x, y)))
+    if marker.type == _Marker.TRIANGLE_LIST:
+        points = np.array([(p.x, p.y, p.z) for p in marker.points], np.float64).reshape(-1, 3)
+        return Shape.mesh(points, np.arange(len(points), dtype=np.intp).reshape(-1, 3))
+    raise UsageError(f"Markers of type {marker.type} are no shapes")
