@@ -17,7 +17,7 @@ from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.motion.edges import EdgeChecker, StateCondition
 from teleopctl.kinematics.motion.limits import MotionLimits
 from teleopctl.kinematics.motion.line import JumpThreshold, compute_cartesian_path
-from teleopctl.kinematics.motion.path import JointPath
+from teleopctl.kinematics.motion.path import JointPath, distinct
 from teleopctl.kinematics.motion.planner import choose_planner
 from teleopctl.kinematics.motion.search import (
     FoundPath,
@@ -31,6 +31,7 @@ from teleopctl.kinematics.motion.timing import (
     fastest_law,
     sampled,
     smoothed_law,
+    within_limits,
 )
 from teleopctl.kinematics.poses import Array
 from teleopctl.kinematics.solver import IkSolution, IkSolver
@@ -48,8 +49,9 @@ _CHECK_S = 0.005
 # Angle (rad) between the steps of the joints at a pose of a line, from which the motion stops
 # there.
 _CORNER_RAD = 0.35
-# Solutions of inverse kinematics that are goals of one search, and starts for each.
-_MOST_GOALS, _STARTS = 4, 12
+# Solutions of inverse kinematics that are goals of one search, the starts for them, and the
+# difference (rad or m) from which two are not the same.
+_MOST_GOALS, _STARTS, _DIFFERENT = 4, 12, 0.1
 
 
 @dataclass(frozen=True, slots=True)
@@ -215,7 +217,8 @@ def plan_to_pose(
     start = check_positions(kinematics, start, "start")
     solver = IkSolver(kinematics, task=task, tolerance=tolerance, clearance=clearance)
     try:
-        goals = _solutions(solver, T_root_tool, start, settings, condition)
+        edges = EdgeChecker(kinematics, clearance, condition)
+        goals = _solutions(solver, edges, T_root_tool, start, settings)
     finally:
         kinematics.set(start)
     plan = plan_to_joints(
@@ -296,6 +299,7 @@ def plan_line(
         legs = [
             _smooth(JointPath.spline(points, limits.velocities), limits, keeps_path=True)
             for points in _split(path.positions, path.corners, limits)
+            if len(distinct(points)) > 1
         ]
     finally:
         kinematics.set(start)
@@ -342,6 +346,7 @@ def _legs(
     """Return the motions of a path: out of a collision to rest, then to the goal."""
     out = found.corners[: found.first + 1]
     legs = _stopping(out, limits) if found.first else []
+    corners = distinct(corners)
     if len(corners) < 2:
         return legs
     for part in _TOLERANCES:
@@ -371,7 +376,8 @@ def _stopping(corners: Array, limits: MotionLimits) -> list[_Leg]:
 
 def _smooth(path: JointPath, limits: MotionLimits, *, keeps_path: bool = False) -> _Leg:
     law = fastest_law(path, limits)
-    return _Leg(smoothed_law(law, limits, keeps_path=keeps_path), law.duration_s)
+    smooth = smoothed_law(law, limits, keeps_path=keeps_path)
+    return _Leg(smooth, within_limits(law, limits).duration_s)
 
 
 def _touches(edges: EdgeChecker, law: TimeLaw) -> list[Array] | None:
@@ -399,40 +405,70 @@ def _split(positions: Array, corners: Sequence[int], limits: MotionLimits) -> li
 
 def _solutions(
     solver: IkSolver,
+    edges: EdgeChecker,
     T_root_tool: Array,
     start: Array,
     settings: MotionSettings,
-    condition: StateCondition | None,
 ) -> list[Array]:
-    """Return solutions of inverse kinematics that differ, the first one near the start."""
+    """Return solutions of inverse kinematics that differ, the first one near the start.
+
+    It is the only one if the straight motion to it is free.
+    """
     kinematics = solver.kinematics
     first = solver.solve(T_root_tool, start, timeout_s=settings.timeout_s)
     if not first.is_reached:
         raise _unreachable(first)
-    found = [first.positions]
+    found = [_unwound(kinematics, first.positions, start)]
+    edges.loosen(start, found[0])
+    if all(map(edges.is_free, (start, found[0]))) and edges.is_edge_free(start, found[0]):
+        return found
     generator = np.random.default_rng(settings.seed)
     for _ in range(_STARTS):
         if len(found) == _MOST_GOALS:
             break
         more = solver.solve(T_root_tool, kinematics.random(generator), most_starts=1)
-        is_new = all(float(np.abs(more.positions - one).max()) > 0.1 for one in found)
+        positions = _unwound(kinematics, more.positions, start)
+        is_new = all(float(np.abs(positions - one).max()) > _DIFFERENT for one in found)
         if more.is_reached and is_new:
-            found.append(more.positions)
-    kept = [one for one in found if condition is None or condition(one)]
-    return kept or found
+            found.append(positions)
+    condition = edges.condition
+    return [one for one in found if condition is None or condition(one)] or found
+
+
+def _unwound(kinematics: GroupKinematics, positions: Array, start: Array) -> Array:
+    """Return positions with the same pose, each joint within half a turn of the start if it can be.
+
+    Joints of many arms turn more than once, and often links are in the way of the longer turn.
+    """
+    turn = 2.0 * math.pi
+    joints = kinematics.model.description.joints
+    leaders = {leader for _, leader, *_ in kinematics.model.joints.followers(set(kinematics.names))}
+    unwound = positions.copy()
+    for place, name in enumerate(kinematics.names):
+        if joints[name].type == "prismatic" or name in leaders:
+            continue
+        at = float(positions[place])
+        lower, upper = float(kinematics.lower[place]), float(kinematics.upper[place])
+        turns = round((float(start[place]) - at) / turn)
+        while turns and not lower <= at + turns * turn <= upper:
+            turns -= int(math.copysign(1, turns))
+        unwound[place] = at + turns * turn
+    return unwound
 
 
 def _unreachable(solution: IkSolution) -> PlanningError:
+    binding = "; ".join(solution.binding)
+    if solution.collisions:
+        code = MoveItErrorCode.GOAL_IN_COLLISION
+        return PlanningError(f"The goal pose is in collision: {binding}", code)
     away = (
         f"{1000.0 * solution.position_error_m:.0f} mm"
         if solution.position_error_m > 1e-3
         else f"{math.degrees(solution.rotation_error_rad):.1f}°"
     )
-    in_collision = bool(solution.collisions)
     return PlanningError(
-        f"The goal pose cannot be reached, the nearest is {away} away: "
-        f"{'; '.join(solution.binding)}",
-        MoveItErrorCode.GOAL_IN_COLLISION if in_collision else MoveItErrorCode.NO_IK_SOLUTION,
+        f"The goal pose cannot be reached, the nearest is {away} away: {binding}",
+        MoveItErrorCode.NO_IK_SOLUTION,
     )
 
 
