@@ -10,7 +10,7 @@ from ompl import base, geometric, util
 
 from teleopctl.errors import UsageError
 from teleopctl.kinematics.motion.edges import EdgeChecker
-from teleopctl.kinematics.motion.planner import OMPL, Planner, Query
+from teleopctl.kinematics.motion.planner import OMPL, Planner, Query, number_of
 from teleopctl.kinematics.poses import Array
 
 
@@ -103,10 +103,10 @@ def _set_parameter(planner: Any, name: str, key: str, value: str) -> None:
             f"The planner {name} has no parameter '{key}'",
             hint=f"It has {', '.join(known)}",
         )
-    try:
-        number = float(value)
-    except ValueError:
-        number = {"true": 1.0, "false": 0.0}.get(value.strip().lower(), np.nan)
+    number = {"true": 1.0, "false": 0.0}.get(value.strip().lower())
+    if number is None:
+        number = number_of(name, key, value)
+    # Which of them a setter takes is not known before.
     for kind in (float, int, bool):
         try:
             setter(kind(number))

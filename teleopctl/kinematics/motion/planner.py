@@ -6,6 +6,7 @@ several trees of our own does.
 
 from __future__ import annotations
 
+import math
 import re
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
@@ -167,3 +168,18 @@ def search_bounds(edges: EdgeChecker, ends: Array) -> tuple[Array, Array]:
     upper = np.where(np.isfinite(kinematics.upper), kinematics.upper, ends.max(axis=0) + np.pi)
     # A start that lies a hair outside, by the noise of its measurement.
     return np.minimum(lower, ends.min(axis=0)), np.maximum(upper, ends.max(axis=0))
+
+
+def number_of(planner: str, parameter: str, value: str) -> float:
+    """Return the value of a planner's parameter as a number.
+
+    Raises:
+        UsageError: It is no finite number.
+    """
+    try:
+        number = float(value)
+    except ValueError:
+        number = math.nan
+    if not math.isfinite(number):
+        raise UsageError(f"The parameter '{parameter}' of {planner} is {value!r}, and no number")
+    return number

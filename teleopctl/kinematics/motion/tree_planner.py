@@ -10,7 +10,7 @@ import numpy as np
 
 from teleopctl.errors import UsageError
 from teleopctl.kinematics.motion.edges import EdgeChecker
-from teleopctl.kinematics.motion.planner import DEFAULT_PLANNER, OWN, Planner, Query
+from teleopctl.kinematics.motion.planner import DEFAULT_PLANNER, OWN, Planner, Query, number_of
 from teleopctl.kinematics.poses import Array
 
 # Longest edge as part of the diagonal of the space, as in OMPL.
@@ -33,7 +33,7 @@ class TreePlanner(Planner):
         for key, value in query.parameters.items():
             if key != "range":
                 raise UsageError(f"The planner {self.text} has no parameter '{key}'", hint="range")
-            longest = float(value) or longest
+            longest = number_of(self.text, key, value) or longest
         deadline = time.monotonic() + query.timeout_s
         generator = np.random.default_rng(query.seed)
         forest = _Forest(edges, longest, query.start, query.goals)
