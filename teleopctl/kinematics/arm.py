@@ -17,7 +17,7 @@ from teleopctl.kinematics.groups import JointGroup, RobotGroups, find_groups, wi
 from teleopctl.kinematics.model import KinematicModel
 from teleopctl.kinematics.poses import Array
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import RobotDescription, World, read_model, with_absolute_mesh_paths
+from teleopctl.robot import RobotDescription
 from teleopctl.tf import matrix_from_quaternion, quaternion_from_rpy
 
 if TYPE_CHECKING:
@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from teleopctl.kinematics.servo.status import ServoStep
     from teleopctl.kinematics.solver import IkSolution, Task
     from teleopctl.kinematics.workspace import Workspace
+    from teleopctl.robot import World
 
 
 class HasUrdf(Protocol):
@@ -392,6 +393,9 @@ def load_description(path: Path, arguments: Mapping[str, str] | None = None) -> 
         InvalidDescriptionError: The file cannot be read, or is no robot.
         NotFoundError: There is no such file.
     """
+    # A running robot's description is no file: the import takes as long as reading it.
+    from teleopctl.robot import read_model, with_absolute_mesh_paths
+
     if not path.is_file():
         raise NotFoundError(f"There is no file {path}")
     read = read_model(path, dict(arguments or {}))

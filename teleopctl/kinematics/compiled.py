@@ -12,8 +12,9 @@ import json
 import os
 from collections.abc import Iterator, Mapping
 from contextlib import suppress
+from importlib.util import find_spec
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import mujoco
 import numpy as np
@@ -25,9 +26,11 @@ from teleopctl.base.folders import cache_dir
 from teleopctl.errors import TeleopctlError
 from teleopctl.kinematics.poses import Array
 from teleopctl.kinematics.self_collisions import ALWAYS_SHARE, touching_shares
-from teleopctl.mujoco_model import build_model, can_decompose
 from teleopctl.packages import resolve_uri
-from teleopctl.robot import Joints, Mesh, RobotDescription, World
+from teleopctl.robot import Joints, Mesh, RobotDescription
+
+if TYPE_CHECKING:
+    from teleopctl.robot import World
 
 # Changed with what is written into a file, or with how it is computed.
 _EDITION = "1"
@@ -89,6 +92,9 @@ def build_compiled(
         spec.compiler.discardvisual = True
         if world is None:
             _remove_ground(spec)
+
+    # Its import takes as long as that of MuJoCo, and a model from the cache does not need it.
+    from teleopctl.mujoco_model import build_model
 
     built = build_model(description, prepare, world, fixed_base=True)
     model = built.mj_model
@@ -168,7 +174,8 @@ def _store(file: Path, compiled: CompiledModel) -> None:
 def _key(description: RobotDescription, world: World | None) -> str:
     """Return a hash of all that a model is made from."""
     digest = xxhash.xxh3_128()
-    parts = [_EDITION, __version__, mujoco.mj_versionString(), repr(can_decompose())]
+    # Without CoACD, hollow meshes are not cut into convex pieces.
+    parts = [_EDITION, __version__, mujoco.mj_versionString(), str(find_spec("coacd") is None)]
     parts += [description.urdf, *_files_of(description)]
     if world is not None:
         parts += _parts(world)

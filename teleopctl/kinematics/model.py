@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 from collections.abc import Callable, Mapping
-from typing import Any
+from typing import TYPE_CHECKING, Any
 from warnings import catch_warnings, simplefilter
 
 import mujoco
@@ -13,7 +13,10 @@ import numpy as np
 from teleopctl.errors import InvalidDescriptionError, NotFoundError
 from teleopctl.kinematics.compiled import build_compiled, compiled_model
 from teleopctl.kinematics.poses import Array
-from teleopctl.robot import Joints, RobotDescription, World
+from teleopctl.robot import Joints, RobotDescription
+
+if TYPE_CHECKING:
+    from teleopctl.robot import World
 
 
 class KinematicModel:

@@ -23,7 +23,6 @@ if TYPE_CHECKING:
         CameraModel as CameraModel,
     )
     from teleopctl.mujoco_model.contacts import DirectedFriction as DirectedFriction
-    from teleopctl.mujoco_model.convex import can_decompose as can_decompose
     from teleopctl.mujoco_model.drives import (
         DRIVE_RAD_S as DRIVE_RAD_S,
         assumed_rotors_text as assumed_rotors_text,

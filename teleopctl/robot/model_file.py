@@ -20,6 +20,8 @@ ModelKind = Literal["urdf", "mjcf", "sdf"]
 # Text that xacro would change, or that needs a full XML parser (DOCTYPE, another encoding).
 _EXPANDED = re.compile(r"xacro|\$[({]|<!DOCTYPE|encoding\s*=\s*.(?!utf-8)", re.IGNORECASE)
 
+_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
+
 # The root element of SDF was <gazebo> until version 1.2.
 _KINDS: dict[str, ModelKind] = {"robot": "urdf", "mujoco": "mjcf", "sdf": "sdf", "gazebo": "sdf"}
 
@@ -89,7 +91,8 @@ def _plain_urdf(path: Path) -> str | None:
     """
     try:
         text = path.read_text(encoding="utf-8")
-        if _EXPANDED.search(text):
+        # Files that were expanded by xacro say so in a comment.
+        if _EXPANDED.search(_COMMENT.sub("", text)):
             return None
         etree.fromstring(text.encode(), etree.XMLParser(encoding="utf-8", resolve_entities=False))
     except (OSError, UnicodeDecodeError, etree.XMLSyntaxError):

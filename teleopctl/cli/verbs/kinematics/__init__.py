@@ -49,4 +49,5 @@ GROUP = VerbGroup(
             ),
         ),
     },
+    leaves_nothing=True,
 )

@@ -1,6 +1,7 @@
 """The robot of a command: that of a file, or the one that runs."""
 
 import math
+import os
 import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
@@ -14,7 +15,7 @@ from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, Us
 if TYPE_CHECKING:
     from teleopctl.cli.completion.completing import TypedWords
     from teleopctl.kinematics import Arm, RobotGroups
-    from teleopctl.node import Node
+    from teleopctl.node import BareNode, Node
     from teleopctl.robot import RobotDescription
 
 # Longest waits for a latched description, and for a first state of the joints, in seconds.
@@ -22,6 +23,9 @@ _DESCRIPTION_S, _STATES_S = 3.0, 2.0
 # How far (rad or m) a measured position may be outside its limits without a note: sensors' noise.
 _NOISE = 0.01
 _STRING = "std_msgs/msg/String"
+
+# Nothing is rendered; mujoco reads the variable at import.
+os.environ["MUJOCO_GL"] = "disable"
 
 
 class Words(NamedTuple):
@@ -221,13 +225,15 @@ def read_robot(words: Words, options: RobotOptions, *, needs_state: bool) -> Rob
     """
     if words.file is not None:
         return robot_of_file(words, options)
-    from teleopctl.cli.command_node import command_node
+    from teleopctl.cli.command_node import brief_node
 
-    with command_node(session_mode="client") as node:
+    with brief_node() as node:
         return running_robot(node, options, needs_state=needs_state)
 
 
-def running_robot(node: "Node", options: RobotOptions, *, needs_state: bool) -> RobotOfCommand:
+def running_robot(
+    node: "Node | BareNode", options: RobotOptions, *, needs_state: bool
+) -> RobotOfCommand:
     """Return the robot that runs; see `read_robot`.
 
     Args:
@@ -235,9 +241,6 @@ def running_robot(node: "Node", options: RobotOptions, *, needs_state: bool) -> 
         options: The command's options.
         needs_state: Whether the positions of its joints are needed.
     """
-    from teleopctl.kinematics import find_groups, parse_srdf, read_srdf
-    from teleopctl.robot import RobotDescription
-
     above = f"/{options.namespace.strip('/')}" if options.namespace.strip("/") else ""
     topic = f"{above}/robot_description"
     graph = node.graph()
@@ -258,6 +261,10 @@ def running_robot(node: "Node", options: RobotOptions, *, needs_state: bool) -> 
     semantic = f"{topic}_semantic"
     if graph.publishers(semantic, _STRING) and not options.srdf:
         received.subscribe_semantic(semantic)
+    # The messages arrive while these are imported, which takes longer.
+    from teleopctl.kinematics import find_groups, parse_srdf, read_srdf
+    from teleopctl.robot import RobotDescription
+
     received.wait(len(publishers))
     texts = set(received.descriptions)
     if len(texts) > 1:
@@ -280,7 +287,12 @@ class _Received:
     """What a running robot's topics have, received until all has come."""
 
     def __init__(
-        self, node: "Node", description_topic: str, states_topic: str, *, needs_state: bool
+        self,
+        node: "Node | BareNode",
+        description_topic: str,
+        states_topic: str,
+        *,
+        needs_state: bool,
     ) -> None:
         from teleopctl.interfaces import get_message
         from teleopctl.node import qos_profile_latched, qos_profile_sensor_data
