@@ -13,6 +13,8 @@ from teleopctl.kinematics.model import KinematicModel
 from teleopctl.kinematics.poses import Array
 
 _HINGE, _MESH = mujoco.mjtJoint.mjJNT_HINGE, mujoco.mjtGeom.mjGEOM_MESH
+# Points of a palm that are at least this part as far from the axis as a finger's tip face it.
+_FACING = 0.5
 # Range (rad or m) of a joint without a limit.
 _DEFAULT_RANGE = 1.0
 
@@ -39,8 +41,8 @@ def gripper_ranges(model: KinematicModel, gripper: JointGroup) -> list[GripperRa
     """Return the closed and the open position of each independent joint of a gripper.
 
     A finger's tip is the point of it that is farthest from the axis of its joint. The side of a
-    joint's range at which tips are farther apart is the open one; a single finger is compared with
-    the link that it moves on.
+    joint's range at which tips are farther apart is the open one. A single finger closes towards
+    the link that it moves on: on what is at least half as far from the axis as its tip.
 
     Args:
         model: Model of the robot, whose state is not changed.
@@ -64,11 +66,16 @@ def gripper_ranges(model: KinematicModel, gripper: JointGroup) -> list[GripperRa
     try:
         for name, (lower, upper) in ranges.items():
             model.set_positions(middle)
-            tips = _tips(model, gripper)
+            fingers = _fingers(model, gripper)
+            tips = [_tip(model, link, joint) for link, joint in fingers.items()]
+            palm = None
+            if len(fingers) == 1:
+                (joint,) = fingers.values()
+                palm = _palm(model, joint, tips[0])
             spreads = []
             for position in (lower, upper):
                 model.set_positions({**middle, name: position})
-                spreads.append(_spread(model, tips))
+                spreads.append(_spread(model, tips) if palm is None else _gap(model, tips[0], palm))
             is_rising = spreads[1] >= spreads[0]
             found.append(GripperRange(name, *((lower, upper) if is_rising else (upper, lower))))
     finally:
@@ -76,31 +83,44 @@ def gripper_ranges(model: KinematicModel, gripper: JointGroup) -> list[GripperRa
     return found
 
 
-def _tips(model: KinematicModel, gripper: JointGroup) -> list[tuple[int, Array]]:
-    """Return the tip of each finger, (3,), in the frame of its body, with MuJoCo's number of it."""
-    description = model.description
-    moved = {description.joints[name].child: name for name in gripper.joints}
-    parents = {description.joints[name].parent for name in gripper.joints}
-    # The last links of fingers with several.
-    fingers = [link for link in moved if link not in parents]
-    tips = [_tip(model, link, moved[link]) for link in fingers]
-    if len(fingers) == 1:
-        name = moved[fingers[0]]
-        tips.append(_tip(model, description.joints[name].parent, name))
-    return tips
+# A body of MuJoCo by its number, with a point, (3,), or points, (k, 3), in its frame.
+_OnBody = tuple[int, Array]
 
 
-def _tip(model: KinematicModel, link: str, joint: str) -> tuple[int, Array]:
-    """Return the body of a link and its point that is farthest from a joint's axis."""
+def _fingers(model: KinematicModel, gripper: JointGroup) -> dict[str, str]:
+    """Return the last link of each finger, with the joint that moves it."""
+    joints = model.description.joints
+    parents = {joints[name].parent for name in gripper.joints}
+    return {link: name for name in gripper.joints if (link := joints[name].child) not in parents}
+
+
+def _palm(model: KinematicModel, joint: str, tip: _OnBody) -> _OnBody:
+    """Return points of the link that a single finger moves on, which it may close on."""
+    body = model.body(model.description.joints[joint].parent)
+    points = _points(model.mj_model, body)
+    reach = _radii(model, *tip, joint)[0]
+    facing = points[_radii(model, body, points, joint) >= _FACING * reach]
+    return body, facing if len(facing) else points
+
+
+def _radii(model: KinematicModel, body: int, points: Array, joint: str) -> Array:
+    """Return the distances of points of a body from the axis of a joint, (k,), m."""
     m, data = model.mj_model, model.mj_data
-    body, number = model.body(link), m.joint(joint).id
-    points = _points(m, body)
-    world = points @ data.xmat[body].reshape(3, 3).T + data.xpos[body]
-    from_axis = world - data.xanchor[number]
-    axis = data.xaxis[number]
+    number = m.joint(joint).id
+    world = np.atleast_2d(points) @ data.xmat[body].reshape(3, 3).T + data.xpos[body]
+    from_axis, axis = world - data.xanchor[number], data.xaxis[number]
     if m.jnt_type[number] == _HINGE:
         from_axis = from_axis - np.outer(from_axis @ axis, axis)
-        return body, points[int(np.argmax(np.linalg.norm(from_axis, axis=1)))]
+    return np.asarray(np.linalg.norm(from_axis, axis=1))
+
+
+def _tip(model: KinematicModel, link: str, joint: str) -> _OnBody:
+    """Return the body of a link and its point that is farthest from a joint's axis."""
+    m = model.mj_model
+    body = model.body(link)
+    points = _points(m, body)
+    if m.jnt_type[m.joint(joint).id] == _HINGE:
+        return body, points[int(np.argmax(_radii(model, body, points, joint)))]
     # A finger that slides moves as a whole.
     return body, points.mean(axis=0)
 
@@ -125,8 +145,17 @@ def _points(m: Any, body: int) -> Array:
     return points[1:] if len(points) > 1 else points
 
 
-def _spread(model: KinematicModel, tips: list[tuple[int, Array]]) -> float:
+def _spread(model: KinematicModel, tips: list[_OnBody]) -> float:
     """Return the mean distance of tips from their centre, m."""
-    data = model.mj_data
-    world = np.array([data.xmat[b].reshape(3, 3) @ point + data.xpos[b] for b, point in tips])
+    world = np.array([_world(model, *tip) for tip in tips])
     return float(np.linalg.norm(world - world.mean(axis=0), axis=1).mean())
+
+
+def _gap(model: KinematicModel, tip: _OnBody, palm: _OnBody) -> float:
+    """Return the distance of a tip from the nearest of the palm's points, m."""
+    return float(np.linalg.norm(_world(model, *palm) - _world(model, *tip), axis=1).min())
+
+
+def _world(model: KinematicModel, body: int, points: Array) -> Array:
+    data = model.mj_data
+    return np.asarray(points @ data.xmat[body].reshape(3, 3).T + data.xpos[body])

@@ -171,6 +171,13 @@ control list_hardware_interfaces
 control top --once --window 0.2
 control doctor
 control plot arm_controller --window 0.2
+kinematics fk
+kinematics ik 0 0.8 1.4
+kinematics jacobian
+kinematics workspace --samples 100
+kinematics srdf --samples 100
+move --named zero --gripper open
+move --joints joint_1=0.2 --dry-run
 control set_controller_state gripper_controller inactive
 control switch_controllers --activate gripper_controller
 control set_controller_state gripper_controller inactive

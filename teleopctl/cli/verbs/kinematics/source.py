@@ -262,7 +262,7 @@ def running_robot(
     if graph.publishers(semantic, _STRING) and not options.srdf:
         received.subscribe_semantic(semantic)
     # The messages arrive while these are imported, which takes longer.
-    from teleopctl.kinematics import find_groups, parse_srdf, read_srdf
+    from teleopctl.kinematics import Arm as Arm, find_groups, parse_srdf, read_srdf
     from teleopctl.robot import RobotDescription
 
     received.wait(len(publishers))

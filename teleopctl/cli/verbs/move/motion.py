@@ -17,8 +17,8 @@ from teleopctl.cli.verbs.move.planning import (
     EXECUTE_TRAJECTORY,
     MOVE_ACTION,
     Goal,
+    MoveTarget,
     PlannedMotion,
-    Target,
     answer,
     plan_by_move_group,
     plan_here,
@@ -144,6 +144,9 @@ class MotionRun:
             NotFoundError: No active controller moves a joint.
             UnavailableError: A controller does not answer.
         """
+        if planned.duration_s <= 0.0:
+            # Controllers reject a trajectory that takes no time.
+            return self._reached(planned.target, 0.0)
         if self._by_move_group and planned.robot_trajectory is not None:
             kind: Any = get_action("moveit_msgs/action/ExecuteTrajectory")
             goal = kind.Goal(trajectory=planned.robot_trajectory)
@@ -220,7 +223,7 @@ class MotionRun:
             )
         return MotionOutcome(text, 1, "failed", {"joints": dict(self._measured), **failed.facts})
 
-    def _reached(self, target: Target, spent_s: float) -> MotionOutcome:
+    def _reached(self, target: MoveTarget, spent_s: float) -> MotionOutcome:
         """Return the end of a motion that succeeded, by the measured positions."""
         import numpy as np
 

@@ -62,7 +62,7 @@ class Goal:
     timeout_s: float
 
 
-class Target(NamedTuple):
+class MoveTarget(NamedTuple):
     """A goal in numbers.
 
     Attributes:
@@ -90,7 +90,7 @@ class PlannedMotion:
     """
 
     trajectory: Any
-    target: Target
+    target: MoveTarget
     planner: str
     computing_s: float
     notes: Sequence[str] = ()
@@ -154,7 +154,7 @@ class PlannedMotion:
         }
 
 
-def target_of(goal: Goal, arm: Arm) -> Target:
+def target_of(goal: Goal, arm: Arm) -> MoveTarget:
     """Return a goal in numbers.
 
     Raises:
@@ -163,7 +163,7 @@ def target_of(goal: Goal, arm: Arm) -> Target:
     """
     if goal.named is not None:
         arm.fk(goal.named)
-        return Target(arm.kinematics.present(), None)
+        return MoveTarget(arm.kinematics.present(), None)
     if goal.joints is not None:
         words = sorted_words(goal.joints.replace(",", " ").split())
         if words.names or words.file or (words.numbers and words.joints):
@@ -171,17 +171,17 @@ def target_of(goal: Goal, arm: Arm) -> Target:
                 f"--joints takes numbers or JOINT=POSITION, with commas; got '{goal.joints}'"
             )
         arm.fk(words.joints or words.numbers)
-        return Target(arm.kinematics.present(), None)
+        return MoveTarget(arm.kinematics.present(), None)
     assert goal.to is not None
     rotation = rotation_of(goal.rpy, goal.quat)
     position = numbers(goal.to, 3, "--to", "x,y,z")
     arm.fk()
     _, T_frame_root = frame_transform(arm, goal.frame)
     pose = target_pose(arm, T_frame_root, position, rotation)
-    return Target(None, pose, rotation is None and not goal.linear)
+    return MoveTarget(None, pose, rotation is None and not goal.linear)
 
 
-def plan_here(arm: Arm, goal: Goal, target: Target) -> PlannedMotion:
+def plan_here(arm: Arm, goal: Goal, target: MoveTarget) -> PlannedMotion:
     """Plan a motion in this process.
 
     Raises:
@@ -231,7 +231,7 @@ def trajectory_of(plan: MotionPlan, frame: str) -> Any:
 # --- move_group ---------------------------------------------------------------------------------
 
 
-def plan_by_move_group(node: Node, arm: Arm, goal: Goal, target: Target) -> PlannedMotion:
+def plan_by_move_group(node: Node, arm: Arm, goal: Goal, target: MoveTarget) -> PlannedMotion:
     """Let the running move_group plan a motion.
 
     Args:
@@ -259,7 +259,7 @@ def plan_by_move_group(node: Node, arm: Arm, goal: Goal, target: Target) -> Plan
     )
 
 
-def _motion_plan(node: Node, arm: Arm, goal: Goal, target: Target) -> tuple[Any, float]:
+def _motion_plan(node: Node, arm: Arm, goal: Goal, target: MoveTarget) -> tuple[Any, float]:
     kind: Any = get_action("moveit_msgs/action/MoveGroup")
     message = kind.Goal()
     request = message.request
@@ -284,7 +284,7 @@ def _motion_plan(node: Node, arm: Arm, goal: Goal, target: Target) -> tuple[Any,
     return response.result.planned_trajectory, float(response.result.planning_time)
 
 
-def _constraints(arm: Arm, target: Target) -> Any:
+def _constraints(arm: Arm, target: MoveTarget) -> Any:
     """Return a target as a ``moveit_msgs/msg/Constraints``."""
     constraints: Any = get_message("moveit_msgs/msg/Constraints")()
     if target.positions is not None:
@@ -330,7 +330,7 @@ def _constraints(arm: Arm, target: Target) -> Any:
     return constraints
 
 
-def _cartesian_path(node: Node, arm: Arm, goal: Goal, target: Target) -> tuple[Any, float]:
+def _cartesian_path(node: Node, arm: Arm, goal: Goal, target: MoveTarget) -> tuple[Any, float]:
     import time
 
     from teleopctl.kinematics import MoveItErrorCode, PlanningError, pose_transform
