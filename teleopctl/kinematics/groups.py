@@ -117,15 +117,16 @@ class RobotGroups:
     warnings: tuple[str, ...] = ()
 
     def group(self, name: str = "") -> JointGroup:
-        """Return a group; without a name, the first one that moves a tip.
+        """Return a group; without a name, the first one that moves a tip and is no end effector.
 
         Raises:
             NotFoundError: There is no such group.
         """
         if not name:
-            for group in self.groups.values():
-                if group.tip:
-                    return group
+            ends = {effector.group for effector in self.end_effectors.values()}
+            moving = [group for group in self.groups.values() if group.tip]
+            for group in sorted(moving, key=lambda one: one.name in ends):
+                return group
         if name in self.groups:
             return self.groups[name]
         known = f"Its groups are: {', '.join(self.groups)}" if self.groups else "It has no groups"

@@ -107,6 +107,10 @@ class _Reader:
         self._add_tools(groups)
         effectors = dict(self._end_effectors(groups))
         for effector in effectors.values():
+            element = self._elements[effector.group]
+            if element.find("chain") is None and element.find("link") is None:
+                # Its joints alone: a gripper, which is opened and not steered to a pose.
+                groups[effector.group] = replace(groups[effector.group], tip="")
             # MoveIt steers the link that the end effector is attached to.
             group = groups.get(effector.parent_group)
             if group is not None and not group.tip:
