@@ -200,7 +200,7 @@ def jacobian(
     console.out(f"Jacobian of '{_tool_name(arm, robot)}' in '{arm.model.description.root}'")
     console.out("    " + "  ".join(name.rjust(width) for name in names))
     for row, values_of_row in zip(("vx", "vy", "vz", "wx", "wy", "wz"), matrix, strict=True):
-        cells = (f"{value + 0.0:{width}.{precision}f}" for value in values_of_row)
+        cells = (f"{_rounded(value, precision):{width}.{precision}f}" for value in values_of_row)
         console.out(f"{row}  " + "  ".join(cells))
     console.out(f"Singular values: {_listed(values, precision)}")
     console.out(f"Singular values of the linear rows: {_listed(linear_values, precision)}")
@@ -375,7 +375,7 @@ def _solution_document(
 def _joint_lines(arm: "Arm", solution: "IkSolution", digits: int) -> list[str]:
     width = max(map(len, arm.names))
     return [
-        f"{name:{width}}  {at + 0.0:.{digits}f}"
+        f"{name:{width}}  {_rounded(at, digits):.{digits}f}"
         for name, at in zip(arm.names, solution.positions, strict=True)
     ]
 
@@ -404,4 +404,9 @@ def _not_reached(
 
 
 def _listed(values: "Iterable[float]", digits: int) -> str:
-    return ", ".join(f"{value + 0.0:.{digits}f}" for value in values)
+    return ", ".join(f"{_rounded(value, digits):.{digits}f}" for value in values)
+
+
+def _rounded(value: float, digits: int) -> float:
+    """Return a number rounded for printing, without the sign of a zero."""
+    return round(float(value), digits) + 0.0
