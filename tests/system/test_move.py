@@ -1,0 +1,140 @@
+"""``teleopctl move`` moves the arm of a running controller manager, and stops it on Ctrl-C."""
+
+import json
+
+import pytest
+
+from teleopctl.cli import main
+from teleopctl.testing import RosGraph, eventually
+
+
+@pytest.fixture(scope="module")
+def robot(shared_ros: RosGraph) -> RosGraph:
+    """The tutorial's arm with its trajectory controllers, on mock hardware."""
+    up = shared_ros.run("launch --detach controller.yaml", timeout=60)
+    assert up.returncode == 0, up.stderr
+    return shared_ros
+
+
+class Command:
+    """Runs commands in this process."""
+
+    def __init__(self, capsys: pytest.CaptureFixture[str]) -> None:
+        self._capsys = capsys
+        self.status = 0
+        self.errors = ""
+
+    def __call__(self, line: str) -> str:
+        self._capsys.readouterr()
+        self.status = main.run(line.split())
+        written, self.errors = self._capsys.readouterr()
+        return written
+
+
+@pytest.fixture
+def command(robot: RosGraph, capsys: pytest.CaptureFixture[str]) -> Command:
+    return Command(capsys)
+
+
+def position(command: Command) -> list[float]:
+    return list(json.loads(command("kinematics fk --json"))["position"].values())
+
+
+def test_the_gripper_is_moved_to_a_position_and_the_result_is_said_in_words(command):
+    written = command("move --to 0.3,0.9,1.4")
+    assert command.status == 0
+    assert written.startswith("'claw_support' is at [0.300, 0.900, 1.400] after ")
+    assert written.endswith(" mm from the goal\n")
+    assert command.errors.startswith("Planned a motion of ")
+    assert position(command) == pytest.approx([0.3, 0.9, 1.4], abs=1e-3)
+
+
+def test_the_gripper_is_moved_on_a_line_in_its_own_frame(command):
+    command("move --named home")
+    command("move --to 0,0,-0.05 --frame claw_support --linear --speed 0.5")
+    assert command.status == 0
+    assert position(command) == pytest.approx([-0.02, 0.82, 1.407], abs=2e-3)
+
+
+def test_joints_states_and_the_gripper_are_moved_one_after_the_other(command):
+    document = json.loads(command("move --joints joint_1=0.5,joint_2=0.1 --gripper open --json"))
+    arm, gripper = document["executed"]
+    assert (arm["result"], gripper["result"]) == ("succeeded", "succeeded")
+    assert arm["joints"]["joint_1"] == pytest.approx(0.5, abs=1e-3)
+    assert gripper["joints"]["joint_4"] == pytest.approx(-1.5708, abs=1e-2)
+    command("move --gripper close")
+    assert command.status == 0
+    joints = json.loads(command("kinematics fk --json"))["joints"]
+    assert joints["joint_1"] == pytest.approx(0.5, abs=1e-3)
+
+
+def test_a_dry_run_plans_draws_and_moves_nothing(command, tmp_path):
+    before = position(command)
+    written = command("move --named zero --dry-run --plot")
+    assert (command.status, "joint_1" in written) == (0, True)
+    picture = tmp_path / "motion.svg"
+    command(f"move --named zero --dry-run --plot -o {picture}")
+    assert picture.is_file()
+    planned = json.loads(command("move --named zero --dry-run --json"))["planned"]
+    assert planned["points"][-1]["positions"] == pytest.approx([0.0, 0.0, 0.0], abs=1e-6)
+    assert position(command) == before
+
+
+def test_ctrl_c_stops_the_arm_and_ends_with_status_130(robot, command):
+    command("move --named home")
+    moving = robot.spawn("move --joints joint_1=1.5 --speed 0.01")
+    eventually(lambda: json.loads(command("kinematics fk --json"))["joints"]["joint_1"] > 0.02)
+    moving.interrupt()
+    assert moving.wait() == 130
+    assert moving.stderr.endswith("Stopped by Ctrl-C\n")
+    stopped = json.loads(command("kinematics fk --json"))["joints"]["joint_1"]
+    assert stopped < 1.4
+    command("move --named home")
+    assert command.status == 0
+
+
+@pytest.mark.parametrize(
+    ("line", "status", "sentence"),
+    [
+        ("move", 2, "Give a goal: --to X,Y,Z"),
+        ("move --to 1,2", 2, "--to takes 3 numbers, x,y,z; got '1,2'"),
+        ("move --to 0,0,1 --named home", 2, "Give one goal, not --to and --named"),
+        ("move --named home --rpy 1,0,0", 2, "--rpy, --quat, --frame and --linear belong to --to"),
+        ("move --named up", 1, "The group 'arm' has no state 'up'"),
+        ("move --joints 1,2", 2, "The group 'arm' has 3 joints, got 2 positions"),
+        ("move --joints elbow=1", 1, "The group 'arm' has no joint 'elbow'"),
+        ("move --named home --speed 0", 2, "--speed is a factor above 0 and at most 1, got 0"),
+        ("move --gripper 1.5", 2, "--gripper is open, close or a number from 0"),
+        ("move --gripper open --group gripper", 2, "The group 'gripper' moves no single tip"),
+        ("move --named home --timeout 0", 2, "--timeout must be above 0 s, got 0"),
+        ("move --to 0,0,9", 1, "The goal pose cannot be reached, the nearest is"),
+        ("move --to 0,0,1 --frame moon", 1, "The robot has no frame 'moon'"),
+        ("move --named home -n moon", 1, "No robot runs: nothing publishes /moon/robot_descr"),
+        ("move --named home -o a.png", 2, "-o writes the picture of --plot"),
+    ],
+)
+def test_what_cannot_be_done_is_said_in_one_sentence_and_nothing_moves(
+    command, line, status, sentence
+):
+    before = position(command)
+    assert command(line) == ""
+    assert sentence in command.errors.splitlines()[0]
+    assert "Traceback" not in command.errors
+    assert command.status == status
+    assert position(command) == before
+
+
+def test_a_stopped_robot_and_one_without_controllers_say_so(robot, command):
+    command("stop --robot")
+    command("move --joints joint_1=0.1")
+    assert command.status == 1
+    assert "the robot is stopped by /robot_stop" in command.errors
+    command("stop --robot --release")
+    command("control set_controller_state arm_controller inactive")
+    command("move --joints joint_1=0.1")
+    assert command.status == 1
+    assert "No active controller takes trajectories of joint_1, joint_2, joint_3" in command.errors
+    assert "Active: gripper_controller (joint_4)" in command.errors
+    command("control set_controller_state arm_controller active")
+    command("move --joints joint_1=0.1")
+    assert command.status == 0
