@@ -30,13 +30,20 @@ things:
   board: {shape: box, size: [0.35, 0.9, 0.02], at: [0.73, 0, 0.42]}
   high: {shape: box, size: [0.35, 0.9, 0.02], at: [0.73, 0, 0.74]}
 """
-# A wall with a slit of 0.14 m; the arm is 0.06 m thick.
+# A wall with a slit of 0.2 m; the arm is 0.06 m thick.
 PASSAGE = """
 things:
-  near: {shape: box, size: [0.04, 1.4, 0.9], at: [0.45, 0.77, 0.55]}
-  far: {shape: box, size: [0.04, 1.4, 0.9], at: [0.45, -0.77, 0.55]}
-  above: {shape: box, size: [0.04, 0.14, 0.5], at: [0.45, 0, 0.95]}
+  near: {shape: box, size: [0.04, 1.4, 0.9], at: [0.45, 0.8, 0.55]}
+  far: {shape: box, size: [0.04, 1.4, 0.9], at: [0.45, -0.8, 0.55]}
+  above: {shape: box, size: [0.04, 0.2, 0.5], at: [0.45, 0, 0.95]}
 """
+# Where the tool is at a query's inner end: on the table, in the shelf, behind the wall; smallest
+# and largest x, y and z in metres.
+_INNER = {
+    TABLE: ((0.25, -0.6, 0.13), (0.9, 0.6, 0.35)),
+    SHELF: ((0.6, -0.45, 0.1), (0.9, 0.45, 0.74)),
+    PASSAGE: ((0.55, -0.45, 0.1), (0.9, 0.45, 1.0)),
+}
 
 
 def scene(world: str) -> tuple[GroupKinematics, ClearanceChecker]:
@@ -50,23 +57,18 @@ def scene(world: str) -> tuple[GroupKinematics, ClearanceChecker]:
 def queries(
     kinematics: GroupKinematics, clearance: ClearanceChecker, world: str, count: int
 ) -> Iterator[tuple[Array, Array]]:
-    """Yield free starts and goals; in shelf and passage one of each lies inside.
-
-    The tool's origin of a state inside is in the shelf, or behind the wall.
-    """
+    """Yield free starts and goals: one of them at the inner place, or every second time both."""
     edges = EdgeChecker(kinematics, clearance)
     generator = np.random.default_rng(1)
-    depth = {SHELF: 0.6, PASSAGE: 0.55}.get(world)
+    lower, upper = np.array(_INNER[world])
 
-    def state(inside: bool) -> Array:
+    def state(is_inner: bool) -> Array:
         while True:
             positions = kinematics.random(generator)
             kinematics.set(positions)
-            x, y, z = kinematics.pose()[:3, 3]
-            is_inside = depth is None or (
-                depth < x < 0.9 and abs(y) < 0.45 and 0.1 < z < (1.0 if world == PASSAGE else 0.74)
-            )
-            if (is_inside or not inside) and edges.is_free(positions):
+            origin = kinematics.pose()[:3, 3]
+            fits = not is_inner or bool(((origin > lower) & (origin < upper)).all())
+            if fits and edges.is_free(positions):
                 return positions
 
     for number in range(count):
