@@ -297,7 +297,7 @@ def plan_line(
                 path.code,
             )
         legs = [
-            _smooth(JointPath.spline(points, limits.velocities), limits, keeps_path=True)
+            _smooth(JointPath.spline(points, limits.velocities), limits, settings, keeps_path=True)
             for points in _split(path.positions, path.corners, limits)
             if len(distinct(points)) > 1
         ]
@@ -345,18 +345,18 @@ def _legs(
 ) -> list[_Leg]:
     """Return the motions of a path: out of a collision to rest, then to the goal."""
     out = found.corners[: found.first + 1]
-    legs = _stopping(out, limits) if found.first else []
+    legs = _stopping(out, limits, settings) if found.first else []
     corners = distinct(corners)
     if len(corners) < 2:
         return legs
     for part in _TOLERANCES:
         rounded = JointPath.rounded(corners, limits.velocities, part * settings.path_tolerance)
-        leg = _smooth(rounded, limits)
+        leg = _smooth(rounded, limits, settings)
         if _touches(edges, leg.law) is None:
             return [*legs, leg]
         if len(corners) == 2:
             break
-    exact = _stopping(corners, limits)
+    exact = _stopping(corners, limits, settings)
     for leg in exact:
         if positions := _touches(edges, leg.law):
             raise PlanningError(
@@ -366,17 +366,21 @@ def _legs(
     return [*legs, *exact]
 
 
-def _stopping(corners: Array, limits: MotionLimits) -> list[_Leg]:
+def _stopping(corners: Array, limits: MotionLimits, settings: MotionSettings) -> list[_Leg]:
     """Return a motion that follows a polyline exactly, with a stop at each corner."""
     return [
-        _smooth(JointPath.rounded(corners[place : place + 2], limits.velocities, 0.0), limits)
+        _smooth(
+            JointPath.rounded(corners[place : place + 2], limits.velocities, 0.0), limits, settings
+        )
         for place in range(len(corners) - 1)
     ]
 
 
-def _smooth(path: JointPath, limits: MotionLimits, *, keeps_path: bool = False) -> _Leg:
+def _smooth(
+    path: JointPath, limits: MotionLimits, settings: MotionSettings, *, keeps_path: bool = False
+) -> _Leg:
     law = fastest_law(path, limits)
-    smooth = smoothed_law(law, limits, keeps_path=keeps_path)
+    smooth = smoothed_law(law, limits, keeps_path=keeps_path, period_s=settings.period_s)
     return _Leg(smooth, within_limits(law, limits).duration_s)
 
 
@@ -384,7 +388,7 @@ def _touches(edges: EdgeChecker, law: TimeLaw) -> list[Array] | None:
     """Return the positions at which a motion touches something, as a list of one, or None."""
     if edges.clearance is None and edges.condition is None:
         return None
-    _, positions, *_ = sampled(law, _CHECK_S)
+    positions = sampled(law, _CHECK_S).positions
     place = edges.touch_on_curve(positions)
     return None if place is None else [positions[place]]
 
@@ -490,11 +494,10 @@ def _joined(
     end = 0.0
     for leg in legs:
         points = sampled(leg.law, settings.period_s)
-        times.append(end + points[0][1:])
-        positions.append(points[1][1:])
-        velocities.append(points[2][1:])
-        accelerations.append(points[3][1:])
-        accelerations[0] = points[3][:1] if len(times) == 2 else accelerations[0]
+        times.append(end + points.times[1:])
+        positions.append(points.positions[1:])
+        velocities.append(points.velocities[1:])
+        accelerations.append(points.accelerations[1:])
         end = float(times[-1][-1])
     return MotionPlan(
         joint_names=kinematics.names,

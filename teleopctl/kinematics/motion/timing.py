@@ -14,7 +14,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
-from typing import Protocol
+from typing import NamedTuple, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -30,10 +30,29 @@ _CHECK_S = 0.001
 # What limits may be exceeded by for rounding.
 _ROUNDING = 1e-9
 # Windows (as parts of the longest) that are tried where the geometry is kept.
-_WINDOWS = (0.0625, 0.125, 0.25, 0.375, 0.5, 0.75, 1.0)
+_WINDOWS = (0.0625, 0.125, 0.25, 0.375, 0.5, 0.75, 1.0, 1.5)
+# How often a window is made wider for the sake of the polynomials between two points, by how much
+# more than the jerk asks for, and how often a motion is slowed.
+_WIDENINGS, _WIDER, _SLOWINGS = 4, 1.03, 5
 # Nodes and weights of Gauss' quadrature of degree 7 on [0, 1].
 _NODES, _WEIGHTS = (0.5 * np.polynomial.legendre.leggauss(4)[k] for k in (0, 1))
 _NODES = _NODES + 0.5
+
+
+class Points(NamedTuple):
+    """Points of a motion of n joints.
+
+    Attributes:
+        times: Times, (k,), s.
+        positions: Positions, (k, n), rad or m.
+        velocities: Velocities, (k, n).
+        accelerations: Accelerations, (k, n).
+    """
+
+    times: Array
+    positions: Array
+    velocities: Array
+    accelerations: Array
 
 
 class TimeLaw(Protocol):
@@ -46,6 +65,10 @@ class TimeLaw(Protocol):
 
     def at(self, times: Array) -> tuple[Array, Array, Array]:
         """Return positions, velocities and accelerations at times, (k,), s; (k, n) each."""
+        ...
+
+    def rates(self, times: Array) -> tuple[Array, Array]:
+        """Return velocities and accelerations at times, (k,), s; (k, n) each."""
         ...
 
 
@@ -109,6 +132,10 @@ class FastestLaw:
         """Return positions, velocities and accelerations at times, (k,), s; (k, n) each."""
         return _along(self.path, *self.parameter_at(times))
 
+    def rates(self, times: Array) -> tuple[Array, Array]:
+        """Return velocities and accelerations at times, (k,), s; (k, n) each."""
+        return self.at(times)[1:]
+
 
 class AveragedLaw:
     """Moving average of a motion over a window of time: continuous accelerations, cut corners.
@@ -132,17 +159,17 @@ class AveragedLaw:
 
     def at(self, times: Array) -> tuple[Array, Array, Array]:
         """Return positions, velocities and accelerations at times, (k,), s; (k, n) each."""
-        before = times - self.window_s
-        now, velocities, _ = self.law.at(times)
-        then, old_velocities, _ = self.law.at(before)
-        means = (self._integral(times) - self._integral(before)) / self.window_s
+        means = (self._integral(times) - self._integral(times - self.window_s)) / self.window_s
         # Exactly at rest at the ends.
-        means = np.where((times >= self.duration_s)[:, None], now, means)
-        return (
-            np.where((times <= 0.0)[:, None], then, means),
-            (now - then) / self.window_s,
-            (velocities - old_velocities) / self.window_s,
-        )
+        means = np.where((times >= self.duration_s)[:, None], self._ends[1], means)
+        means = np.where((times <= 0.0)[:, None], self._ends[0], means)
+        return means, *self.rates(times)
+
+    def rates(self, times: Array) -> tuple[Array, Array]:
+        """Return velocities and accelerations at times, (k,), s; (k, n) each."""
+        now, velocities, _ = self.law.at(times)
+        then, old_velocities, _ = self.law.at(times - self.window_s)
+        return (now - then) / self.window_s, (velocities - old_velocities) / self.window_s
 
     def _integral(self, times: Array) -> Array:
         """Return the integral of the positions from 0 to times, (k, n)."""
@@ -184,6 +211,10 @@ class AveragedParameterLaw:
             self.law.path, parameters, (now - then) / window, (speeds - old_speeds) / window
         )
 
+    def rates(self, times: Array) -> tuple[Array, Array]:
+        """Return velocities and accelerations at times, (k,), s; (k, n) each."""
+        return self.at(times)[1:]
+
 
 @dataclass(frozen=True, slots=True)
 class SlowedLaw:
@@ -207,6 +238,11 @@ class SlowedLaw:
         positions, velocities, accelerations = self.law.at(times / self.factor)
         return positions, velocities / self.factor, accelerations / self.factor**2
 
+    def rates(self, times: Array) -> tuple[Array, Array]:
+        """Return velocities and accelerations at times, (k,), s; (k, n) each."""
+        velocities, accelerations = self.law.rates(times / self.factor)
+        return velocities / self.factor, accelerations / self.factor**2
+
 
 def fastest_law(path: JointPath, limits: MotionLimits) -> FastestLaw:
     """Return the fastest motion along a path, from rest to rest, whatever its jerk."""
@@ -224,62 +260,124 @@ def fastest_law(path: JointPath, limits: MotionLimits) -> FastestLaw:
     )
 
 
-def smoothed_law(law: FastestLaw, limits: MotionLimits, *, keeps_path: bool = False) -> TimeLaw:
+def smoothed_law(
+    law: FastestLaw,
+    limits: MotionLimits,
+    *,
+    keeps_path: bool = False,
+    period_s: float = 0.01,
+) -> TimeLaw:
     """Return a motion like another one, within the limits of jerk too.
+
+    A controller that interpolates between the points of the result by polynomials of degree 5
+    keeps the limits as well.
 
     Args:
         law: The motion.
         limits: Limits of the joints.
         keeps_path: Whether the path is followed exactly, rather than with its corners cut by up to
             a T²/24 more.
+        period_s: Time between the points that are sampled of the result, s.
     """
     if not np.isfinite(limits.jerks).any():
         return within_limits(law, limits)
-    times = _check_times(law)
-    accelerations = law.at(times)[2]
-    longest = _window_s(accelerations, limits)
-    if longest <= 0.0:
+    window_s = _window_s(law.at(_check_times(law))[2], limits)
+    if window_s <= 0.0:
         return within_limits(law, limits)
-    if not keeps_path:
-        return within_limits(AveragedLaw(law, longest), limits)
-    laws = [
-        within_limits(AveragedParameterLaw(law, part * longest), limits)
-        for part in (*_WINDOWS, 1.5)
-    ]
-    return min(laws, key=lambda each: each.duration_s)
+    if keeps_path:
+        laws = [
+            within_limits(AveragedParameterLaw(law, part * window_s), limits, period_s)
+            for part in _WINDOWS
+        ]
+        return min(laws, key=lambda each: each.duration_s)
+    smooth = AveragedLaw(law, window_s)
+    for _ in range(_WIDENINGS):
+        _, _, jerk = interpolated_excess(sampled(smooth, period_s), limits)
+        if jerk <= 1.0:
+            break
+        # Where the jerk jumps between two points, a polynomial through them exceeds it.
+        window_s *= _WIDER * jerk
+        smooth = AveragedLaw(law, window_s)
+    return within_limits(smooth, limits, period_s)
 
 
-def within_limits(law: TimeLaw, limits: MotionLimits) -> TimeLaw:
+def within_limits(law: TimeLaw, limits: MotionLimits, period_s: float | None = None) -> TimeLaw:
     """Return a motion, slowed by what it exceeds its limits by when it is resampled each 1 ms.
 
     Between the points of the grid speeds exceed by up to 0.4 %; the jerk of a fastest law does not
     count.
+
+    Args:
+        law: The motion.
+        limits: Limits of the joints.
+        period_s: Time between points between which a controller interpolates, s; None for none.
     """
-    velocity, acceleration, jerk = excess(law, limits)
-    if isinstance(law, FastestLaw):
-        jerk = 0.0
-    factor = max(velocity, math.sqrt(acceleration), math.cbrt(jerk))
-    return law if factor <= 1.0 + _ROUNDING else SlowedLaw(law, factor)
+    slowed, whole = law, 1.0
+    for _ in range(_SLOWINGS):
+        velocity, acceleration, jerk = excess(slowed, limits)
+        if isinstance(law, FastestLaw):
+            jerk = 0.0
+        if period_s is not None:
+            between = interpolated_excess(sampled(slowed, period_s), limits)
+            velocity, acceleration, jerk = map(max, (velocity, acceleration, jerk), between)
+        factor = max(velocity, math.sqrt(acceleration), math.cbrt(jerk))
+        if factor <= 1.0 + _ROUNDING:
+            break
+        # The points are at other places of the motion then, so that it is looked at again.
+        whole *= factor
+        slowed = SlowedLaw(law, whole)
+    return slowed
 
 
-def sampled(law: TimeLaw, period_s: float) -> tuple[Array, Array, Array, Array]:
-    """Return points of a motion: times, (k,), positions, velocities and accelerations, (k, n).
-
-    The last point is at the end, up to a period after the one before.
-    """
+def sampled(law: TimeLaw, period_s: float) -> Points:
+    """Return points of a motion at equal times, at most a period apart."""
     count = max(1, math.ceil(law.duration_s / period_s - 1e-6))
-    times = np.minimum(np.arange(count + 1) * period_s, law.duration_s)
-    times[-1] = law.duration_s
+    times = np.linspace(0.0, law.duration_s, count + 1)
     positions, velocities, accelerations = law.at(times)
     velocities[[0, -1]] = 0.0
-    return times, positions, velocities, accelerations
+    return Points(times, positions, velocities, accelerations)
 
 
 def excess(law: TimeLaw, limits: MotionLimits) -> tuple[float, float, float]:
     """Return the largest velocity, acceleration and jerk as parts of their limits, each 1 ms."""
     times = _check_times(law)
-    _, velocities, accelerations = law.at(times)
+    velocities, accelerations = law.rates(times)
     jerks = np.diff(accelerations, axis=0) / np.diff(times)[:, None]
+    return _parts(velocities, accelerations, jerks, limits)
+
+
+def interpolated_excess(points: Points, limits: MotionLimits) -> tuple[float, float, float]:
+    """Return the largest velocity, acceleration and jerk as parts of their limits.
+
+    Args:
+        points: Points between which positions are interpolated by polynomials of degree 5, as
+            ``joint_trajectory_controller`` does.
+        limits: Limits of the joints.
+    """
+    h = np.diff(points.times)[:, None]
+    v0, v1 = points.velocities[:-1], points.velocities[1:]
+    a0, a1 = points.accelerations[:-1], points.accelerations[1:]
+    # Position, velocity and acceleration that are missing at the end with c_3 to c_5 = 0.
+    d = (np.diff(points.positions, axis=0) - h * (v0 + 0.5 * h * a0)) / h**3
+    v = (v1 - v0 - h * a0) / h**2
+    a = (a1 - a0) / h
+    c3 = 10.0 * d - 4.0 * v + 0.5 * a
+    c4 = (-15.0 * d + 7.0 * v - a) / h
+    c5 = (6.0 * d - 3.0 * v + 0.5 * a) / h**2
+    found = (0.0, 0.0, 0.0)
+    for part in (0.0, 0.25, 0.5, 0.75, 1.0):
+        t = part * h
+        velocities = v0 + t * (a0 + t * (3.0 * c3 + t * (4.0 * c4 + 5.0 * t * c5)))
+        accelerations = a0 + t * (6.0 * c3 + t * (12.0 * c4 + 20.0 * t * c5))
+        jerks = 6.0 * c3 + t * (24.0 * c4 + 60.0 * t * c5)
+        here = _parts(velocities, accelerations, jerks, limits)
+        found = (max(found[0], here[0]), max(found[1], here[1]), max(found[2], here[2]))
+    return found
+
+
+def _parts(
+    velocities: Array, accelerations: Array, jerks: Array, limits: MotionLimits
+) -> tuple[float, float, float]:
     return (
         float((np.abs(velocities) / limits.velocities).max(initial=0.0)),
         float((np.abs(accelerations) / limits.accelerations).max(initial=0.0)),

@@ -253,7 +253,7 @@ def test_each_planner_of_ompl_finds_a_path(name):
     edges = EdgeChecker(arm(THREE), condition=lambda q: not (0.2 < q[0] < 0.4 and q[1] < 1.0))
     planner, _ = choose_planner(name)
     start, goal = np.array([-1.0, 0.0, 0.0]), np.array([1.5, 0.0, 0.0])
-    found = find_path(edges, planner, start, goal[None], timeout_s=0.3)
+    found = find_path(edges, planner, start, goal[None], timeout_s=0.1)
     assert found.planner == f"OMPL {name}"
     assert edges.touch_on_curve(found.corners) is None
 
