@@ -46,7 +46,7 @@ if TYPE_CHECKING:
         plan_to_joints as plan_to_joints,
         plan_to_pose as plan_to_pose,
     )
-    from teleopctl.kinematics.motion.planner import (
+    from teleopctl.kinematics.motion.planner_names import (
         has_ompl as has_ompl,
         planner_names as planner_names,
     )

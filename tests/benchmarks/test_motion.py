@@ -26,7 +26,7 @@ from teleopctl.kinematics import (
 )
 from teleopctl.kinematics.motion.edges import EdgeChecker
 from teleopctl.kinematics.motion.path import JointPath
-from teleopctl.kinematics.motion.planner import choose_planner
+from teleopctl.kinematics.motion.planner_names import choose_planner
 from teleopctl.kinematics.motion.search import find_path
 from teleopctl.kinematics.motion.timing import excess, fastest_law, smoothed_law, within_limits
 from teleopctl.kinematics.poses import Array

@@ -27,7 +27,7 @@ _EXACT = Tolerance(1e-7, 1e-7)
 
 
 @dataclass(frozen=True, slots=True)
-class JumpThreshold:
+class JointJump:
     """Step of the joints that counts as a jump; 0 allows all.
 
     Attributes:
@@ -67,7 +67,7 @@ def compute_cartesian_path(
     poses: Sequence[Array],
     *,
     max_step_m: float = 0.01,
-    jump: JumpThreshold | None = None,
+    jump: JointJump | None = None,
     task: Task | None = None,
     edges: EdgeChecker | None = None,
 ) -> CartesianPath:
@@ -88,7 +88,7 @@ def compute_cartesian_path(
     Raises:
         UsageError: The step or a threshold is negative, or a pose is no pose.
     """
-    jump = jump or JumpThreshold()
+    jump = jump or JointJump()
     if not max_step_m > 0.0 or min(jump.factor, jump.revolute, jump.prismatic) < 0.0:
         raise UsageError(
             f"A Cartesian path needs max_step above 0, and jump thresholds of at least 0, not "
@@ -128,7 +128,7 @@ class _Walk:
         kinematics: GroupKinematics,
         solver: IkSolver,
         edges: EdgeChecker | None,
-        jump: JumpThreshold,
+        jump: JointJump,
     ) -> None:
         self.ended: tuple[MoveItErrorCode, str] | None = None
         self._kinematics, self._solver, self._edges = kinematics, solver, edges

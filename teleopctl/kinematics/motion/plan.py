@@ -16,9 +16,9 @@ from teleopctl.kinematics.error_codes import MoveItErrorCode, PlanningError
 from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.motion.edges import EdgeChecker, StateCondition
 from teleopctl.kinematics.motion.limits import MotionLimits
-from teleopctl.kinematics.motion.line import JumpThreshold, compute_cartesian_path
+from teleopctl.kinematics.motion.line import JointJump, compute_cartesian_path
 from teleopctl.kinematics.motion.path import JointPath, distinct
-from teleopctl.kinematics.motion.planner import choose_planner
+from teleopctl.kinematics.motion.planner_names import choose_planner
 from teleopctl.kinematics.motion.search import (
     FoundPath,
     check_positions,
@@ -287,7 +287,7 @@ def plan_line(
             start,
             poses,
             max_step_m=max_step_m,
-            jump=JumpThreshold(jump_factor, jump_rad, jump_m),
+            jump=JointJump(jump_factor, jump_rad, jump_m),
             task=task,
             edges=edges,
         )

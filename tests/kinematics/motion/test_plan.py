@@ -17,7 +17,7 @@ from teleopctl.kinematics import (
     plan_to_pose,
 )
 from teleopctl.kinematics.motion.edges import EdgeChecker
-from teleopctl.kinematics.motion.line import JumpThreshold, compute_cartesian_path
+from teleopctl.kinematics.motion.line import JointJump, compute_cartesian_path
 from teleopctl.kinematics.poses import rotation_matrix
 from tests.kinematics.arms import FIVE, SEVEN, SIX, THREE, arm
 from tests.kinematics.motion.scenes import SHELF, TABLE, deepest, queries, scene
@@ -290,13 +290,13 @@ def test_jumps_end_the_line_by_moveits_thresholds(six):
     target = [moved(six, 0.0, 0.1, -0.1)]
     whole = compute_cartesian_path(six, BENT, target)
     largest = float(np.abs(np.diff(whole.positions, axis=0)).max())
-    allowed = compute_cartesian_path(six, BENT, target, jump=JumpThreshold(revolute=1.5 * largest))
+    allowed = compute_cartesian_path(six, BENT, target, jump=JointJump(revolute=1.5 * largest))
     assert allowed.fraction == 1.0
-    ended = compute_cartesian_path(six, BENT, target, jump=JumpThreshold(revolute=0.5 * largest))
+    ended = compute_cartesian_path(six, BENT, target, jump=JointJump(revolute=0.5 * largest))
     assert ended.fraction < 1.0
     assert "jumps by" in ended.reason
-    assert compute_cartesian_path(six, BENT, target, jump=JumpThreshold(10.0)).fraction == 1.0
-    factor = compute_cartesian_path(six, BENT, target, jump=JumpThreshold(1.01))
+    assert compute_cartesian_path(six, BENT, target, jump=JointJump(10.0)).fraction == 1.0
+    factor = compute_cartesian_path(six, BENT, target, jump=JointJump(1.01))
     assert factor.fraction < 1.0
     assert "average steps" in factor.reason
 

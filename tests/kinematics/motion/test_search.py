@@ -14,9 +14,9 @@ from teleopctl.kinematics import (
     PlanningError,
     find_groups,
 )
-from teleopctl.kinematics.motion import planner as planners
+from teleopctl.kinematics.motion import planner_names as planners
 from teleopctl.kinematics.motion.edges import EdgeChecker
-from teleopctl.kinematics.motion.planner import choose_planner, planner_names
+from teleopctl.kinematics.motion.planner_names import choose_planner, planner_names
 from teleopctl.kinematics.motion.search import find_path
 from teleopctl.kinematics.motion.shortcut import path_length, shorten
 from teleopctl.kinematics.motion.tree_planner import TreePlanner
