@@ -20,6 +20,11 @@ Robots and simulation:
     RobotMesh            a mesh file and its pose on a link
     RobotSimulation      MuJoCo physics, stepped by the program
 
+Kinematics:
+
+    Arm                  forward and inverse kinematics, plans and servo of a group of joints
+    IkSolution           a solution, or the nearest positions and what binds
+
 Control:
 
     ControlStack         ros2_control's controllers and hardware, stepped by the program
@@ -46,7 +51,7 @@ Errors:
 
 Programs may also use the packages of ROS 2 (``rclpy``, ``tf2_ros``, ``std_msgs.msg``, …), the base
 classes of plug-ins, and ``teleopctl.testing``. All other modules are internal. The names are
-provisional until kinematics is added: a release may change them, as its changelog says.
+provisional until version 1.0: a release may change them, as its changelog says.
 
 (For pytest, which has no assert to rewrite here: PYTEST_DONT_REWRITE)
 """
@@ -85,6 +90,7 @@ if TYPE_CHECKING:
         InterfaceConfigurationType as InterfaceConfigurationType,
     )
     from teleopctl.errors import TeleopctlError as TeleopctlError
+    from teleopctl.kinematics import Arm as Arm, IkSolution as IkSolution
     from teleopctl.node import Node as Node
     from teleopctl.wire import Graph as Graph
 else:

@@ -48,7 +48,7 @@ ALLOWED = {
     "api": {
         *("bag", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf", "wire"),
     },
-    "__init__": {"api", "bag", "compat", "control", "node", "wire"},
+    "__init__": {"api", "bag", "compat", "control", "kinematics", "node", "wire"},
     "__main__": {"cli"},
 }
 

@@ -76,6 +76,7 @@ class Arm:
         UsageError: The tool is no pose, or the group has no tip.
 
     Example:
+        >>> from teleopctl import Arm
         >>> arm = Arm("package://teleop_description/urdf/teleop.urdf.xacro")
         >>> arm.names
         ('joint_1', 'joint_2', 'joint_3')

@@ -100,6 +100,13 @@ class IkSolution:
         binding: What keeps the tool from the target, one phrase each; empty if it is reached.
         collisions: Pairs of bodies that touch at the positions.
         starts: Number of positions that the search began from.
+
+    Example:
+        >>> from teleopctl import Arm
+        >>> arm = Arm("package://teleop_description/urdf/teleop.urdf.xacro")
+        >>> found = arm.ik([0.0, 0.0, 3.0])
+        >>> found.is_reached, found.binding
+        (False, ('the arm is too short',))
     """
 
     positions: Array

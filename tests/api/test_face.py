@@ -14,6 +14,7 @@ import teleopctl
 
 # What programs may rely on. Whoever changes it changes programs of others.
 PUBLIC = [
+    "Arm",
     "Bag",
     "BagMessage",
     "BagTopic",
@@ -22,6 +23,7 @@ PUBLIC = [
     "ControllerInterface",
     "DecodedMessage",
     "Graph",
+    "IkSolution",
     "InterfaceConfiguration",
     "InterfaceConfigurationType",
     "Node",

@@ -166,7 +166,7 @@ def _save(arm: "Arm", reached: "Workspace", file: Path) -> None:
     assert shaded is not None
     figure.colorbar(shaded, ax=figure.axes, label="manipulability", shrink=0.8)
     figure.suptitle(f"{arm.model.description.name}: '{arm.group.tip}' by group '{arm.group.name}'")
-    figure.savefig(file, dpi=120)
+    figure.savefig(file, dpi=100)
 
 
 def _chain(arm: "Arm") -> "Array":

@@ -44,6 +44,8 @@ _INTERRUPTED = 130
 _PERIOD_S, _ANSWER_S, _STOP_S = 0.05, 5.0, 10.0
 # Time in which a gone controller is noticed, s.
 _LOOK_S = 1.0
+# Longest time, s, until the joints are at rest after a motion: change in a period, rad or m.
+_REST_S, _RESTS = 0.5, 1e-4
 # Part of the velocity limit with which grippers move, their speed without one, shortest motion.
 _GRIPPER_SPEED, _DEFAULT_SPEED, _SHORTEST_S = 0.5, 1.0, 0.2
 _OPENINGS = {"open": 1.0, "close": 0.0, "closed": 0.0}
@@ -228,6 +230,7 @@ class MotionRun:
         import numpy as np
 
         arm = self.arm
+        self._wait_for_rest()
         arm.model.set_positions(self._measured)
         measured = arm.kinematics.present()
         pose = arm.kinematics.pose()
@@ -254,6 +257,16 @@ class MotionRun:
             name = arm.names[int(off.argmax())]
             text += f"; '{name}' is farthest from its goal, by {float(off.max()):.4f}"
         return MotionOutcome(text, 0, "succeeded", facts)
+
+    def _wait_for_rest(self) -> None:
+        """Wait until the measured positions stay, or for a short time: goals end with tolerances."""
+        end_s, before = time.monotonic() + _REST_S, dict[str, float]()
+        while time.monotonic() < end_s:
+            measured = self._measured
+            if before and all(abs(at - before.get(n, at)) < _RESTS for n, at in measured.items()):
+                return
+            before = measured
+            time.sleep(_PERIOD_S)
 
     # --- the gripper ----------------------------------------------------------------------------
 
@@ -308,6 +321,7 @@ class MotionRun:
         outcome = self._follow(self._controllers_goals(trajectory), {})
         if outcome is not None:
             return outcome
+        self._wait_for_rest()
         at = {name: self._measured.get(name, math.nan) for name in names}
         listed = ", ".join(f"'{name}' is at {value:.4g}" for name, value in at.items())
         return MotionOutcome(f"Gripper: {listed}", 0, "succeeded", {"joints": at})
