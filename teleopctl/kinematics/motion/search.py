@@ -149,10 +149,20 @@ def _check_start(kinematics: GroupKinematics, start: Array) -> None:
 
 
 def _reachable_goals(kinematics: GroupKinematics, start: Array, goals: Array) -> Array:
-    """Return the goals within the limits, continuous joints by the shorter way round."""
+    """Return the goals within the limits.
+
+    A continuous joint has two: by the shorter way round, and, since something may be in that way,
+    by the other one.
+    """
+    turn = 2.0 * math.pi
     is_continuous = np.array([limit.angle_wraparound for limit in kinematics.limits])
-    turns = np.round((start - goals) / (2.0 * math.pi)) * is_continuous
-    goals = goals + 2.0 * math.pi * turns
+    goals = goals + turn * np.round((start - goals) / turn) * is_continuous
+    others = []
+    for place in np.flatnonzero(is_continuous).tolist():
+        other = goals.copy()
+        other[:, place] -= np.where(goals[:, place] > start[place], turn, -turn)
+        others.append(other)
+    goals = np.vstack((goals, *others))
     outside = (goals < kinematics.lower - _ROUNDING) | (goals > kinematics.upper + _ROUNDING)
     kept = ~outside.any(axis=1)
     if kept.any():

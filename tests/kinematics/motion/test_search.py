@@ -182,12 +182,24 @@ def test_a_start_a_hair_outside_goes_back_and_one_far_outside_is_refused():
     assert caught.value.code is MoveItErrorCode.START_STATE_INVALID
 
 
-def test_a_continuous_joint_goes_the_shorter_way_round():
+def continuous_arm():
     text = arm_urdf(THREE).replace('"joint_1" type="revolute"', '"joint_1" type="continuous"')
     description = RobotDescription.from_urdf(text)
-    kinematics = GroupKinematics(KinematicModel(description), find_groups(description).group())
-    found = own(EdgeChecker(kinematics), np.array([3.0, 0, 0]), np.array([-3.0, 0, 0]))
+    return GroupKinematics(KinematicModel(description), find_groups(description).group())
+
+
+def test_a_continuous_joint_goes_the_shorter_way_round():
+    edges = EdgeChecker(continuous_arm())
+    found = own(edges, np.array([3.0, 0, 0]), np.array([-3.0, 0, 0]))
     assert found.corners[:, 0] == pytest.approx([3.0, 2.0 * math.pi - 3.0])
+
+
+def test_a_continuous_joint_goes_the_other_way_round_where_something_is_in_the_shorter_one():
+    edges = EdgeChecker(
+        continuous_arm(), condition=lambda q: abs(math.remainder(q[0], 2.0 * math.pi)) < 3.1
+    )
+    found = own(edges, np.array([3.0, 0, 0]), np.array([-3.0, 0, 0]))
+    assert found.corners[-1, 0] == pytest.approx(-3.0)
 
 
 # --- planners by name -------------------------------------------------------------------------
