@@ -17,10 +17,9 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
-from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError
 from teleopctl.kinematics.groups import EndEffector, JointGroup, RobotGroups
-from teleopctl.robot import Joints
+from teleopctl.robot import Joints, expand_xacro
 from teleopctl.tf import Transform, quaternion_from_rpy, rpy_from_quaternion
 
 if TYPE_CHECKING:
@@ -38,7 +37,7 @@ _OTHER_TAGS = ("link_sphere_approximation", "joint_property", "virtual_joint")
 def read_srdf(
     path: Path, description: RobotDescription, joints: Joints | None = None
 ) -> RobotGroups:
-    """Read an SRDF file of a robot.
+    """Read an SRDF file of a robot; xacro is expanded.
 
     Args:
         path: The file.
@@ -46,9 +45,10 @@ def read_srdf(
         joints: Its joints, if they have been read.
 
     Raises:
-        InvalidFileError: The file cannot be read, is no SRDF, or is that of another robot.
+        InvalidDescriptionError: The file cannot be read.
+        InvalidFileError: The file is no SRDF, or is that of another robot.
     """
-    return parse_srdf(read_text(path), description, joints, file=path)
+    return parse_srdf(expand_xacro(path), description, joints, file=path)
 
 
 def parse_srdf(

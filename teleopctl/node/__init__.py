@@ -180,6 +180,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.values.future import Future as Future, Task as Task
     from teleopctl.node.values.handle import Handle as Handle
+    from teleopctl.node.values.log_once import LogOnce as LogOnce
     from teleopctl.node.values.logging import (
         LoggingSeverity as LoggingSeverity,
         RcutilsLogger as RcutilsLogger,

@@ -21,7 +21,7 @@ from http import HTTPStatus
 import viser
 
 from teleopctl.base.access import Answer
-from teleopctl.base.log_once import LogOnce
+from teleopctl.node import LogOnce
 
 _PATH = "/visibility"
 _BROWSER, _VISIBILITY = "teleopctl-browser", "teleopctl-visibility"

@@ -16,9 +16,9 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.base.access import Access, Answer, host_in_url, is_loopback
-from teleopctl.base.log_once import LogOnce
 from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
+from teleopctl.node import LogOnce
 
 if TYPE_CHECKING:
     import viser

@@ -109,7 +109,7 @@ def test_no_input_of_a_terminal_is_too_strange(sent):
 
 
 def test_ctrl_c_interrupts_where_the_terminal_sends_it_as_a_key(terminal):
-    interrupted = queue.Queue()
+    interrupted: queue.Queue[bool] = queue.Queue()
     before = signal.signal(signal.SIGINT, lambda *_: interrupted.put(True))
     try:
         with Keyboard(key=lambda _: None):

@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 import contextlib
+import fcntl
 import os
 import pty
 import re
 import select
 import signal
 import subprocess
+import termios
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -23,13 +25,19 @@ class Terminal:
         argv: Path of the program, and its arguments.
         env: Environment of the program; TERM, COLUMNS and LINES are set in addition.
         cwd: Working directory of the program; None for the current folder.
+        is_controlling: Whether it is the program's controlling terminal, as a user's is.
 
     Attributes:
         text: Output of the program so far, with escape sequences.
     """
 
     def __init__(
-        self, argv: Sequence[str], env: Mapping[str, str], cwd: Path | None = None
+        self,
+        argv: Sequence[str],
+        env: Mapping[str, str],
+        cwd: Path | None = None,
+        *,
+        is_controlling: bool = False,
     ) -> None:
         self._master, slave = pty.openpty()
         self._process = subprocess.Popen(
@@ -40,6 +48,7 @@ class Terminal:
             stdout=slave,
             stderr=slave,
             start_new_session=True,
+            preexec_fn=_take_terminal if is_controlling else None,
         )
         os.close(slave)
         self.text = ""
@@ -85,3 +94,8 @@ class Terminal:
         status = self._process.wait(LONGEST_WAIT_S)
         os.close(self._master)
         return status
+
+
+def _take_terminal() -> None:
+    """Make standard input the controlling terminal of this process."""
+    fcntl.ioctl(0, termios.TIOCSCTTY, 0)

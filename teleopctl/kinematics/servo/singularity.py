@@ -200,7 +200,7 @@ class TwistMap:
         push = np.where(below > 0.0, below, 0.0) - np.where(above > 0.0, above, 0.0)
         push = np.nan_to_num(push, nan=0.0, posinf=0.0, neginf=0.0) * (speed / _NEAR_END)
         if not push.any():
-            return push
+            return np.asarray(push)
         return np.asarray(push - right.T @ (right @ push))
 
     def _add_rest(self, served: Array, jacobian: Array, twist: Array) -> tuple[Array, list[Reason]]:

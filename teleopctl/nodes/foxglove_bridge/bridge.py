@@ -14,11 +14,10 @@ from foxglove.websocket import ServerListener, StatusLevel, WebSocketServer
 
 from teleopctl.base import progress
 from teleopctl.base.access import Access, host_in_url
-from teleopctl.base.log_once import LogOnce
 from teleopctl.base.token_file import Address, read_or_make_token
 from teleopctl.errors import SystemFailureError, TeleopctlError, UnavailableError
 from teleopctl.interfaces import get_message, to_nanoseconds
-from teleopctl.node import Node, RcutilsLogger, qos_profile_sensor_data
+from teleopctl.node import LogOnce, Node, RcutilsLogger, qos_profile_sensor_data
 from teleopctl.nodes.foxglove_bridge.channels import Channels
 from teleopctl.nodes.foxglove_bridge.client_topics import ENCODINGS, ClientTopics
 from teleopctl.nodes.foxglove_bridge.gate import Gate, inner_addresses

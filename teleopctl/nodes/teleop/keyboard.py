@@ -23,7 +23,7 @@ from teleopctl.base.keyboard import (
     keys_can_be_read,
 )
 from teleopctl.errors import TeleopctlError, UsageError
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import JointGroup, RobotGroups, find_groups
 from teleopctl.node import (
     AsyncParameterClient,
@@ -62,6 +62,8 @@ _TWISTS = {
     "l": (0, 0, 0, 0, 0, -1),
 }
 _JOINTS = {UP: 1.0, "+": 1.0, "=": 1.0, DOWN: -1.0, "-": -1.0}
+# Values of moveit_msgs/srv/ServoCommandType.
+_JOINT_JOG, _TWIST = 0, 1
 _HELP = """\
 Move the gripper:  up/down arrow  x     left/right arrow  y     page up/down (or ; .)  z
 Turn it:           u/o  about x         i/k  about y            j/l  about z
@@ -102,6 +104,7 @@ class KeyboardTeleop(Node):
         self._scales = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
         self._is_unitless = True
         self._is_done = False
+        self._line = ""
         self._twist: Any = get_message("geometry_msgs/msg/TwistStamped")()
         self._jog: Any = get_message("control_msgs/msg/JointJog")()
         self._twists = self.create_publisher(
@@ -127,6 +130,9 @@ class KeyboardTeleop(Node):
         )
         self._servo_parameters = AsyncParameterClient(self, self._servo)
         self._asked = False
+        self._kind = get_service("moveit_msgs/srv/ServoCommandType")
+        self._switch = self.create_client(self._kind, f"{self._servo}/switch_command_type")
+        self._chosen: int | None = None
         self._timer = self.create_timer(1.0 / rate_hz, self._tick)
 
     # --- what the robot is -----------------------------------------------------------------------
@@ -239,9 +245,16 @@ class KeyboardTeleop(Node):
         if self._is_done and not self._zeros:
             raise ExternalShutdownException
 
+    def _choose(self, kind: int) -> None:
+        """Choose the kind of commands; MoveIt's servo takes no other, and none at the start."""
+        if kind != self._chosen and self._switch.service_is_ready():
+            self._chosen = kind
+            self._switch.call_async(self._kind.Request(command_type=kind))
+
     def _publish(self, held: frozenset[str]) -> None:
         part = _SPEEDS[self._speed]
         stamp = self.get_clock().now().to_msg()
+        self._choose(_JOINT_JOG if self._mode == "joint" else _TWIST)
         if self._mode == "joint":
             if not self._joint < len(self._names):
                 self._status = f"joint {self._joint + 1} does not exist"
@@ -293,9 +306,11 @@ class KeyboardTeleop(Node):
         line = f"{what} | {doing} | {speed} | {self._rate_hz:g} Hz, {listeners}"
         if self._status:
             line += f" | {self._status}"
-        width = shutil.get_terminal_size().columns - 1
-        sys.stdout.write(f"\r\x1b[2K{line[:width]}")
-        sys.stdout.flush()
+        line = line[: shutil.get_terminal_size().columns - 1]
+        if line != self._line:
+            self._line = line
+            sys.stdout.write(f"\r\x1b[2K{line}")
+            sys.stdout.flush()
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -15,7 +15,7 @@ from teleopctl.kinematics import pose_matrix
 from teleopctl.tf import Transform, normalize
 
 
-class CommandType(enum.IntEnum):
+class ServoCommandType(enum.IntEnum):
     """Values of ``moveit_msgs/srv/ServoCommandType``."""
 
     JOINT_JOG = 0
@@ -24,7 +24,7 @@ class CommandType(enum.IntEnum):
 
 
 @dataclass(slots=True)
-class Command:
+class ServoCommand:
     """Newest command, with the time of its receipt.
 
     Attributes:
@@ -34,13 +34,13 @@ class Command:
             that: clocks of two machines differ, and simulated time may stand still.
     """
 
-    type: CommandType
+    type: ServoCommandType
     # Any: message classes are generated at run time from definitions.
     message: Any
     received_s: float
 
     @classmethod
-    def of(cls, kind: CommandType, message: object) -> Command:
+    def of(cls, kind: ServoCommandType, message: object) -> ServoCommand:
         """Return a message that has just been received as a command."""
         return cls(kind, message, time.monotonic())
 
@@ -49,15 +49,15 @@ class Command:
         return time.monotonic() - self.received_s
 
 
-class InvalidCommandError(Exception):
+class ServoCommandError(Exception):
     """A command cannot be obeyed; the text says why."""
 
 
 def finite(values: Sequence[float], what: str) -> np.ndarray:
-    """Return numbers as an array; raise `InvalidCommandError` if one is not finite."""
+    """Return numbers as an array; raise `ServoCommandError` if one is not finite."""
     numbers = np.array(values, np.float64)
     if not np.isfinite(numbers).all():
-        raise InvalidCommandError(f"{what} has a value that is not a finite number")
+        raise ServoCommandError(f"{what} has a value that is not a finite number")
     return numbers
 
 
@@ -71,7 +71,7 @@ def twist_of(message: Any, *, unitless: bool, linear: float, rotational: float) 
         rotational: Largest angular speed, rad/s.
 
     Raises:
-        InvalidCommandError: A value is not finite.
+        ServoCommandError: A value is not finite.
     """
     parts = []
     for vector, most in ((message.twist.linear, linear), (message.twist.angular, rotational)):
@@ -89,12 +89,12 @@ def pose_of(message: Any) -> np.ndarray:
     """Return the pose of a PoseStamped in the frame of its header, (4, 4).
 
     Raises:
-        InvalidCommandError: A value is not finite, or the quaternion is zero.
+        ServoCommandError: A value is not finite, or the quaternion is zero.
     """
     position, turn = message.pose.position, message.pose.orientation
     finite((position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w), "The pose")
     length = math.sqrt(turn.x**2 + turn.y**2 + turn.z**2 + turn.w**2)
     if length < 1e-6:
-        raise InvalidCommandError("The pose has a quaternion of zeros, which is no rotation")
+        raise ServoCommandError("The pose has a quaternion of zeros, which is no rotation")
     rotation = normalize((turn.x, turn.y, turn.z, turn.w))
     return pose_matrix(Transform((position.x, position.y, position.z), rotation))

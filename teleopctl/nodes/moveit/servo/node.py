@@ -15,6 +15,7 @@ from teleopctl.kinematics import (
     ClearanceChecker,
     GroupKinematics,
     KinematicModel,
+    RobotGroups,
     ServoCore,
     ServoStep,
     StatusCode,
@@ -22,12 +23,13 @@ from teleopctl.kinematics import (
     find_groups,
     parse_srdf,
     pose_matrix,
+    read_srdf,
 )
 from teleopctl.node import Node, Parameter, StopHolders, qos_profile_latched
 from teleopctl.nodes.moveit.servo.commands import (
-    Command,
-    CommandType,
-    InvalidCommandError,
+    ServoCommand,
+    ServoCommandError,
+    ServoCommandType,
     finite,
     pose_of,
     twist_of,
@@ -35,6 +37,7 @@ from teleopctl.nodes.moveit.servo.commands import (
 from teleopctl.nodes.moveit.servo.controllers import ControllerWatch
 from teleopctl.nodes.moveit.servo.outputs import CommandPublisher, Target, choose_targets
 from teleopctl.nodes.moveit.servo.parameters import ServoParameters
+from teleopctl.packages import resolve_uri
 from teleopctl.robot import Joints, RobotDescription, stop_decelerations
 from teleopctl.tf import LiveBuffer, TransformException, TransformListener, transform_of
 
@@ -70,8 +73,8 @@ class ServoNode(Node):
         )
         self.parameters = ServoParameters(self)
         self._period_s = float(self.parameters["publish_period"])
-        self._command: Command | None = None
-        self._type: CommandType | None = None
+        self._command: ServoCommand | None = None
+        self._type: ServoCommandType | None = None
         self._is_paused = False
         self._core: ServoCore | None = None
         self._positions: dict[str, float] = {}
@@ -89,9 +92,13 @@ class ServoNode(Node):
             type(self._status), self.parameters["status_topic"], _DEPTH
         )
         for parameter, type_name, kind in (
-            ("joint_command_in_topic", "control_msgs/msg/JointJog", CommandType.JOINT_JOG),
-            ("cartesian_command_in_topic", "geometry_msgs/msg/TwistStamped", CommandType.TWIST),
-            ("pose_command_in_topic", "geometry_msgs/msg/PoseStamped", CommandType.POSE),
+            ("joint_command_in_topic", "control_msgs/msg/JointJog", ServoCommandType.JOINT_JOG),
+            (
+                "cartesian_command_in_topic",
+                "geometry_msgs/msg/TwistStamped",
+                ServoCommandType.TWIST,
+            ),
+            ("pose_command_in_topic", "geometry_msgs/msg/PoseStamped", ServoCommandType.POSE),
         ):
             self.create_subscription(
                 get_message(type_name), self.parameters[parameter], self._receiver(kind), _DEPTH
@@ -113,8 +120,7 @@ class ServoNode(Node):
         self._timer = self.create_timer(self._period_s, self._step, autostart=False)
         self.add_post_set_parameters_callback(self._follow_parameters)
         self._manager = ControllerWatch(self, self._on_controllers)
-        given = str(self.get_parameter_or("robot_description", Parameter("", value="")).value or "")
-        if given:
+        if given := self._text("robot_description"):
             self._start(given)
         else:
             topic = self.create_subscription(
@@ -140,14 +146,7 @@ class ServoNode(Node):
         try:
             description = RobotDescription.from_urdf(urdf)
             joints = Joints.of(description)
-            semantic = self.get_parameter_or(
-                "robot_description_semantic", Parameter("", value="")
-            ).value
-            groups = (
-                parse_srdf(str(semantic), description, joints)
-                if semantic
-                else find_groups(description, joints)
-            )
+            groups = self._groups(description, joints)
             for warning in groups.warnings:
                 self.get_logger().warning(warning)
             group = groups.group(str(self.parameters["move_group_name"]))
@@ -178,6 +177,22 @@ class ServoNode(Node):
         )
         self._manager.query()
         progress.report(progress.READY)
+
+    def _groups(self, description: RobotDescription, joints: Joints) -> RobotGroups:
+        """Return the robot's groups: of the SRDF if there is one, else those of the description.
+
+        Raises:
+            TeleopctlError: The SRDF cannot be used.
+        """
+        if text := self._text("robot_description_semantic"):
+            return parse_srdf(text, description, joints)
+        if file := self._text("srdf"):
+            return read_srdf(resolve_uri(file), description, joints)
+        return find_groups(description, joints)
+
+    def _text(self, name: str) -> str:
+        """Return a parameter that is a text; empty if it is not given."""
+        return str(self.get_parameter_or(name, Parameter(name, value="")).value or "")
 
     def _accelerations(self, kinematics: GroupKinematics, joints: Joints) -> np.ndarray:
         """Return the largest acceleration of each joint, (n,), rad/s² or m/s²."""
@@ -259,7 +274,7 @@ class ServoNode(Node):
 
     # --- commands -------------------------------------------------------------------------------
 
-    def _receiver(self, kind: CommandType) -> Callable[[Any], None]:
+    def _receiver(self, kind: ServoCommandType) -> Callable[[Any], None]:
         def received(message: Any) -> None:
             if self._is_paused:
                 return
@@ -270,7 +285,7 @@ class ServoNode(Node):
                     throttle_duration_sec=5.0,
                 )
                 return
-            command = Command.of(kind, message)
+            command = ServoCommand.of(kind, message)
             self._command = command
             self._targets = {}
             if self._core is None:
@@ -325,7 +340,7 @@ class ServoNode(Node):
 
     def _switch_command_type(self, request: Any, response: Any) -> Any:
         try:
-            self._type = CommandType(request.command_type)
+            self._type = ServoCommandType(request.command_type)
             response.success = True
         except ValueError:
             self.get_logger().warning(f"Unknown command type {request.command_type} requested")
@@ -357,7 +372,7 @@ class ServoNode(Node):
             return
         try:
             step = self._next(core)
-        except InvalidCommandError as error:
+        except ServoCommandError as error:
             self._command = None
             self._report(StatusCode.INVALID, str(error))
             step = core.halt_step(self._period_s)
@@ -388,7 +403,7 @@ class ServoNode(Node):
         """Return the next step: by the newest command, or to a halt.
 
         Raises:
-            InvalidCommandError: The command cannot be obeyed.
+            ServoCommandError: The command cannot be obeyed.
         """
         command = self._command
         if command is not None and command.age_s() > float(
@@ -399,9 +414,9 @@ class ServoNode(Node):
             if self._targets:
                 return self._target_step(core)
             return core.halt_step(self._period_s)
-        if command.type is CommandType.TWIST:
+        if command.type is ServoCommandType.TWIST:
             return core.twist_step(self._twist(command.message), self._period_s)
-        if command.type is CommandType.POSE:
+        if command.type is ServoCommandType.POSE:
             T_frame = self._frame(command.message.header.frame_id)
             return core.pose_step(T_frame @ pose_of(command.message), self._period_s)
         return self._jog(core, command.message)
@@ -410,14 +425,14 @@ class ServoNode(Node):
         names = list(message.joint_names)
         unknown = [name for name in names if name not in self._kinematics.names]
         if unknown:
-            raise InvalidCommandError(
+            raise ServoCommandError(
                 f"The command names {', '.join(unknown)}; the group has "
                 f"{', '.join(self._kinematics.names)}"
             )
         for what in ("velocities", "displacements"):
             values = getattr(message, what)
             if len(values) not in (0, len(names)):
-                raise InvalidCommandError(f"{len(names)} joint names have {len(values)} {what}")
+                raise ServoCommandError(f"{len(names)} joint names have {len(values)} {what}")
         if len(message.displacements):
             moved = finite(message.displacements, "The command")
             at = self._kinematics.by_name(core.positions)
@@ -461,7 +476,7 @@ class ServoNode(Node):
         """Return the pose of a command's frame in the root link's frame, (4, 4).
 
         Raises:
-            InvalidCommandError: The frame is unknown.
+            ServoCommandError: The frame is unknown.
         """
         assert self._core is not None
         if not frame or frame == self._root:
@@ -476,7 +491,7 @@ class ServoNode(Node):
         try:
             found = self._tf.lookup_transform(self._root, frame, 0)
         except TransformException as error:
-            raise InvalidCommandError(
+            raise ServoCommandError(
                 f"The frame '{frame}' of the command is unknown: {error}"
             ) from None
         return pose_matrix(transform_of(found.transform))
@@ -499,9 +514,9 @@ class ServoNode(Node):
 
 
 _NAMES = {
-    CommandType.JOINT_JOG: "joint jog",
-    CommandType.TWIST: "twist",
-    CommandType.POSE: "pose",
+    ServoCommandType.JOINT_JOG: "joint jog",
+    ServoCommandType.TWIST: "twist",
+    ServoCommandType.POSE: "pose",
 }
 
 

@@ -4,7 +4,8 @@ Subscribed topics: ``~/delta_twist_cmds`` (TwistStamped), ``~/delta_joint_cmds``
 ``~/pose_target_cmds`` (PoseStamped), ``/joint_states``, ``/robot_description`` unless the parameter
 of that name is given, ``/stop``. Published topics: ``~/status`` (ServoStatus), and the command
 topic of each controller that commands the group's joints. Services: ``~/switch_command_type``,
-``~/pause_servo``. Parameters: those of MoveIt Servo below ``moveit_servo``, and ``task``.
+``~/pause_servo``. Parameters: those of MoveIt Servo below ``moveit_servo``, and ``task`` there;
+``robot_description_semantic`` (text) or ``srdf`` (file); by default the description has the groups.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Lines that strangers cause."""
 
-from teleopctl.base.log_once import LogOnce
+from teleopctl.node import LogOnce
 
 
 def test_a_mistake_is_logged_once_and_then_at_each_power_of_ten():
