@@ -259,7 +259,7 @@ class MotionRun:
         return MotionOutcome(text, 0, "succeeded", facts)
 
     def _wait_for_rest(self) -> None:
-        """Wait until the measured positions stay, or for a short time: goals end with tolerances."""
+        """Wait until the measured positions stay, at most for a short time."""
         end_s, before = time.monotonic() + _REST_S, dict[str, float]()
         while time.monotonic() < end_s:
             measured = self._measured
