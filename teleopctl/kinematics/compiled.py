@@ -127,7 +127,8 @@ def _load(file: Path) -> CompiledModel | None:
     """Return the model in a file; None if there is none, or it is damaged."""
     try:
         content = file.read_bytes()
-        os.utime(file)
+        with suppress(OSError):  # a folder that may be read only
+            os.utime(file)
         checksum, _, rest = content.partition(b"\n")
         if xxhash.xxh3_128_hexdigest(rest).encode() != checksum:
             return None

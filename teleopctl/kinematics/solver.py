@@ -46,6 +46,8 @@ _LEVER_M = 0.3
 _WISH_STARTS = 6
 # Distance (m) from which bodies are kept apart, and that is left between them.
 _NEAR_M, _LEAST_M = 0.05, 0.001
+# Pairs of bodies that are named when a pose is not reached; the deepest overlaps come first.
+_MOST_NAMED = 3
 # How near (rad or m) a joint is to its limit to be named as what binds.
 _AT_LIMIT = 1e-6
 
@@ -336,8 +338,10 @@ class IkSolver:
         self, best: _Candidate, target: Array, collisions: tuple[tuple[str, str], ...]
     ) -> Iterator[str]:
         """Yield what keeps the tool from the target, at the nearest positions."""
-        for first, second in collisions:
+        for first, second in collisions[:_MOST_NAMED]:
             yield f"'{first}' and '{second}' would collide"
+        if len(collisions) > _MOST_NAMED:
+            yield f"{len(collisions) - _MOST_NAMED} more pairs of bodies would collide"
         if best.distance_m <= self.tolerance.position_m and collisions:
             return
         kinematics = self.kinematics

@@ -392,6 +392,8 @@ def _not_reached(
     lines = [f"Not reached (NO_IK_SOLUTION, -31): {'; '.join(solution.binding) or 'not found'}"]
     if solution.position_error_m > 1e-3:
         lines.append(f"The nearest position that was found is {away} away:")
+    elif solution.collisions:
+        lines.append("Reached, but for that, at:")
     else:
         lines.append(f"The nearest pose that was found is turned by {turned:.1f} degrees:")
     return [

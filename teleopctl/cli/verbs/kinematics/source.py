@@ -177,11 +177,24 @@ class RobotOfCommand(NamedTuple):
     positions: dict[str, float] | None
 
     def arm(self, options: RobotOptions) -> "Arm":
-        """Return the chosen group as an `Arm` at the measured positions, else at rest."""
+        """Return the chosen group as an `Arm` at the measured positions, else at rest.
+
+        Raises:
+            NotFoundError: There is no such group or tool.
+            UnavailableError: A joint of the group has no measured position.
+        """
         from teleopctl.kinematics import Arm
 
         arm = Arm(self.description, options.group or "", options.tool_frame(), self.groups)
         if self.positions is not None:
+            unknown = [
+                name for name in arm.names if not math.isfinite(self.positions.get(name, math.nan))
+            ]
+            if unknown:
+                raise UnavailableError(
+                    f"The joint states have no position of {', '.join(unknown)}",
+                    hint=f"They have: {', '.join(self.positions) or 'none'}",
+                )
             arm.model.set_positions(self.positions)
             measured = arm.kinematics.present()
             arm.positions = arm.kinematics.clamp(measured)
@@ -351,8 +364,8 @@ class _Received:
             ):
                 raise UnavailableError(
                     f"No joint states on {self._topics[1]} within {_STATES_S:g} s",
-                    hint="A joint_state_broadcaster or joint_state_publisher publishes them; with "
-                    "joint positions in the command, none are needed.",
+                    hint="A joint_state_broadcaster or joint_state_publisher publishes them; a "
+                    "command with positions, --named or --start needs none.",
                 )
 
     # Any, here and below: message classes are generated at run time from definitions.

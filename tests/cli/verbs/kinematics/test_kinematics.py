@@ -1,6 +1,7 @@
 """``teleopctl kinematics``: what each verb prints about a robot's file."""
 
 import json
+import math
 import re
 
 import pytest
@@ -8,7 +9,9 @@ import pytest
 from teleopctl.cli import main
 from teleopctl.cli.completion.completing import TypedWords
 from teleopctl.cli.verbs.kinematics import source
-from teleopctl.errors import UsageError
+from teleopctl.errors import UnavailableError, UsageError
+from teleopctl.kinematics import find_groups
+from teleopctl.robot import RobotDescription
 from tests.kinematics.arms import SIX, THREE, arm_urdf
 
 FINGER = """<link name="finger"/><joint name="finger_joint" type="prismatic">
@@ -234,6 +237,17 @@ def test_words_are_sorted_into_file_arguments_numbers_and_joints():
     assert found == source.Words("a.xacro", {"ur": "5"}, [-0.5, 1.0, 2.0], {"j": 3.0}, ["name"])
     with pytest.raises(UsageError):
         source.sorted_words(["inf"])
+
+
+def test_a_joint_without_a_measured_position_is_no_joint_at_rest():
+    description = RobotDescription.from_urdf(arm_urdf(THREE))
+    groups = find_groups(description)
+    measured = {"joint_1": 0.1, "joint_2": 0.2, "joint_3": 0.3}
+    arm = source.RobotOfCommand(description, groups, measured).arm(source.RobotOptions())
+    assert arm.positions.tolist() == [0.1, 0.2, 0.3]
+    for positions in ({"joint_1": 0.1, "joint_3": 0.2}, {**measured, "joint_2": math.nan}):
+        with pytest.raises(UnavailableError, match="no position of joint_2"):
+            source.RobotOfCommand(description, groups, positions).arm(source.RobotOptions())
 
 
 def test_completion_offers_joints_groups_links_and_states_of_the_file(arm):
