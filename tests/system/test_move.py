@@ -56,6 +56,16 @@ def test_the_gripper_is_moved_on_a_line_in_its_own_frame(command):
     assert position(command) == pytest.approx([-0.02, 0.82, 1.407], abs=2e-3)
 
 
+def test_a_goal_may_be_in_a_frame_of_tf(robot, command):
+    broadcast = robot.spawn(
+        "tf static --frame-id world --child-frame-id table --x 0.3 --y 0.9 --z 1.0"
+    )
+    command("move --to 0,0,0.4 --frame table")
+    broadcast.interrupt()
+    assert command.status == 0, command.errors
+    assert position(command) == pytest.approx([0.3, 0.9, 1.4], abs=1e-3)
+
+
 def test_joints_states_and_the_gripper_are_moved_one_after_the_other(command):
     document = json.loads(command("move --joints joint_1=0.5,joint_2=0.1 --gripper open --json"))
     arm, gripper = document["executed"]
@@ -108,7 +118,11 @@ def test_ctrl_c_stops_the_arm_and_ends_with_status_130(robot, command):
         ("move --gripper open --group gripper", 2, "The group 'gripper' moves no single tip"),
         ("move --named home --timeout 0", 2, "--timeout must be above 0 s, got 0"),
         ("move --to 0,0,9", 1, "The goal pose cannot be reached, the nearest is"),
-        ("move --to 0,0,1 --frame moon", 1, "The robot has no frame 'moon'"),
+        (
+            "move --to 0,0,1 --frame moon",
+            1,
+            "Neither the robot nor /tf, within 2 s, has a frame 'moon'",
+        ),
         ("move --named home -n moon", 1, "No robot runs: nothing publishes /moon/robot_descr"),
         ("move --named home -o a.png", 2, "-o writes the picture of --plot"),
     ],

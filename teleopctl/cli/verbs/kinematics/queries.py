@@ -47,12 +47,14 @@ _Frame = Annotated[
     Option(
         "-f",
         "--frame",
-        help="Link in whose frame poses are; by default the root link.",
+        help="Link, or frame of /tf, in which poses are; by default the root link.",
         metavar="FRAME",
         complete="all_links",
     ),
 ]
 _MOST_DIGITS = 17  # digits of a double
+# Longest wait for a frame of /tf, and time between two looks, in seconds.
+_TF_S, _LOOK_S = 2.0, 0.05
 
 
 def fk(
@@ -69,8 +71,9 @@ def fk(
     from teleopctl.tf import pose_text
 
     _check_precision(precision)
-    arm = _arm_at(sorted_words(words or ()), named, robot)
-    base, T_frame_root = _frame_of(arm, frame)
+    given = sorted_words(words or ())
+    arm = _arm_at(given, named, robot)
+    base, T_frame_root = frame_transform(arm, frame, is_running=given.file is None)
     transform = pose_transform(T_frame_root @ arm.fk())
     if as_json:
         console.out_json({**_of_arm(arm, base), **_pose_document(T_frame_root @ arm.fk())})
@@ -135,7 +138,7 @@ def ik(
     if start is not None:
         arm.fk(start)
         arm.positions = arm.kinematics.present()
-    base, T_frame_root = _frame_of(arm, frame)
+    base, T_frame_root = frame_transform(arm, frame, is_running=found.file is None)
     target = target_pose(arm, T_frame_root, found.numbers, rotation)
     solution = arm.ik(
         target if rotation is not None else target[:3, 3], collisions=allow_collisions
@@ -253,12 +256,17 @@ def target_pose(
     return np.asarray(invert_pose(T_frame_root) @ pose)
 
 
-def frame_transform(arm: "Arm", frame: str | None) -> "tuple[str, Array]":
-    """Return the name of a frame, and the pose of the root link in it, (4, 4)."""
-    return _frame_of(arm, frame)
+def frame_transform(arm: "Arm", frame: str | None, *, is_running: bool) -> "tuple[str, Array]":
+    """Return the name of a frame, and the pose of the root link in it, (4, 4).
 
+    Args:
+        arm: The arm, at its positions.
+        frame: Name of a link, or of a frame of ``/tf`` if the robot runs; None for the root link.
+        is_running: Whether the robot runs.
 
-def _frame_of(arm: "Arm", frame: str | None) -> "tuple[str, Array]":
+    Raises:
+        NotFoundError: There is no such frame.
+    """
     import numpy as np
 
     from teleopctl.kinematics import invert_pose
@@ -266,12 +274,38 @@ def _frame_of(arm: "Arm", frame: str | None) -> "tuple[str, Array]":
     root = arm.model.description.root
     if frame in (None, root):
         return root, np.eye(4)
-    arm.fk()
-    if frame not in arm.model.links:
-        raise NotFoundError(
-            f"The robot has no frame '{frame}'", hint=f"It has: {', '.join(arm.model.links)}"
-        )
-    return str(frame), invert_pose(arm.model.pose(str(frame)))
+    assert frame is not None
+    if frame in arm.model.links:
+        arm.fk()
+        return frame, invert_pose(arm.model.pose(frame))
+    where = "The robot has no frame"
+    if is_running:
+        found = _frame_of_tf(frame, root)
+        if found is not None:
+            return frame, found
+        where = f"Neither the robot nor /tf, within {_TF_S:g} s, has a frame"
+    raise NotFoundError(f"{where} '{frame}'", hint=f"The robot has: {', '.join(arm.model.links)}")
+
+
+def _frame_of_tf(frame: str, root: str) -> "Array | None":
+    """Return the pose of the root link in a frame of ``/tf``; None if it does not come in time."""
+    import time
+
+    from teleopctl.cli.command_node import command_node
+    from teleopctl.kinematics import pose_matrix
+    from teleopctl.tf import Buffer, TransformException, TransformListener, transform_of
+
+    buffer = Buffer()
+    with command_node() as node:
+        TransformListener(buffer, node)
+        end_s = time.monotonic() + _TF_S
+        while time.monotonic() < end_s:
+            try:
+                found = buffer.lookup_transform(frame, root, 0)
+                return pose_matrix(transform_of(found.transform))
+            except TransformException:
+                time.sleep(_LOOK_S)
+    return None
 
 
 # --- parts --------------------------------------------------------------------------------------

@@ -42,7 +42,7 @@ def move(
         Option(
             "-f",
             "--frame",
-            help="Link in whose frame the pose is; by default the root link.",
+            help="Link, or frame of /tf, in which the pose is; by default the root link.",
             metavar="FRAME",
             complete="all_links",
         ),

@@ -176,7 +176,7 @@ def target_of(goal: Goal, arm: Arm) -> MoveTarget:
     rotation = rotation_of(goal.rpy, goal.quat)
     position = numbers(goal.to, 3, "--to", "x,y,z")
     arm.fk()
-    _, T_frame_root = frame_transform(arm, goal.frame)
+    _, T_frame_root = frame_transform(arm, goal.frame, is_running=True)
     pose = target_pose(arm, T_frame_root, position, rotation)
     return MoveTarget(None, pose, rotation is None and not goal.linear)
 
