@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import atexit
+import os
+import sys
 from collections.abc import Callable
 from typing import Any
 
@@ -12,6 +15,18 @@ from teleopctl.errors import UsageError
 from teleopctl.kinematics.motion.edges import EdgeChecker
 from teleopctl.kinematics.motion.planner import OMPL, Planner, Query, number_of
 from teleopctl.kinematics.poses import Array
+
+
+def _hide_leaks() -> None:
+    """Send what is written after Python's end to nowhere: nanobind lists each type of OMPL."""
+    sys.stderr.flush()
+    nowhere = os.open(os.devnull, os.O_WRONLY)
+    os.dup2(nowhere, 2)
+
+
+# nanobind writes after all functions of atexit have run.
+atexit.register(_hide_leaks)
+
 
 
 class OmplPlanner(Planner):

@@ -262,6 +262,8 @@ class ActionClient(Generic[GoalT, ResultT, FeedbackT]):
         self._node = node
         # For type checkers, an action class is an object whose attributes are classes.
         self._action_type = cast("ActionType[GoalT, ResultT, FeedbackT]", action_type)
+        # rclpy's attribute, which programs such as pymoveit2 read for their messages.
+        self._action_name = action_name
         self._logger = node.get_logger().get_child("action_client")
         self._lock = threading.Lock()
         self._callbacks: FeedbackCallbacks[FeedbackT] = FeedbackCallbacks()

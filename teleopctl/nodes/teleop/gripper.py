@@ -68,7 +68,7 @@ class GripperCommander:
                 continue
             kind = controller.type.rpartition("/")[2]
             name = f"{namespace.rstrip('/')}/{controller.name}/gripper_cmd"
-            if "ParallelGripper" in kind:
+            if "parallel_gripper" in controller.type:
                 self._action = (name, "control_msgs/action/ParallelGripperCommand")
             elif kind.endswith(("GripperActionController", "GripperController")):
                 self._action = (name, "control_msgs/action/GripperCommand")

@@ -143,7 +143,7 @@ def active_controllers(states: Iterable[Any], namespace: str) -> Iterable[Contro
         base = f"{namespace}/{state.name}"
         if kind == "JointTrajectoryController":
             yield Controller(state.name, f"{base}/follow_joint_trajectory", TRAJECTORY, joints)
-        elif "ParallelGripper" in kind:
+        elif "parallel_gripper" in state.type:
             yield Controller(state.name, f"{base}/gripper_cmd", PARALLEL_GRIPPER, joints)
         elif kind.endswith(("GripperActionController", "GripperController")):
             yield Controller(state.name, f"{base}/gripper_cmd", GRIPPER, joints)

@@ -146,7 +146,11 @@ class MoveGroupNode(Node):
         description = RobotDescription.from_urdf(self._urdf)
         model = KinematicModel(description)
         for warning in model.warnings:
-            log.warning(warning)
+            # The rest is about physics, and said by the simulator.
+            if "collide" in warning or "overlap" in warning or "touch" in warning:
+                log.warning(warning)
+            else:
+                log.debug(warning)
         model.joints = limited_joints(self, model.joints)
         if self._srdf:
             groups = parse_srdf(self._srdf, description, model.joints)
