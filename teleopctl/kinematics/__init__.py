@@ -61,12 +61,15 @@ if TYPE_CHECKING:
         AllowedCollisions as AllowedCollisions,
     )
     from teleopctl.kinematics.scene.planning_scene import (
-        AttachedObject as AttachedObject,
-        PlanningScene as PlanningScene,
-        SceneModel as SceneModel,
-        SceneObject as SceneObject,
+        AttachedBody as AttachedBody,
+        CollisionBody as CollisionBody,
+        CollisionScene as CollisionScene,
+        CompiledScene as CompiledScene,
     )
-    from teleopctl.kinematics.scene.shapes import Shape as Shape, ShapeKind as ShapeKind
+    from teleopctl.kinematics.scene.shapes import (
+        CollisionShape as CollisionShape,
+        ShapeKind as ShapeKind,
+    )
     from teleopctl.kinematics.self_collisions import (
         allowed_by_sampling as allowed_by_sampling,
     )

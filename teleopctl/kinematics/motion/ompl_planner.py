@@ -28,7 +28,6 @@ def _hide_leaks() -> None:
 atexit.register(_hide_leaks)
 
 
-
 class OmplPlanner(Planner):
     """Planner of OMPL.
 

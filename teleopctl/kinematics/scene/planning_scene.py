@@ -15,7 +15,7 @@ from teleopctl.kinematics.clearance import ClearanceChecker
 from teleopctl.kinematics.model import KinematicModel
 from teleopctl.kinematics.poses import Array, invert_pose
 from teleopctl.kinematics.scene.allowed_collisions import AllowedCollisions
-from teleopctl.kinematics.scene.shapes import Shape, ShapeKind, add_geoms, plane_side
+from teleopctl.kinematics.scene.shapes import CollisionShape, ShapeKind, add_geoms, plane_side
 
 # Prefix of the names of bodies and geoms that a scene adds to the model.
 _PREFIX = "scene/"
@@ -24,7 +24,7 @@ _RESTS_M = 2e-3
 
 
 @dataclass(frozen=True)
-class SceneObject:
+class CollisionBody:
     """Object of a planning scene.
 
     Attributes:
@@ -40,7 +40,7 @@ class SceneObject:
 
     name: str
     pose: Array
-    shapes: tuple[Shape, ...]
+    shapes: tuple[CollisionShape, ...]
     shape_poses: tuple[Array, ...]
     subframes: Mapping[str, Array] = field(default_factory=dict)
     type: tuple[str, str] = ("", "")
@@ -49,7 +49,7 @@ class SceneObject:
 
 
 @dataclass(frozen=True)
-class AttachedObject:
+class AttachedBody:
     """Object that a link carries.
 
     Attributes:
@@ -60,7 +60,7 @@ class AttachedObject:
         detach_posture: Message of the gripper's motion that releases it; None if not given.
     """
 
-    object: SceneObject
+    object: CollisionBody
     link: str
     touch_links: frozenset[str] = frozenset()
     weight: float = 0.0
@@ -69,7 +69,7 @@ class AttachedObject:
 
 
 @dataclass(frozen=True, slots=True)
-class SceneModel:
+class CompiledScene:
     """Compiled planning scene: a model with all objects, and its collision check.
 
     Attributes:
@@ -83,7 +83,7 @@ class SceneModel:
     version: int
 
 
-class PlanningScene:
+class CollisionScene:
     """Objects around a robot and in its hand.
 
     Each change takes effect at the next `compiled`, which makes one model of robot and objects.
@@ -110,17 +110,17 @@ class PlanningScene:
         self.scale: dict[str, float] = {}
         self.colors: dict[str, tuple[float, float, float, float]] = {}
         self.version = 0
-        self._objects: dict[str, SceneObject] = {}
-        self._attached: dict[str, AttachedObject] = {}
-        self._compiled: SceneModel | None = None
+        self._objects: dict[str, CollisionBody] = {}
+        self._attached: dict[str, AttachedBody] = {}
+        self._compiled: CompiledScene | None = None
 
     @property
-    def objects(self) -> Mapping[str, SceneObject]:
+    def objects(self) -> Mapping[str, CollisionBody]:
         """Objects around the robot by name."""
         return self._objects
 
     @property
-    def attached(self) -> Mapping[str, AttachedObject]:
+    def attached(self) -> Mapping[str, AttachedBody]:
         """Attached objects by name."""
         return self._attached
 
@@ -128,7 +128,7 @@ class PlanningScene:
         """Count a change; to be called after one of `allowed`, `padding_m` or `scale`."""
         self.version += 1
 
-    def copy(self) -> PlanningScene:
+    def copy(self) -> CollisionScene:
         """Return a scene with the same objects, whose changes are its own."""
         other = copy.copy(self)
         other.allowed = self.allowed.copy()
@@ -136,7 +136,7 @@ class PlanningScene:
             setattr(other, name, dict(getattr(self, name)))
         return other
 
-    def restore(self, before: PlanningScene) -> None:
+    def restore(self, before: CollisionScene) -> None:
         """Take back all changes since a `copy`."""
         self.allowed = before.allowed
         for name in ("padding_m", "scale", "colors", "_objects", "_attached"):
@@ -145,7 +145,7 @@ class PlanningScene:
 
     # --- objects --------------------------------------------------------------------------------
 
-    def add(self, added: SceneObject) -> None:
+    def add(self, added: CollisionBody) -> None:
         """Add an object; one of the same name is replaced.
 
         Raises:
@@ -158,7 +158,7 @@ class PlanningScene:
         self._objects[added.name] = added
         self.changed()
 
-    def append(self, added: SceneObject) -> None:
+    def append(self, added: CollisionBody) -> None:
         """Add shapes to an object; add the object if there is none of its name."""
         known = self._objects.get(added.name)
         if known is None:
@@ -201,7 +201,7 @@ class PlanningScene:
         for name in list(self._objects):
             self.remove(name)
 
-    def _object(self, name: str) -> SceneObject:
+    def _object(self, name: str) -> CollisionBody:
         try:
             return self._objects[name]
         except KeyError:
@@ -216,7 +216,7 @@ class PlanningScene:
 
     # --- attached objects -----------------------------------------------------------------------
 
-    def attach(self, attached: AttachedObject) -> list[str]:
+    def attach(self, attached: AttachedBody) -> list[str]:
         """Attach an object to a link; one around the robot of the same name becomes this one.
 
         Returns:
@@ -238,7 +238,7 @@ class PlanningScene:
         self.changed()
         return under
 
-    def take(self, name: str, link: str) -> SceneObject:
+    def take(self, name: str, link: str) -> CollisionBody:
         """Return an object around the robot as `attach` needs it, at its present pose from a link.
 
         Raises:
@@ -247,7 +247,7 @@ class PlanningScene:
         known = self._object(name)
         return replace(known, pose=invert_pose(self.model.pose(link)) @ known.pose)
 
-    def append_attached(self, attached: AttachedObject) -> None:
+    def append_attached(self, attached: AttachedBody) -> None:
         """Add shapes to an attached object; attach it if there is none of its name."""
         known = self._attached.get(attached.object.name)
         if known is None:
@@ -284,7 +284,7 @@ class PlanningScene:
             self._forget(name)
             self.changed()
 
-    def _lies_on(self, attached: AttachedObject) -> list[str]:
+    def _lies_on(self, attached: AttachedBody) -> list[str]:
         """Return the objects that an object to be attached touches where it is."""
         name = attached.object.name
         probe = self.copy()
@@ -293,7 +293,7 @@ class PlanningScene:
         under = {other for pair in touching if name in pair for other in pair}
         return sorted(under & probe.objects.keys())
 
-    def _hold(self, attached: AttachedObject) -> None:
+    def _hold(self, attached: AttachedBody) -> None:
         self._objects.pop(attached.object.name, None)
         self._attached[attached.object.name] = attached
 
@@ -322,13 +322,13 @@ class PlanningScene:
 
     # --- compiled -------------------------------------------------------------------------------
 
-    def compiled(self) -> SceneModel:
+    def compiled(self) -> CompiledScene:
         """Return the compiled scene, the same one until the scene changes."""
         if self._compiled is None or self._compiled.version != self.version:
             self._compiled = self.compile()
         return self._compiled
 
-    def compile(self) -> SceneModel:
+    def compile(self) -> CompiledScene:
         """Return a newly compiled scene at the present state, for a thread of its own.
 
         Raises:
@@ -365,7 +365,7 @@ class PlanningScene:
             may_touch=may_touch,
             padding_m=self._padding(model),
         )
-        return SceneModel(model, clearance, self.version)
+        return CompiledScene(model, clearance, self.version)
 
     def _check_across_joints(self, spec: Any) -> None:
         """Let MuJoCo check what a link carries against the links before the last joint.
@@ -400,7 +400,7 @@ class PlanningScene:
         return padding
 
 
-def _joined(known: SceneObject, added: SceneObject) -> SceneObject:
+def _joined(known: CollisionBody, added: CollisionBody) -> CollisionBody:
     """Return an object with the shapes of another one too, which stay where they are."""
     moved = invert_pose(known.pose) @ added.pose
     return replace(
@@ -415,7 +415,7 @@ def _joined(known: SceneObject, added: SceneObject) -> SceneObject:
     )
 
 
-def _find(name: str, objects: Mapping[str, SceneObject]) -> tuple[SceneObject, Array] | None:
+def _find(name: str, objects: Mapping[str, CollisionBody]) -> tuple[CollisionBody, Array] | None:
     """Return the object of a frame, and the frame's pose in the object's frame."""
     if name in objects:
         return objects[name], np.eye(4)
@@ -425,7 +425,7 @@ def _find(name: str, objects: Mapping[str, SceneObject]) -> tuple[SceneObject, A
     return None
 
 
-def _add(spec: Any, parent: Any, T_parent_object: Array, one: SceneObject) -> list[str]:
+def _add(spec: Any, parent: Any, T_parent_object: Array, one: CollisionBody) -> list[str]:
     names: list[str] = []
     for number, (shape, pose) in enumerate(zip(one.shapes, one.shape_poses, strict=True)):
         placed = np.asarray(T_parent_object @ pose)

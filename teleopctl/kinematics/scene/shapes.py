@@ -39,8 +39,8 @@ _DIMENSIONS = {
 
 
 @dataclass(frozen=True, slots=True)
-class Shape:
-    """Shape, in a frame of its own.
+class CollisionShape:
+    """CollisionShape, in a frame of its own.
 
     Attributes:
         kind: Kind of shape.
@@ -61,7 +61,7 @@ class Shape:
     warning: str = ""
 
     @classmethod
-    def primitive(cls, kind: ShapeKind, dimensions: tuple[float, ...]) -> Shape:
+    def primitive(cls, kind: ShapeKind, dimensions: tuple[float, ...]) -> CollisionShape:
         """Return a box, sphere, cylinder or cone.
 
         Raises:
@@ -80,7 +80,7 @@ class Shape:
         return cls(kind, values)
 
     @classmethod
-    def plane(cls, a: float, b: float, c: float, d: float) -> Shape:
+    def plane(cls, a: float, b: float, c: float, d: float) -> CollisionShape:
         """Return the plane a x + b y + c z + d = 0.
 
         Raises:
@@ -92,7 +92,7 @@ class Shape:
         return cls(ShapeKind.PLANE, values)
 
     @classmethod
-    def mesh(cls, vertices: Array, triangles: Indices) -> Shape:
+    def mesh(cls, vertices: Array, triangles: Indices) -> CollisionShape:
         """Return a mesh, see `convex_pieces`.
 
         Raises:
@@ -108,7 +108,8 @@ class Shape:
         )
 
 
-def add_geoms(spec: Any, parent: Any, shape: Shape, pose: Array, prefix: str) -> list[str]:
+# Any: MuJoCo's elements, which have no types.
+def add_geoms(spec: Any, parent: Any, shape: CollisionShape, pose: Array, prefix: str) -> list[str]:
     """Add the geoms of a shape to a body of a ``mujoco.MjSpec``; return their names.
 
     Args:
@@ -144,7 +145,7 @@ def add_geoms(spec: Any, parent: Any, shape: Shape, pose: Array, prefix: str) ->
     return names
 
 
-def plane_side(shape: Shape, T_root_shape: Array) -> Shape:
+def plane_side(shape: CollisionShape, T_root_shape: Array) -> CollisionShape:
     """Return a plane with its normal towards the origin of the root link.
 
     MuJoCo's planes are solid on the other side of the normal, and whoever describes a table by its
@@ -153,7 +154,7 @@ def plane_side(shape: Shape, T_root_shape: Array) -> Shape:
     normal, offset = np.array(shape.dimensions[:3]), shape.dimensions[3]
     origin = -T_root_shape[:3, :3].T @ T_root_shape[:3, 3]
     if float(normal @ origin) + offset < -1e-3 * float(np.linalg.norm(normal)):
-        return Shape(ShapeKind.PLANE, tuple(-value for value in shape.dimensions))
+        return CollisionShape(ShapeKind.PLANE, tuple(-value for value in shape.dimensions))
     return shape
 
 
@@ -176,7 +177,7 @@ def _add(
     return name
 
 
-def _plane_pose(shape: Shape) -> Array:
+def _plane_pose(shape: CollisionShape) -> Array:
     """Return the pose of MuJoCo's plane, whose normal is z, in the frame of the shape, (4, 4)."""
     normal = np.array(shape.dimensions[:3])
     length = float(np.linalg.norm(normal))

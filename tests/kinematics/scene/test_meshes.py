@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from teleopctl.errors import UsageError
-from teleopctl.kinematics import KinematicModel, PlanningScene, SceneObject, Shape
+from teleopctl.kinematics import CollisionBody, CollisionScene, CollisionShape, KinematicModel
 
 from ..arms import SIX, arm
 
@@ -37,32 +37,32 @@ def globe(rings: int) -> tuple[np.ndarray, np.ndarray]:
     return points.reshape(-1, 3), np.concatenate((first, second))
 
 
-def nearest_m(model: KinematicModel, shape: Shape, *at: float) -> float:
-    scene = PlanningScene(model)
+def nearest_m(model: KinematicModel, shape: CollisionShape, *at: float) -> float:
+    scene = CollisionScene(model)
     pose = np.eye(4)
     pose[:3, 3] = at
-    scene.add(SceneObject("it", pose, (shape,), (np.eye(4),)))
+    scene.add(CollisionBody("it", pose, (shape,), (np.eye(4),)))
     near = scene.compiled().clearance.near(2.0)
     return min(one.distance_m for one in near if "it" in one.bodies)
 
 
 def test_a_closed_convex_mesh_is_one_piece_with_its_size(model):
-    shape = Shape.mesh(CUBE, FACES)
+    shape = CollisionShape.mesh(CUBE, FACES)
     assert len(shape.pieces) == 1
     assert not shape.warning
     assert nearest_m(model, shape, 0.3, 0.0, 0.9) == pytest.approx(0.3 - 0.05 - 0.03, abs=1e-5)
 
 
 def test_a_box_without_a_bottom_is_hollow(model):
-    shape = Shape.mesh(10.0 * CUBE, OPEN)
+    shape = CollisionShape.mesh(10.0 * CUBE, OPEN)
     # The arm stands in a box of 1 m, whose roof is 0.21 m above it.
     assert nearest_m(model, shape, 0.0, 0.0, 0.9) == pytest.approx(0.21, abs=2e-3)
-    assert nearest_m(model, Shape.mesh(10.0 * CUBE, FACES), 0.0, 0.0, 0.9) < 0.0
+    assert nearest_m(model, CollisionShape.mesh(10.0 * CUBE, FACES), 0.0, 0.0, 0.9) < 0.0
 
 
 def test_a_flat_mesh_is_an_obstacle(model):
     square = np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0)], float)
-    shape = Shape.mesh(square, np.array([(0, 1, 2), (0, 2, 3)]))
+    shape = CollisionShape.mesh(square, np.array([(0, 1, 2), (0, 2, 3)]))
     assert nearest_m(model, shape, 0.0, 0.0, 1.5) == pytest.approx(0.3 + 0.01, abs=2e-3)
 
 
@@ -70,10 +70,10 @@ def test_a_mesh_with_many_triangles_is_its_hull(model):
     vertices, triangles = globe(160)
     assert len(triangles) > 50_000
     hollow = triangles[: len(triangles) // 2]
-    shape = Shape.mesh(vertices, hollow)
+    shape = CollisionShape.mesh(vertices, hollow)
     assert "more than 256, and collides as its convex hull" in shape.warning
     assert len(shape.pieces[0]) <= 1000
-    closed = Shape.mesh(vertices, triangles)
+    closed = CollisionShape.mesh(vertices, triangles)
     assert not closed.warning
     assert nearest_m(model, closed, 0.3, 0.0, 0.9) == pytest.approx(0.3 - 0.1 - 0.03, abs=1e-3)
 
@@ -90,4 +90,4 @@ def test_a_mesh_with_many_triangles_is_its_hull(model):
 )
 def test_what_is_no_mesh_is_refused(vertices, triangles, problem):
     with pytest.raises(UsageError, match=problem):
-        Shape.mesh(vertices, np.array(triangles))
+        CollisionShape.mesh(vertices, np.array(triangles))

@@ -6,11 +6,11 @@ import pytest
 from teleopctl.errors import NotFoundError, UsageError
 from teleopctl.kinematics import (
     AllowedCollisions,
-    AttachedObject,
+    AttachedBody,
+    CollisionBody,
+    CollisionScene,
+    CollisionShape,
     KinematicModel,
-    PlanningScene,
-    SceneObject,
-    Shape,
     ShapeKind,
 )
 
@@ -26,8 +26,8 @@ def model() -> KinematicModel:
 
 
 @pytest.fixture
-def scene(model) -> PlanningScene:
-    return PlanningScene(model)
+def scene(model) -> CollisionScene:
+    return CollisionScene(model)
 
 
 def pose(*at: float) -> np.ndarray:
@@ -36,16 +36,16 @@ def pose(*at: float) -> np.ndarray:
     return matrix
 
 
-def thing(name: str, at: tuple[float, float, float], shape: Shape | None = None, **more):
-    shape = shape or Shape.primitive(ShapeKind.BOX, (0.1, 0.1, 0.1))
-    return SceneObject(name, pose(*at), (shape,), (np.eye(4),), **more)
+def thing(name: str, at: tuple[float, float, float], shape: CollisionShape | None = None, **more):
+    shape = shape or CollisionShape.primitive(ShapeKind.BOX, (0.1, 0.1, 0.1))
+    return CollisionBody(name, pose(*at), (shape,), (np.eye(4),), **more)
 
 
-def touching(scene: PlanningScene) -> set[tuple[str, ...]]:
+def touching(scene: CollisionScene) -> set[tuple[str, ...]]:
     return {tuple(sorted(one.bodies)) for one in scene.compiled().clearance.collisions()}
 
 
-def distance_m(scene: PlanningScene, name: str) -> float:
+def distance_m(scene: CollisionScene, name: str) -> float:
     near = scene.compiled().clearance.near(2.0)
     return min(one.distance_m for one in near if name in one.bodies)
 
@@ -82,16 +82,16 @@ def test_moved_and_appended_shapes_count_where_they_are(scene):
 @pytest.mark.parametrize(
     ("shape", "nearest"),
     [
-        (Shape.primitive(ShapeKind.BOX, (0.2, 0.1, 0.4)), 0.5 - 0.03 - 0.1),
-        (Shape.primitive(ShapeKind.SPHERE, (0.1,)), 0.5 - 0.03 - 0.1),
-        (Shape.primitive(ShapeKind.CYLINDER, (0.4, 0.1)), 0.5 - 0.03 - 0.1),
+        (CollisionShape.primitive(ShapeKind.BOX, (0.2, 0.1, 0.4)), 0.5 - 0.03 - 0.1),
+        (CollisionShape.primitive(ShapeKind.SPHERE, (0.1,)), 0.5 - 0.03 - 0.1),
+        (CollisionShape.primitive(ShapeKind.CYLINDER, (0.4, 0.1)), 0.5 - 0.03 - 0.1),
         # At its base, 0.2 m below the middle, where link_3 is.
-        (Shape.primitive(ShapeKind.CONE, (0.4, 0.1)), 0.5 - 0.03 - 0.1),
-        (Shape.plane(1.0, 0.0, 0.0, 0.1), 0.4 - 0.03),
+        (CollisionShape.primitive(ShapeKind.CONE, (0.4, 0.1)), 0.5 - 0.03 - 0.1),
+        (CollisionShape.plane(1.0, 0.0, 0.0, 0.1), 0.4 - 0.03),
         # Its normal away from the robot.
-        (Shape.plane(-2.0, 0.0, 0.0, -0.2), 0.4 - 0.03),
+        (CollisionShape.plane(-2.0, 0.0, 0.0, -0.2), 0.4 - 0.03),
     ],
-    ids=lambda value: value.kind.name.lower() if isinstance(value, Shape) else "",
+    ids=lambda value: value.kind.name.lower() if isinstance(value, CollisionShape) else "",
 )
 def test_each_shape_has_its_size(scene, shape, nearest):
     scene.add(thing("it", BESIDE, shape))
@@ -99,9 +99,13 @@ def test_each_shape_has_its_size(scene, shape, nearest):
 
 
 def test_what_a_link_carries_moves_with_it_and_is_checked(scene, model):
-    scene.add(thing("stick", (0.0, 0.0, 1.2), Shape.primitive(ShapeKind.BOX, (0.8, 0.02, 0.02))))
-    scene.add(thing("wall", (0.0, 0.38, 1.2), Shape.primitive(ShapeKind.BOX, (0.2, 0.04, 0.2))))
-    scene.attach(AttachedObject(scene.take("stick", "tool0"), "tool0"))
+    scene.add(
+        thing("stick", (0.0, 0.0, 1.2), CollisionShape.primitive(ShapeKind.BOX, (0.8, 0.02, 0.02)))
+    )
+    scene.add(
+        thing("wall", (0.0, 0.38, 1.2), CollisionShape.primitive(ShapeKind.BOX, (0.2, 0.04, 0.2)))
+    )
+    scene.attach(AttachedBody(scene.take("stick", "tool0"), "tool0"))
     assert "stick" not in scene.objects
     compiled = scene.compiled()
     assert not compiled.clearance.collisions()
@@ -111,20 +115,20 @@ def test_what_a_link_carries_moves_with_it_and_is_checked(scene, model):
 
 
 def test_what_is_carried_touches_its_link_and_touch_links_and_nothing_else(scene):
-    long = Shape.primitive(ShapeKind.BOX, (0.02, 0.02, 0.6))
+    long = CollisionShape.primitive(ShapeKind.BOX, (0.02, 0.02, 0.6))
     scene.add(thing("pole", (0.0, 0.0, 1.2), long))
-    scene.attach(AttachedObject(scene.take("pole", "tool0"), "tool0"))
+    scene.attach(AttachedBody(scene.take("pole", "tool0"), "tool0"))
     # link_6 carries it; link_5 is beyond a joint.
     assert touching(scene) == {("link_4", "pole"), ("link_5", "pole")}
     held = scene.attached["pole"]
-    scene.attach(AttachedObject(held.object, held.link, frozenset({"link_4", "link_5"})))
+    scene.attach(AttachedBody(held.object, held.link, frozenset({"link_4", "link_5"})))
     assert touching(scene) == set()
 
 
 def test_links_on_either_side_of_a_joint_stay_no_pair_while_something_is_carried(scene):
     before = touching(scene)
-    scene.add(thing("cube", (0.0, 0.0, 1.3), Shape.primitive(ShapeKind.SPHERE, (0.01,))))
-    scene.attach(AttachedObject(scene.take("cube", "tool0"), "tool0"))
+    scene.add(thing("cube", (0.0, 0.0, 1.3), CollisionShape.primitive(ShapeKind.SPHERE, (0.01,))))
+    scene.attach(AttachedBody(scene.take("cube", "tool0"), "tool0"))
     near = {one.bodies for one in scene.compiled().clearance.near(0.05)}
     assert touching(scene) == before
     assert ("link_5", "link_6") not in near
@@ -132,7 +136,7 @@ def test_links_on_either_side_of_a_joint_stay_no_pair_while_something_is_carried
 
 def test_a_detached_object_stays_where_it_was_carried_to(scene, model):
     scene.add(thing("cube", (0.0, 0.0, 1.25)))
-    scene.attach(AttachedObject(scene.take("cube", "tool0"), "tool0"))
+    scene.attach(AttachedBody(scene.take("cube", "tool0"), "tool0"))
     model.set_positions({"joint_2": np.pi / 2})
     try:
         scene.detach("cube")
@@ -144,7 +148,7 @@ def test_a_detached_object_stays_where_it_was_carried_to(scene, model):
 def test_a_held_body_of_the_simulation_may_touch_what_it_lies_on(scene):
     scene.add(thing("table", (0.0, 0.0, 1.35)))
     scene.add(thing("cube", (0.0, 0.0, 1.25), is_free=True, is_simulated=True))
-    assert scene.attach(AttachedObject(scene.take("cube", "tool0"), "tool0")) == ["table"]
+    assert scene.attach(AttachedBody(scene.take("cube", "tool0"), "tool0")) == ["table"]
     assert ("cube", "table") not in touching(scene)
 
 
@@ -163,7 +167,7 @@ def test_frames_are_links_objects_and_their_subframes(scene, model):
     scene.add(thing("box", BESIDE, subframes={"handle": pose(0.0, 0.0, 0.1)}))
     assert scene.frame("tool0") == pytest.approx(model.pose("tool0"))
     assert scene.frame("box/handle")[:3, 3] == pytest.approx((0.5, 0.0, 1.05))
-    scene.attach(AttachedObject(scene.take("box", "tool0"), "tool0"))
+    scene.attach(AttachedBody(scene.take("box", "tool0"), "tool0"))
     assert scene.frame("box/handle")[:3, 3] == pytest.approx((0.5, 0.0, 1.05))
     assert scene.fixed_to("box")[0] == "tool0"
     assert scene.frame("nothing") is None
@@ -186,9 +190,9 @@ def test_unknown_names_and_empty_objects_are_refused_with_what_there_is(scene):
         scene.remove("bx")
     assert error.value.hint == "There are: box"
     with pytest.raises(NotFoundError, match="no link 'hand'"):
-        scene.attach(AttachedObject(scene.objects["box"], "hand"))
+        scene.attach(AttachedBody(scene.objects["box"], "hand"))
     with pytest.raises(UsageError, match="'empty' has no shape"):
-        scene.add(SceneObject("empty", np.eye(4), (), ()))
+        scene.add(CollisionBody("empty", np.eye(4), (), ()))
     with pytest.raises(UsageError, match="needs an id"):
         scene.add(thing("", BESIDE))
 

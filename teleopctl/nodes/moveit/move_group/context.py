@@ -13,7 +13,9 @@ import numpy as np
 from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
 from teleopctl.interfaces import deserialize, get_message
 from teleopctl.kinematics import (
-    AttachedObject,
+    AttachedBody,
+    CollisionScene,
+    CompiledScene,
     GroupKinematics,
     IkSolver,
     JointGroup,
@@ -21,9 +23,7 @@ from teleopctl.kinematics import (
     MotionLimits,
     MoveItErrorCode,
     PlanningError,
-    PlanningScene,
     RobotGroups,
-    SceneModel,
     Tolerance,
     pose_matrix,
     served_task,
@@ -71,7 +71,7 @@ class MoveGroupContext:
         self.root = description.root
         self.planning_frame = groups.virtual_frame or self.root
         allowed = [*model.touching, *groups.allowed_collisions, *_grippers(groups, model)]
-        self.scene = PlanningScene(model, allowed)
+        self.scene = CollisionScene(model, allowed)
         self.lock = threading.RLock()
         self._listeners: list[Callable[[], object]] = []
         self._tf: LiveBuffer | None = None
@@ -143,7 +143,7 @@ class MoveGroupContext:
         given = {name: at for name, at in given.items() if name in self._known_joints}
         return {**positions, **self.scene.model.joints.positions({**positions, **given})}
 
-    def scene_of(self, state: Any) -> PlanningScene:
+    def scene_of(self, state: Any) -> CollisionScene:
         """Return the scene with the attached objects of a RobotState, to be used with the lock.
 
         Raises:
@@ -225,7 +225,7 @@ class MoveGroupContext:
     def solver(
         self,
         group: JointGroup,
-        compiled: SceneModel,
+        compiled: CompiledScene,
         link: str = "",
         *,
         avoid: bool,
@@ -253,7 +253,7 @@ class MoveGroupContext:
 
     # --- frames ---------------------------------------------------------------------------------
 
-    def frame(self, name: str, scene: PlanningScene | None = None) -> np.ndarray:
+    def frame(self, name: str, scene: CollisionScene | None = None) -> np.ndarray:
         """Return the pose of a frame in the root link's frame, (4, 4).
 
         Raises:
@@ -297,7 +297,7 @@ class MoveGroupContext:
         for listener in self._listeners:
             listener()
 
-    def apply_object(self, scene: PlanningScene, message: Any) -> None:
+    def apply_object(self, scene: CollisionScene, message: Any) -> None:
         """Apply a CollisionObject to a scene, with the lock.
 
         Raises:
@@ -329,7 +329,7 @@ class MoveGroupContext:
         else:
             scene.add(messages.with_simulation_flags(added, scene.objects.get(name)))
 
-    def apply_attached(self, scene: PlanningScene, message: Any) -> None:
+    def apply_attached(self, scene: CollisionScene, message: Any) -> None:
         """Apply an AttachedCollisionObject to a scene, with the lock.
 
         Raises:
@@ -352,7 +352,7 @@ class MoveGroupContext:
             one = messages.with_simulation_flags(one, scene.objects.get(given.id))
         else:
             one = scene.take(given.id, link)
-        attached = AttachedObject(
+        attached = AttachedBody(
             one,
             link,
             frozenset(message.touch_links),
@@ -368,7 +368,7 @@ class MoveGroupContext:
                 f"Attached object '{given.id}' may touch what it lies on: {', '.join(under)}"
             )
 
-    def apply_scene(self, scene: PlanningScene, message: Any) -> list[str]:
+    def apply_scene(self, scene: CollisionScene, message: Any) -> list[str]:
         """Apply a PlanningScene message, with the lock; return what cannot be applied.
 
         A message that is no difference replaces all objects, attached objects and allowed
@@ -408,13 +408,13 @@ class MoveGroupContext:
             problems += self._tried(self.apply_attached, scene, each)
         return problems
 
-    def _set_allowed(self, scene: PlanningScene, message: Any) -> None:
+    def _set_allowed(self, scene: CollisionScene, message: Any) -> None:
         if not message.allowed_collision_matrix.entry_names:
             # A new scene without a matrix: that of the robot is better than none.
             return
         scene.allowed = messages.read_allowed(message.allowed_collision_matrix)
 
-    def _is_link(self, scene: PlanningScene, name: str, problems: list[str]) -> bool:
+    def _is_link(self, scene: CollisionScene, name: str, problems: list[str]) -> bool:
         if name in scene.model.links:
             return True
         problems.append(f"Padding or scale of '{name}', which is no link of the robot")
@@ -427,7 +427,7 @@ class MoveGroupContext:
             return [f"{error.message} ({error.hint})" if error.hint else error.message]
         return []
 
-    def _detach(self, scene: PlanningScene, name: str, link: str) -> None:
+    def _detach(self, scene: CollisionScene, name: str, link: str) -> None:
         if name:
             held = scene.attached.get(name)
             if held is not None and link and held.link != link:

@@ -49,6 +49,7 @@ class PoseGoal:
     tolerance: Tolerance
 
 
+# Any: message classes are generated at run time from definitions.
 def goal_link(message: Any) -> str:
     """Return the link that the position and orientation constraints of a goal are about.
 

@@ -10,12 +10,12 @@ from teleopctl.errors import UsageError
 from teleopctl.interfaces import get_message, get_service, to_nanoseconds
 from teleopctl.kinematics import (
     Approach,
+    CollisionScene,
+    CompiledScene,
     IkSolution,
     JointGroup,
     MoveItErrorCode,
     PlanningError,
-    PlanningScene,
-    SceneModel,
     moved_links,
 )
 from teleopctl.nodes.moveit.move_group import messages
@@ -170,7 +170,7 @@ class KinematicsServices:
             response.valid = False
         return response
 
-    def _contact(self, one: Approach, scene: PlanningScene, compiled: SceneModel) -> Any:
+    def _contact(self, one: Approach, scene: CollisionScene, compiled: CompiledScene) -> Any:
         contact = _Contact()
         contact.header.frame_id = self._context.planning_frame
         contact.header.stamp = self._context.node.get_clock().now().to_msg()
@@ -188,14 +188,14 @@ class KinematicsServices:
         return messages.error_code(error.code, error.message)
 
 
-def body_type(name: str, scene: PlanningScene) -> int:
+def body_type(name: str, scene: CollisionScene) -> int:
     """Return the kind of body of a name, as of ``moveit_msgs/msg/ContactInformation``."""
     if name in scene.attached:
         return ROBOT_ATTACHED
     return WORLD_OBJECT if name in scene.objects else ROBOT_LINK
 
 
-def moved_bodies(compiled: SceneModel, scene: PlanningScene, group: JointGroup) -> set[str]:
+def moved_bodies(compiled: CompiledScene, scene: CollisionScene, group: JointGroup) -> set[str]:
     """Return the links that a group moves, and what they carry."""
     moved = {*moved_links(group, compiled.model.description)}
     return moved | {name for name, one in scene.attached.items() if one.link in moved}

@@ -13,10 +13,10 @@ from teleopctl.errors import UsageError
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
 from teleopctl.kinematics import (
     AllowedCollisions,
-    AttachedObject,
+    AttachedBody,
+    CollisionBody,
+    CollisionShape,
     MotionPlan,
-    SceneObject,
-    Shape,
     ShapeKind,
     pose_matrix,
     pose_transform,
@@ -73,7 +73,7 @@ def is_default_pose(message: Any) -> bool:
 # --- collision objects ------------------------------------------------------------------------
 
 
-def read_object(message: Any, T_root_header: np.ndarray) -> SceneObject:
+def read_object(message: Any, T_root_header: np.ndarray) -> CollisionBody:
     """Return a CollisionObject as an object of the scene.
 
     Without a pose of the object, the pose of its only shape is that of the object, as in MoveIt.
@@ -86,7 +86,7 @@ def read_object(message: Any, T_root_header: np.ndarray) -> SceneObject:
         UsageError: A shape or a pose is invalid.
     """
     name = message.id
-    shapes: list[Shape] = []
+    shapes: list[CollisionShape] = []
     poses: list[np.ndarray] = []
     for kind, elements, element_poses, read in (
         ("primitive", message.primitives, message.primitive_poses, _read_primitive),
@@ -111,7 +111,7 @@ def read_object(message: Any, T_root_header: np.ndarray) -> SceneObject:
     pose = _object_pose(message.pose, name)
     if len(shapes) == 1 and is_default_pose(message.pose):
         pose, poses = poses[0], [np.eye(4)]
-    return SceneObject(
+    return CollisionBody(
         name,
         np.asarray(T_root_header @ pose),
         tuple(shapes),
@@ -134,7 +134,7 @@ def read_move(message: Any, T_root_header: np.ndarray) -> tuple[np.ndarray, list
     )
 
 
-def write_object(one: SceneObject, frame: str, *, with_shapes: bool = True) -> Any:
+def write_object(one: CollisionBody, frame: str, *, with_shapes: bool = True) -> Any:
     """Return an object as a CollisionObject in a frame."""
     message = _CollisionObject(id=one.name, operation=ADD)
     message.header.frame_id = frame
@@ -159,7 +159,7 @@ def write_object(one: SceneObject, frame: str, *, with_shapes: bool = True) -> A
     return message
 
 
-def write_attached(one: AttachedObject) -> Any:
+def write_attached(one: AttachedBody) -> Any:
     """Return an attached object as an AttachedCollisionObject."""
     message: Any = get_message("moveit_msgs/msg/AttachedCollisionObject")(
         link_name=one.link, touch_links=sorted(one.touch_links), weight=one.weight
@@ -174,28 +174,28 @@ def _object_pose(message: Any, name: str) -> np.ndarray:
     return read_pose(message, f"The collision object '{name}'")
 
 
-def _read_primitive(message: Any) -> Shape:
+def _read_primitive(message: Any) -> CollisionShape:
     try:
         kind = ShapeKind(int(message.type))
     except ValueError:
         raise UsageError(
             f"Shapes of type {message.type} are not supported: box 1, sphere 2, cylinder 3, cone 4"
         ) from None
-    return Shape.primitive(kind, tuple(float(value) for value in message.dimensions))
+    return CollisionShape.primitive(kind, tuple(float(value) for value in message.dimensions))
 
 
-def _read_mesh(message: Any) -> Shape:
+def _read_mesh(message: Any) -> CollisionShape:
     vertices = np.array([(point.x, point.y, point.z) for point in message.vertices], np.float64)
     triangles = np.array([each.vertex_indices for each in message.triangles], np.intp)
-    return Shape.mesh(vertices.reshape(-1, 3), triangles.reshape(-1, 3))
+    return CollisionShape.mesh(vertices.reshape(-1, 3), triangles.reshape(-1, 3))
 
 
-def _read_plane(message: Any) -> Shape:
+def _read_plane(message: Any) -> CollisionShape:
     a, b, c, d = (float(value) for value in message.coef)
-    return Shape.plane(a, b, c, d)
+    return CollisionShape.plane(a, b, c, d)
 
 
-def _write_mesh(shape: Shape) -> Any:
+def _write_mesh(shape: CollisionShape) -> Any:
     assert shape.vertices is not None
     assert shape.triangles is not None
     point, triangle = (
@@ -208,7 +208,7 @@ def _write_mesh(shape: Shape) -> Any:
     return mesh
 
 
-def with_simulation_flags(one: SceneObject, known: SceneObject | None) -> SceneObject:
+def with_simulation_flags(one: CollisionBody, known: CollisionBody | None) -> CollisionBody:
     """Return an object that is free and simulated as another one of its name was."""
     if known is None:
         return one
@@ -281,7 +281,7 @@ def read_joint_state(message: Any) -> dict[str, float]:
 
 
 def write_robot_state(
-    positions: Mapping[str, float], frame: str, attached: Iterable[AttachedObject] = ()
+    positions: Mapping[str, float], frame: str, attached: Iterable[AttachedBody] = ()
 ) -> Any:
     """Return positions by joint, rad or m, as a RobotState."""
     message: Any = get_message("moveit_msgs/msg/RobotState")()

@@ -8,7 +8,7 @@ from typing import Any
 from teleopctl.base import progress
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message
-from teleopctl.kinematics import KinematicModel, RobotGroups, find_groups, parse_srdf
+from teleopctl.kinematics import KinematicModel, RobotGroups, find_groups, parse_srdf, read_srdf
 from teleopctl.node import Node, Timer, qos_profile_latched
 from teleopctl.nodes.moveit.move_group.actions import MoveGroupActions
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
@@ -22,6 +22,7 @@ from teleopctl.nodes.moveit.move_group.parameters import (
 from teleopctl.nodes.moveit.move_group.planning import Planning
 from teleopctl.nodes.moveit.move_group.scene_services import SceneServices
 from teleopctl.nodes.moveit.move_group.simulation_world import SimulationWorld
+from teleopctl.packages import resolve_uri
 from teleopctl.robot import RobotDescription
 
 _DESCRIPTION, _SEMANTIC = "robot_description", "robot_description_semantic"
@@ -154,6 +155,8 @@ class MoveGroupNode(Node):
         model.joints = limited_joints(self, model.joints)
         if self._srdf:
             groups = parse_srdf(self._srdf, description, model.joints)
+        elif file := str(setting(self, "srdf", "")):
+            groups = read_srdf(resolve_uri(file), description, model.joints)
         else:
             groups = find_groups(description, model.joints)
             log.info("There is no SRDF: the groups are those of the description")

@@ -15,6 +15,7 @@ LIMITS = "robot_description_planning.joint_limits"
 _USED = (
     "robot_description",
     "robot_description_semantic",
+    "srdf",
     f"{LIMITS}.",
     "robot_description_planning.default_robot_padding",
     "allow_trajectory_execution",

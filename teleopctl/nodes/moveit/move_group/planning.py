@@ -13,13 +13,13 @@ import numpy as np
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import (
+    CollisionScene,
+    CompiledScene,
     GroupKinematics,
     MotionPlan,
     MotionSettings,
     MoveItErrorCode,
     PlanningError,
-    PlanningScene,
-    SceneModel,
     has_ompl,
     plan_line,
     plan_to_joints,
@@ -56,9 +56,9 @@ class Planned:
 
     plan: MotionPlan
     start: dict[str, float]
-    compiled: SceneModel
+    compiled: CompiledScene
     kinematics: GroupKinematics
-    scene: PlanningScene
+    scene: CollisionScene
 
 
 class Planning:
@@ -149,7 +149,7 @@ class Planning:
         request: Any,
         kinematics: GroupKinematics,
         start: np.ndarray,
-        compiled: SceneModel,
+        compiled: CompiledScene,
         path: ConstraintSet,
         settings: MotionSettings,
     ) -> MotionPlan:
@@ -206,7 +206,7 @@ class Planning:
         message: Any,
         kinematics: GroupKinematics,
         start: np.ndarray,
-        compiled: SceneModel,
+        compiled: CompiledScene,
         path: ConstraintSet,
     ) -> list[np.ndarray]:
         """Return the positions, (n,) each, that meet one goal."""

@@ -7,7 +7,7 @@ from typing import Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
-from teleopctl.kinematics import PlanningScene
+from teleopctl.kinematics import CollisionScene
 from teleopctl.nodes.moveit.move_group import messages
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
 from teleopctl.nodes.moveit.move_group.parameters import setting
@@ -109,7 +109,7 @@ class SceneServices:
         transform.header.frame_id = transform.child_frame_id = self._context.planning_frame
         return transform
 
-    def _write_padding(self, message: Any, scene: PlanningScene) -> None:
+    def _write_padding(self, message: Any, scene: CollisionScene) -> None:
         padding: Any = get_message("moveit_msgs/msg/LinkPadding")
         scale: Any = get_message("moveit_msgs/msg/LinkScale")
         for link in scene.model.links:

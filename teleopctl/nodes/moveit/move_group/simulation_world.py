@@ -8,7 +8,7 @@ import numpy as np
 
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message
-from teleopctl.kinematics import PlanningError, SceneObject, Shape, ShapeKind
+from teleopctl.kinematics import CollisionBody, CollisionShape, PlanningError, ShapeKind
 from teleopctl.node import qos_profile_latched
 from teleopctl.nodes.moveit.move_group import messages
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
@@ -79,7 +79,7 @@ class SimulationWorld:
                 f"{', '.join(free)}"
             )
 
-    def _object(self, name: str, frame: str, markers: list[Any]) -> SceneObject:
+    def _object(self, name: str, frame: str, markers: list[Any]) -> CollisionBody:
         at = self._context.frame(frame)
         # Shapes that move are in the frame of their body, which has its name.
         is_free = frame == name
@@ -89,7 +89,7 @@ class SimulationWorld:
             poses.append(messages.read_pose(marker.pose, f"'{name}' of the simulation"))
         if is_free:
             self._frames[name] = (frame, at)
-        return SceneObject(
+        return CollisionBody(
             name, at, tuple(shapes), tuple(poses), is_free=is_free, is_simulated=True
         )
 
@@ -126,15 +126,15 @@ def _gripper_links(context: MoveGroupContext) -> list[str]:
     return list(links)
 
 
-def _shape(marker: Any) -> Shape:
+def _shape(marker: Any) -> CollisionShape:
     x, y, z = marker.scale.x, marker.scale.y, marker.scale.z
     if marker.type == _Marker.CUBE:
-        return Shape.primitive(ShapeKind.BOX, (x, y, z))
+        return CollisionShape.primitive(ShapeKind.BOX, (x, y, z))
     if marker.type == _Marker.SPHERE:
-        return Shape.primitive(ShapeKind.SPHERE, (0.5 * max(x, y, z),))
+        return CollisionShape.primitive(ShapeKind.SPHERE, (0.5 * max(x, y, z),))
     if marker.type == _Marker.CYLINDER:
-        return Shape.primitive(ShapeKind.CYLINDER, (z, 0.5 * max(x, y)))
+        return CollisionShape.primitive(ShapeKind.CYLINDER, (z, 0.5 * max(x, y)))
     if marker.type == _Marker.TRIANGLE_LIST:
         points = np.array([(p.x, p.y, p.z) for p in marker.points], np.float64).reshape(-1, 3)
-        return Shape.mesh(points, np.arange(len(points), dtype=np.intp).reshape(-1, 3))
+        return CollisionShape.mesh(points, np.arange(len(points), dtype=np.intp).reshape(-1, 3))
     raise UsageError(f"Markers of type {marker.type} are no shapes")
