@@ -60,7 +60,7 @@ class Arm:
             By default the tool of the SRDF, or the tip.
         srdf: SRDF file with groups and named states, or what was read of one; by default they are
             found in the description.
-        world: World whose bodies are obstacles.
+        world: World whose bodies are obstacles: an SDF, YAML, URDF or MJCF file.
 
     Attributes:
         names: Names of the independent joints; n of them.
@@ -95,9 +95,13 @@ class Arm:
         tool: str | Sequence[float] | Array | None = None,
         srdf: str | Path | RobotGroups | None = None,
         *,
-        world: World | None = None,
+        world: str | Path | World | None = None,
     ) -> None:
         description = _description(robot)
+        if isinstance(world, str | Path):
+            from teleopctl.robot import read_world
+
+            world = read_world(resolve_uri(str(world)))
         if isinstance(srdf, RobotGroups):
             groups = srdf
         elif srdf is not None:

@@ -42,6 +42,8 @@ _DAMPING, _LEAST_DAMPING = 0.01, 1e-10
 _WISH = 3e-3
 # Rotations are as important as the displacement of a point at this distance (m).
 _LEVER_M = 0.3
+# Distance (m) below which a position is sought without the wish, and steps for it.
+_SHORT_OF_M, _LAST_STEPS = 0.005, 8
 # Starts among which the best wish is chosen.
 _WISH_STARTS = 6
 # Distance (m) from which bodies are kept apart, and that is left between them.
@@ -191,7 +193,7 @@ class IkSolver:
             found = self._descend(target, positions, avoid=False)
             if self.clearance is not None and found.is_reached:
                 found = self._without_collision(target, found)
-            if best is None or found.cost < best.cost:
+            if best is None or found.is_better_than(best):
                 best = found
             if best.is_reached:
                 wishes += 1
@@ -246,10 +248,11 @@ class IkSolver:
             )
             complete = reached and angle <= tolerance.rotation_rad
             cost = square if is_clear else square + 1.0
-            if best is None or cost < best.cost:
-                best = _Candidate(
-                    positions, cost, distance, angle, reached and is_clear, complete and is_clear
-                )
+            found = _Candidate(
+                positions, cost, distance, angle, reached and is_clear, complete and is_clear
+            )
+            if best is None or found.is_better_than(best):
+                best = found
             if complete and is_clear:
                 break
             if cost < _PROGRESS * mark:
@@ -267,7 +270,32 @@ class IkSolver:
             if float(np.abs(step).max()) < 1e-9:
                 break
         assert best is not None
+        if not serves_rotation and not best.is_reached and best.distance_m <= _SHORT_OF_M:
+            return self._without_wish(target, best, avoid=avoid)
         return best
+
+    def _without_wish(self, target: Array, near_miss: _Candidate, *, avoid: bool) -> _Candidate:
+        """Return the position that a wish for the rotation held off, or the candidate as it is.
+
+        Where the arm hardly moves the tool, as with a stretched elbow, even the small weight of a
+        wish costs more than the tolerance.
+        """
+        positions = near_miss.positions
+        for _ in range(_LAST_STEPS):
+            self.kinematics.set(positions)
+            error, distance, angle = self._error(target)
+            near = self._near() if avoid else []
+            is_clear = not near or near[0].distance_m > 0.0
+            if distance <= self.tolerance.position_m and is_clear:
+                return _Candidate(positions, float(error @ error), distance, angle, True)
+            error[3:] = 0.0
+            jacobian = self.kinematics.world_jacobian()
+            jacobian[3:] = 0.0
+            step = self._step(jacobian, error, float(error @ error), positions, near)
+            if step is None:
+                break
+            positions = positions + step
+        return near_miss
 
     def _step(
         self, jacobian: Array, error: Array, square: float, positions: Array, near: list[Approach]
@@ -379,6 +407,12 @@ class _Candidate:
     angle_rad: float
     is_reached: bool = False
     is_complete: bool = False
+
+    def is_better_than(self, other: _Candidate) -> bool:
+        """Whether this is reached and the other is not, or else costs less."""
+        if self.is_reached != other.is_reached:
+            return self.is_reached
+        return self.cost < other.cost
 
 
 def _check_pose(pose: Array) -> None:

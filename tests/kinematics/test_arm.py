@@ -72,6 +72,16 @@ def test_a_position_is_reached_with_any_rotation(arms):
     np.testing.assert_allclose(arms[6].fk(found.positions)[:3, 3], [0.4, 0.1, 0.5], atol=1e-3)
 
 
+def test_a_wish_for_the_rotation_costs_no_position(arms):
+    """With the elbow hardly bent, a wish of a fraction of a degree moves the tool by 0.15 mm."""
+    arm = arms[3]
+    target = arm.fk([0.0, 0.9, 0.2])
+    for pose in (target[:3, 3], target @ np.diag([1.0, -1.0, -1.0, 1.0])):
+        found = arm.ik(pose)
+        assert found.is_reached
+        assert found.position_error_m <= 1e-4
+
+
 def test_what_is_out_of_reach_is_answered_with_the_nearest_position(arms):
     found = arms[3].ik([0.0, 0.0, 2.0])
     assert not found.is_reached
@@ -86,6 +96,21 @@ def test_links_do_not_touch_in_a_solution():
     found = arm.ik(arm.fk([0.2, 0.6, 0.1, 1.2, 0.0, 0.8, 0.0]), start=np.zeros(7))
     assert found.is_reached
     assert arm.collisions(found.positions) == []
+
+
+def test_a_world_is_in_the_way(tmp_path: Path):
+    file = tmp_path / "wall.sdf"
+    file.write_text(
+        """<sdf version="1.9"><world name="w"><model name="wall"><static>true</static>
+        <pose>0.2 0 0.5 0 0 0</pose><link name="l"><collision name="c"><geometry><box>
+        <size>0.1 1 1</size></box></geometry></collision></link></model></world></sdf>"""
+    )
+    free, walled = (Arm(arm_urdf(THREE), world=world) for world in (None, file))
+    target = free.fk([0.0, 0.9, 0.2])
+    assert free.ik(target[:3, 3]).is_reached
+    blocked = walled.ik(target[:3, 3])
+    assert not blocked.is_reached
+    assert any("would collide" in each for each in blocked.binding)
 
 
 def test_joints_are_set_by_name_by_place_and_by_state(arms):

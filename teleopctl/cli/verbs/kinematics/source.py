@@ -186,6 +186,12 @@ class RobotOfCommand(NamedTuple):
         from teleopctl.kinematics import Arm
 
         arm = Arm(self.description, options.group or "", options.tool_frame(), self.groups)
+        for warning in self.groups.warnings:
+            console.warn(warning)
+        for first, second in arm.model.touching:
+            console.warn(
+                f"'{first}' and '{second}' touch at nearly all joint positions: they are allowed to"
+            )
         if self.positions is not None:
             unknown = [
                 name for name in arm.names if not math.isfinite(self.positions.get(name, math.nan))
