@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING
 
 from lxml import etree
 
+from teleopctl.base.files import read_text
 from teleopctl.errors import InvalidFileError
 from teleopctl.kinematics.groups import EndEffector, JointGroup, RobotGroups
 from teleopctl.robot import Joints, expand_xacro
@@ -30,6 +31,7 @@ TASKS = ("pose", "axis", "position")
 
 # Positions of states (rad or m) are rounded in files: 3.1416 for a limit of 3.14159.
 _ROUNDED = 1e-3
+_XACRO = "http://www.ros.org/wiki/xacro"
 # Tags that mean nothing for kinematics: spheres and joints' properties serve other planners.
 _OTHER_TAGS = ("link_sphere_approximation", "joint_property", "virtual_joint")
 
@@ -48,7 +50,11 @@ def read_srdf(
         InvalidDescriptionError: The file cannot be read.
         InvalidFileError: The file is no SRDF, or is that of another robot.
     """
-    return parse_srdf(expand_xacro(path), description, joints, file=path)
+    text = read_text(path)
+    # Without xacro a file keeps its lines, which warnings name.
+    if _XACRO in text:
+        text = expand_xacro(path)
+    return parse_srdf(text, description, joints, file=path)
 
 
 def parse_srdf(
