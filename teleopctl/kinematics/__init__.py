@@ -86,7 +86,7 @@ if TYPE_CHECKING:
     from teleopctl.kinematics.solver import (
         IkSolution as IkSolution,
         IkSolver as IkSolver,
-        Task as Task,
+        PoseTask as PoseTask,
         Tolerance as Tolerance,
         served_task as served_task,
     )

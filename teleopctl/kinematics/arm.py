@@ -24,7 +24,7 @@ if TYPE_CHECKING:
     from teleopctl.kinematics.motion.plan import MotionPlan, MotionSettings
     from teleopctl.kinematics.servo.core import ServoCore
     from teleopctl.kinematics.servo.status import ServoStep
-    from teleopctl.kinematics.solver import IkSolution, Task
+    from teleopctl.kinematics.solver import IkSolution, PoseTask
     from teleopctl.kinematics.workspace import Workspace
     from teleopctl.robot import World
 
@@ -363,10 +363,10 @@ class Arm:
         return vector
 
 
-def _position_task(is_position: bool) -> Task | None:
-    from teleopctl.kinematics.solver import Task
+def _position_task(is_position: bool) -> PoseTask | None:
+    from teleopctl.kinematics.solver import PoseTask
 
-    return Task.POSITION if is_position else None
+    return PoseTask.POSITION if is_position else None
 
 
 def arm_clearance(

@@ -55,7 +55,7 @@ _MOST_NAMED = 3
 _AT_LIMIT = 1e-6
 
 
-class Task(enum.Enum):
+class PoseTask(enum.Enum):
     """What of a pose a group serves; the rest of it is a wish that is met as far as possible."""
 
     POSE = "pose"
@@ -66,7 +66,7 @@ class Task(enum.Enum):
     """Position."""
 
 
-def served_task(kinematics: GroupKinematics) -> Task:
+def served_task(kinematics: GroupKinematics) -> PoseTask:
     """Return a group's own task, else what its degrees of freedom serve: pose with 6, axis with 5.
 
     Raises:
@@ -74,15 +74,15 @@ def served_task(kinematics: GroupKinematics) -> Task:
     """
     if own := kinematics.group.task:
         try:
-            return Task(own)
+            return PoseTask(own)
         except ValueError:
-            known = ", ".join(each.value for each in Task)
+            known = ", ".join(each.value for each in PoseTask)
             raise UsageError(
                 f"The group '{kinematics.group.name}' has the unknown task '{own}'",
                 hint=f"Tasks are: {known}",
             ) from None
     whole, _ = kinematics.dimensions
-    return Task.POSE if whole >= 6 else Task.AXIS if whole == 5 else Task.POSITION
+    return PoseTask.POSE if whole >= 6 else PoseTask.AXIS if whole == 5 else PoseTask.POSITION
 
 
 @dataclass(frozen=True, slots=True)
@@ -137,7 +137,7 @@ class IkSolver:
         self,
         kinematics: GroupKinematics,
         *,
-        task: Task | None = None,
+        task: PoseTask | None = None,
         tolerance: Tolerance | None = None,
         clearance: ClearanceChecker | None = None,
     ) -> None:
@@ -189,7 +189,7 @@ class IkSolver:
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         best: _Candidate | None = None
         count = wishes = 0
-        most_wishes = _AXIS_STARTS if self.task is Task.AXIS else _WISH_STARTS
+        most_wishes = _AXIS_STARTS if self.task is PoseTask.AXIS else _WISH_STARTS
         for positions in self._starts(start, more_starts):
             count += 1
             found = self._descend(target, positions, avoid=False)
@@ -218,7 +218,7 @@ class IkSolver:
 
     def _weight(self) -> float:
         """Return the weight of rotations, m/rad."""
-        return _LEVER_M if self.task is Task.POSE else _WISH
+        return _LEVER_M if self.task is PoseTask.POSE else _WISH
 
     def _error(self, target: Array) -> tuple[Array, float, float]:
         """Return the weighted error, (6,), the distance (m) and the angle (rad) to a target."""
@@ -235,7 +235,7 @@ class IkSolver:
     def _descend(self, target: Array, start: Array, *, avoid: bool) -> _Candidate:
         kinematics, tolerance = self.kinematics, self.tolerance
         weight = self._weight()
-        serves_rotation = self.task is Task.POSE
+        serves_rotation = self.task is PoseTask.POSE
         positions = start
         best: _Candidate | None = None
         mark, since = math.inf, 0

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 import pytest
 
-from teleopctl.kinematics import Arm, IkSolver, Task, Tolerance
+from teleopctl.kinematics import Arm, IkSolver, PoseTask, Tolerance
 from teleopctl.kinematics.poses import Array, rotation_vector
 from teleopctl.packages import package_share
 from tests.benchmarks.figure import Figure
@@ -51,14 +51,14 @@ def starts(arm: Arm) -> Iterator[Array]:
 class Mink:
     """mink's own loop: solve, integrate, until the pose is reached or the steps are over."""
 
-    def __init__(self, arm: Arm, task: Task) -> None:
+    def __init__(self, arm: Arm, task: PoseTask) -> None:
         mink: Any = pytest.importorskip("mink")
         self._mink, self._arm, self._task = mink, arm, task
         self._model = arm.model.mj_model
         self._configuration = mink.Configuration(self._model)
         self._columns = [arm.model.address(name) for name in arm.names]
         self._limits = [mink.ConfigurationLimit(self._model)]
-        cost = 1.0 if task is Task.POSE else 0.0
+        cost = 1.0 if task is PoseTask.POSE else 0.0
         self._frame = mink.FrameTask(
             frame_name=arm.group.tip,
             frame_type="body",
@@ -78,7 +78,8 @@ class Mink:
                 error = self._frame.compute_error(self._configuration)
                 is_near = np.linalg.norm(error[:3]) <= WITHIN.position_m
                 if is_near and (
-                    self._task is not Task.POSE or np.linalg.norm(error[3:]) <= WITHIN.rotation_rad
+                    self._task is not PoseTask.POSE
+                    or np.linalg.norm(error[3:]) <= WITHIN.rotation_rad
                 ):
                     return np.array(self._configuration.q[self._columns])
                 velocity = mink.solve_ik(
@@ -88,14 +89,14 @@ class Mink:
         return None
 
 
-def is_reached(arm: Arm, task: Task, target: Array, positions: Array) -> bool:
+def is_reached(arm: Arm, task: PoseTask, target: Array, positions: Array) -> bool:
     """Whether positions within the limits reach a target to 1 mm and 0.01 rad."""
     if not np.all((positions >= arm.lower - 1e-9) & (positions <= arm.upper + 1e-9)):
         return False
     reached = arm.fk(positions)
     turn = rotation_vector(target[:3, :3] @ reached[:3, :3].T)
     near = np.linalg.norm(target[:3, 3] - reached[:3, 3]) < 1e-3
-    return bool(near and (task is not Task.POSE or np.linalg.norm(turn) < 0.01))
+    return bool(near and (task is not PoseTask.POSE or np.linalg.norm(turn) < 0.01))
 
 
 def percentiles(times_s: list[float]) -> str:

@@ -10,8 +10,8 @@ from teleopctl.kinematics import (
     EndEffector,
     JointGroup,
     KinematicModel,
+    PoseTask,
     RobotGroups,
-    Task,
     allowed_by_sampling,
     find_groups,
     parse_srdf,
@@ -81,7 +81,7 @@ def test_tool_and_task_are_read_and_passed_over_by_moveit():
     arm = groups.group()
     assert arm.tool == Transform((0.0, 0.0, 0.1), quaternion_from_rpy(0.0, 1.0, 0.0))
     assert arm.task == "position"
-    assert [each.value for each in Task] == list(TASKS)
+    assert [each.value for each in PoseTask] == list(TASKS)
 
 
 def test_default_collisions_are_disabled_per_link_and_enabled_again_per_pair():

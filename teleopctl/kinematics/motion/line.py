@@ -14,7 +14,7 @@ from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.motion.edges import EdgeChecker
 from teleopctl.kinematics.motion.search import touching_text
 from teleopctl.kinematics.poses import Array, rotation_matrix, rotation_vector
-from teleopctl.kinematics.solver import IkSolver, Task, Tolerance, served_task
+from teleopctl.kinematics.solver import IkSolver, PoseTask, Tolerance, served_task
 
 # Rotation (rad) that counts as a step of one metre, as MoveIt's MaxEEFStep has it: 2° for 1 cm.
 _RAD_PER_M = 3.5
@@ -68,7 +68,7 @@ def compute_cartesian_path(
     *,
     max_step_m: float = 0.01,
     jump: JointJump | None = None,
-    task: Task | None = None,
+    task: PoseTask | None = None,
     edges: EdgeChecker | None = None,
 ) -> CartesianPath:
     """Return joint positions with which the tool moves on straight lines through poses.
@@ -95,7 +95,7 @@ def compute_cartesian_path(
             f"{max_step_m:g}, {jump.factor:g}, {jump.revolute:g} and {jump.prismatic:g}"
         )
     task = served_task(kinematics) if task is None else task
-    tolerance = _EXACT if task is Task.POSE else Tolerance()
+    tolerance = _EXACT if task is PoseTask.POSE else Tolerance()
     walk = _Walk(kinematics, IkSolver(kinematics, task=task, tolerance=tolerance), edges, jump)
     positions, corners = [start], []
     fraction = 0.0
@@ -144,7 +144,7 @@ class _Walk:
         """Return the states after the start up to a pose, and the part of the line, 0 to 1."""
         way = float(np.linalg.norm(T_root_end[:3, 3] - T_root_start[:3, 3]))
         turn = rotation_vector(T_root_start[:3, :3].T @ T_root_end[:3, :3])
-        angle = float(np.linalg.norm(turn)) if self._solver.task is Task.POSE else 0.0
+        angle = float(np.linalg.norm(turn)) if self._solver.task is PoseTask.POSE else 0.0
         steps = 1 + math.floor(max(way, angle / _RAD_PER_M) / max_step_m - 1e-9)
         steps = max(steps, self._least_steps)
         line = _Line(T_root_start, T_root_end, turn)
@@ -220,12 +220,12 @@ class _Line:
         pose[:3, 3] = (1.0 - part) * self.T_root_start[:3, 3] + part * self.T_root_end[:3, 3]
         return pose
 
-    def is_near(self, pose: Array, part: float, task: Task) -> bool:
+    def is_near(self, pose: Array, part: float, task: PoseTask) -> bool:
         """Return whether a pose is near that at a part of the line."""
         target = self.pose(part)
         if float(np.linalg.norm(pose[:3, 3] - target[:3, 3])) > _DEVIATION_M:
             return False
-        if task is not Task.POSE:
+        if task is not PoseTask.POSE:
             return True
         turn = rotation_vector(pose[:3, :3].T @ target[:3, :3])
         return float(np.linalg.norm(turn)) <= _DEVIATION_RAD

@@ -38,7 +38,7 @@ from teleopctl.kinematics.solver import IkSolution, IkSolver
 
 if TYPE_CHECKING:
     from teleopctl.kinematics.clearance import ClearanceChecker
-    from teleopctl.kinematics.solver import Task, Tolerance
+    from teleopctl.kinematics.solver import PoseTask, Tolerance
 
 # Part of the time for a search that may be spent on making its path shorter.
 _SHORTEN = 0.2
@@ -190,7 +190,7 @@ def plan_to_pose(
     start: Array,
     T_root_tool: Array,
     *,
-    task: Task | None = None,
+    task: PoseTask | None = None,
     tolerance: Tolerance | None = None,
     clearance: ClearanceChecker | None = None,
     condition: StateCondition | None = None,
@@ -236,7 +236,7 @@ def plan_line(
     jump_factor: float = 0.0,
     jump_rad: float = 0.0,
     jump_m: float = 0.0,
-    task: Task | None = None,
+    task: PoseTask | None = None,
     clearance: ClearanceChecker | None = None,
     condition: StateCondition | None = None,
     settings: MotionSettings | None = None,

@@ -20,7 +20,7 @@ from teleopctl.kinematics.servo.limits import (
 )
 from teleopctl.kinematics.servo.singularity import Thresholds, TwistMap
 from teleopctl.kinematics.servo.status import Reason, ServoStep, StatusCode
-from teleopctl.kinematics.solver import Task, served_task
+from teleopctl.kinematics.solver import PoseTask, served_task
 
 # Distance (m) at which bodies count as touching: what is left of the way when all has stopped.
 _TOUCH_M = 0.002
@@ -94,7 +94,7 @@ class ServoCore:
         *,
         clearance: ClearanceChecker | None = None,
         settings: ServoSettings | None = None,
-        task: Task | None = None,
+        task: PoseTask | None = None,
     ) -> None:
         self.kinematics = kinematics
         self.clearance = clearance
@@ -166,7 +166,7 @@ class ServoCore:
                 _approach(turn, settings.rotational, settings.angular_tolerance, period_s),
             )
         )
-        if self.task is not Task.POSE and not self._map.has_rest:
+        if self.task is not PoseTask.POSE and not self._map.has_rest:
             twist[3:] = 0.0
         return self._cartesian_step(twist, period_s)
 

@@ -17,7 +17,7 @@ import numpy as np
 from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.poses import Array
 from teleopctl.kinematics.servo.status import Reason, StatusCode
-from teleopctl.kinematics.solver import Task
+from teleopctl.kinematics.solver import PoseTask
 
 # Step (rad or m) for derivatives of the Jacobian.
 _STEP = 1e-4
@@ -54,16 +54,16 @@ class TwistMap:
         has_rest: Whether joints are left for an angular part that is not served as a whole.
     """
 
-    def __init__(self, kinematics: GroupKinematics, task: Task, thresholds: Thresholds) -> None:
+    def __init__(self, kinematics: GroupKinematics, task: PoseTask, thresholds: Thresholds) -> None:
         self._kinematics = kinematics
         self.thresholds = thresholds
         reach = kinematics.reach_m
         self._units = np.array([reach, reach, reach, 1.0, 1.0, 1.0])
         self._present = np.zeros(len(kinematics.names))
-        self._rows = 6 if task is Task.POSE else 3
+        self._rows = 6 if task is PoseTask.POSE else 3
         whole, linear = kinematics.dimensions
-        self._rank = min(whole if task is Task.POSE else linear, self._rows)
-        self._rest = max(whole - linear, 0) if task is not Task.POSE else 0
+        self._rank = min(whole if task is PoseTask.POSE else linear, self._rows)
+        self._rest = max(whole - linear, 0) if task is not PoseTask.POSE else 0
         self.has_rest = self._rest > 0
         span = kinematics.upper - kinematics.lower
         self._span = np.where(np.isfinite(span), span, np.inf)

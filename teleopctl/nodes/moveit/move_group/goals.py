@@ -16,7 +16,7 @@ from teleopctl.kinematics import (
     IkSolver,
     MoveItErrorCode,
     PlanningError,
-    Task,
+    PoseTask,
     Tolerance,
     rotation_matrix,
 )
@@ -45,7 +45,7 @@ class PoseGoal:
     """
 
     targets: tuple[np.ndarray, ...]
-    task: Task | None
+    task: PoseTask | None
     tolerance: Tolerance
 
 
@@ -142,7 +142,7 @@ def pose_goal(constraints: ConstraintSet, kinematics: GroupKinematics) -> PoseGo
         targets.append(target)
     return PoseGoal(
         tuple(targets),
-        Task.POSITION if orientation is None else None,
+        PoseTask.POSITION if orientation is None else None,
         Tolerance(min(position_m, _FINE_POSITION_M), min(rotation_rad, _FINE_ROTATION_RAD)),
     )
 
@@ -152,7 +152,7 @@ def solutions(
     kinematics: GroupKinematics,
     start: np.ndarray,
     clearance: ClearanceChecker | None,
-    task: Task,
+    task: PoseTask,
     path: ConstraintSet,
 ) -> list[np.ndarray]:
     """Return positions, (n,) each, at which a goal and the constraints of the path are met.

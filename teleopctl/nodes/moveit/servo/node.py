@@ -15,11 +15,11 @@ from teleopctl.kinematics import (
     ClearanceChecker,
     GroupKinematics,
     KinematicModel,
+    PoseTask,
     RobotGroups,
     ServoCore,
     ServoStep,
     StatusCode,
-    Task,
     find_groups,
     parse_srdf,
     pose_matrix,
@@ -163,7 +163,7 @@ class ServoNode(Node):
                 self._accelerations(kinematics, joints),
                 clearance=clearance if self.parameters["check_collisions"] else None,
                 settings=self.parameters.settings(),
-                task=None if task == "auto" else Task(task),
+                task=None if task == "auto" else PoseTask(task),
             )
         except TeleopctlError as error:
             hint = f" ({error.hint})" if error.hint else ""
@@ -520,9 +520,9 @@ _NAMES = {
 }
 
 
-def _served(task: Task, kinematics: GroupKinematics) -> str:
+def _served(task: PoseTask, kinematics: GroupKinematics) -> str:
     """Return what a group serves of a twist, in words."""
-    if task is Task.POSE:
+    if task is PoseTask.POSE:
         return "it serves all six directions"
     count = len(kinematics.names)
     return f"with {count} joints it serves the position, and of the rotation what is left"
