@@ -305,9 +305,9 @@ def test_a_state_in_collision_is_invalid_and_names_both_bodies(arm):
     assert not response.valid
     bodies = {(one.contact_body_1, one.contact_body_2) for one in response.contacts}
     assert any({"wall", LINK} == {*pair} for pair in bodies)
-    # A goal that lies in the obstacle is refused; so is one that nothing can reach.
-    error = arm.move(position((5.0, 0.0, 0.0)), plan_only=True).error_code
-    assert error.val == MoveItErrorCode.NO_IK_SOLUTION
+    error = arm.move(position(at), plan_only=True).error_code
+    assert error.val == MoveItErrorCode.GOAL_IN_COLLISION
+    assert "'wall'" in error.message
 
 
 def test_the_simulator_s_world_is_in_the_scene_and_the_gripper_may_touch_its_cube(arm):

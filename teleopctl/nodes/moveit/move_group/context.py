@@ -75,6 +75,7 @@ class MoveGroupContext:
         self.lock = threading.RLock()
         self._listeners: list[Callable[[], object]] = []
         self._tf: LiveBuffer | None = None
+        self._tf_since_s = 0.0
         self._state: bytes | None = None
         self._state_at_s = -math.inf
         self._measured: dict[str, float] = {}
@@ -278,8 +279,11 @@ class MoveGroupContext:
         if self._tf is None:
             self._tf = LiveBuffer(node=self.node)
             TransformListener(self._tf, self.node)
+            self._tf_since_s = time.monotonic()
+        # Only what a new listener has not yet received is waited for: an unknown frame is answered.
+        wait_s = max(0.0, self._tf_since_s + _FRAME_WAIT_S - time.monotonic())
         try:
-            found = self._tf.lookup_transform(self.root, frame, 0, Duration(seconds=_FRAME_WAIT_S))
+            found = self._tf.lookup_transform(self.root, frame, 0, Duration(seconds=wait_s))
         except TransformException as error:
             raise PlanningError(
                 f"The frame '{frame}' is unknown: {error}", MoveItErrorCode.FRAME_TRANSFORM_FAILURE

@@ -13,6 +13,7 @@ import numpy as np
 from teleopctl.kinematics import (
     ClearanceChecker,
     GroupKinematics,
+    IkSolution,
     IkSolver,
     MoveItErrorCode,
     PlanningError,
@@ -192,16 +193,41 @@ def solutions(
             f"The goal violates the path constraints: {against_path}",
             MoveItErrorCode.GOAL_VIOLATES_PATH_CONSTRAINTS,
         )
-    why = "; ".join(nearest.binding) or "no collision-free solution was found"
-    in_collision = (
-        bool(nearest.collisions) and nearest.position_error_m <= goal.tolerance.position_m
-    )
-    raise PlanningError(
-        f"'{kinematics.group.tip}' cannot reach the goal: the nearest is "
-        f"{1e3 * nearest.position_error_m:.1f} mm and {nearest.rotation_error_rad:.3f} rad away "
-        f"({why})",
-        MoveItErrorCode.GOAL_IN_COLLISION if in_collision else MoveItErrorCode.NO_IK_SOLUTION,
-    )
+    problem, is_collision = unreached(solver, goal.targets[0], start, nearest)
+    kinematics.set(start)
+    code = MoveItErrorCode.GOAL_IN_COLLISION if is_collision else MoveItErrorCode.NO_IK_SOLUTION
+    raise PlanningError(problem, code)
+
+
+def unreached(
+    solver: IkSolver, target: np.ndarray, start: np.ndarray, nearest: IkSolution
+) -> tuple[str, bool]:
+    """Return why a pose is not reached, as a sentence, and whether only collisions keep it.
+
+    Args:
+        solver: Solver that has not reached it.
+        target: The pose in the root link's frame, (4, 4).
+        start: Positions from which the search began, (n,).
+        nearest: The nearest that it found.
+    """
+    kinematics, clearance = solver.kinematics, solver.clearance
+    tip = kinematics.group.tip
+    if clearance is not None:
+        alone = IkSolver(kinematics, task=solver.task, tolerance=solver.tolerance)
+        found = alone.solve(target, start)
+        if found.is_reached:
+            kinematics.set(found.positions)
+            touching = [
+                f"'{first}' and '{second}'"
+                for first, second in (one.bodies for one in clearance.collisions())
+            ]
+            return f"At the pose of '{tip}' {', '.join(touching[:3])} would collide", True
+        nearest = found
+    why = "; ".join(nearest.binding) or "the arm is too short"
+    return (
+        f"'{tip}' cannot reach the pose: the nearest is {1e3 * nearest.position_error_m:.1f} mm "
+        f"and {nearest.rotation_error_rad:.3f} rad away ({why})"
+    ), False
 
 
 def _rotations(rotation: np.ndarray, orientation: Orientation | None) -> Iterator[np.ndarray]:

@@ -12,7 +12,6 @@ from teleopctl.kinematics import (
     Approach,
     CollisionScene,
     CompiledScene,
-    IkSolution,
     JointGroup,
     MoveItErrorCode,
     PlanningError,
@@ -21,6 +20,7 @@ from teleopctl.kinematics import (
 from teleopctl.nodes.moveit.move_group import messages
 from teleopctl.nodes.moveit.move_group.constraints import ConstraintSet
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
+from teleopctl.nodes.moveit.move_group.goals import unreached
 
 # Solutions that are tried until one also meets the constraints of a request.
 _MOST_TRIES = 20
@@ -124,9 +124,8 @@ class KinematicsServices:
             for _ in range(_MOST_TRIES if constraints else 1):
                 found = solver.solve(target, start, timeout_s=timeout_s)
                 if not found.is_reached:
-                    raise PlanningError(
-                        _unreached(found, kinematics.group.tip), MoveItErrorCode.NO_IK_SOLUTION
-                    )
+                    problem, _ = unreached(solver, target, start, found)
+                    raise PlanningError(problem, MoveItErrorCode.NO_IK_SOLUTION)
                 kinematics.set(found.positions)
                 violated = constraints.violation(found.positions)
                 if not violated:
@@ -219,11 +218,3 @@ def _ik_target(request: Any) -> tuple[str, Any]:
     if stamped:
         return (links[0] if links else ""), stamped[0]
     return request.ik_link_name, request.pose_stamped
-
-
-def _unreached(found: IkSolution, tip: str) -> str:
-    why = "; ".join(found.binding) or "no collision-free solution was found"
-    return (
-        f"'{tip}' cannot reach the pose: the nearest is {1e3 * found.position_error_m:.1f} mm and "
-        f"{found.rotation_error_rad:.3f} rad away ({why})"
-    )
