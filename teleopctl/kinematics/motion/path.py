@@ -36,7 +36,7 @@ class JointPath:
         return float(self.breaks[-1])
 
     @classmethod
-    def rounded(cls, corners: Array, scale: Array, tolerance: float) -> JointPath:
+    def rounded(cls, corners: Array, scale: Array, tolerance: float | Array) -> JointPath:
         """Return the polyline through corners, with its corners rounded by parabolas.
 
         A parabola begins and ends at the same distance b from its corner, in the directions p and
@@ -45,9 +45,12 @@ class JointPath:
         Args:
             corners: Corners, (m, n), of which the first and last are ends; m at least 2.
             scale: Unit of each joint, (n,), in which the path parameter is a length.
-            tolerance: Largest distance of any joint from the polyline, rad or m.
+            tolerance: Largest distance of any joint from the polyline, rad or m; one for all
+                corners, or for each of the (m - 2,) between the ends. At a corner with 0 the motion
+                stops.
         """
-        corners = distinct(corners)
+        if np.ndim(tolerance) == 0:
+            corners = distinct(corners)
         if len(corners) < 2:
             return cls(np.array([0.0, 1.0]), _constant(corners[0]))
         lines = np.diff(corners, axis=0)

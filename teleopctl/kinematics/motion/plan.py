@@ -42,8 +42,9 @@ if TYPE_CHECKING:
 
 # Part of the time for a search that may be spent on making its path shorter.
 _SHORTEN = 0.2
-# Parts of the path tolerance that are tried until the rounded path touches nothing.
-_TOLERANCES = (1.0, 0.5, 0.25, 0.1)
+# Attempts at rounding the corners, by how much a corner is rounded less where the motion touches,
+# and the part of the path tolerance below which it is stopped at.
+_ROUNDS, _CLOSER, _SMALLEST = 12, 0.3, 0.02
 # Time, s, between the points of a motion at which collisions are checked.
 _CHECK_S = 0.005
 # Angle (rad) between the steps of the joints at a pose of a line, from which the motion stops
@@ -349,18 +350,25 @@ def _legs(
     corners = distinct(corners)
     if len(corners) < 2:
         return legs
-    for part in _TOLERANCES:
-        rounded = JointPath.rounded(corners, limits.velocities, part * settings.path_tolerance)
-        leg = _smooth(rounded, limits, settings)
-        if _touches(edges, leg.law) is None:
+    tolerances = np.full(len(corners) - 2, settings.path_tolerance)
+    for _ in range(_ROUNDS):
+        leg = _smooth(JointPath.rounded(corners, limits.velocities, tolerances), limits, settings)
+        touching = _touch(edges, leg.law)
+        if touching is None:
             return [*legs, leg]
-        if len(corners) == 2:
+        if not tolerances.any():
             break
+        # The nearest corner that is still rounded passes closer by its polyline.
+        distances = np.linalg.norm((corners[1:-1] - touching) / limits.velocities, axis=1)
+        nearest = int(np.argmin(np.where(tolerances > 0.0, distances, np.inf)))
+        smaller = _CLOSER * float(tolerances[nearest])
+        tolerances[nearest] = smaller if smaller > _SMALLEST * settings.path_tolerance else 0.0
     exact = _stopping(corners, limits, settings)
     for leg in exact:
-        if positions := _touches(edges, leg.law):
+        touching = _touch(edges, leg.law)
+        if touching is not None:
             raise PlanningError(
-                f"The timed path touches: {touching_text(edges, positions[0])}",
+                f"The timed path touches: {touching_text(edges, touching)}",
                 MoveItErrorCode.INVALID_MOTION_PLAN,
             )
     return [*legs, *exact]
@@ -384,13 +392,13 @@ def _smooth(
     return _Leg(smooth, within_limits(law, limits).duration_s)
 
 
-def _touches(edges: EdgeChecker, law: TimeLaw) -> list[Array] | None:
-    """Return the positions at which a motion touches something, as a list of one, or None."""
+def _touch(edges: EdgeChecker, law: TimeLaw) -> Array | None:
+    """Return positions at which a motion touches something, (n,), or None."""
     if edges.clearance is None and edges.condition is None:
         return None
     positions = sampled(law, _CHECK_S).positions
     place = edges.touch_on_curve(positions)
-    return None if place is None else [positions[place]]
+    return None if place is None else positions[place]
 
 
 def _split(positions: Array, corners: Sequence[int], limits: MotionLimits) -> list[Array]:
