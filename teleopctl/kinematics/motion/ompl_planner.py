@@ -13,7 +13,7 @@ from ompl import base, geometric, util
 
 from teleopctl.errors import UsageError
 from teleopctl.kinematics.motion.edges import EdgeChecker
-from teleopctl.kinematics.motion.planner import OMPL, Planner, Query, number_of
+from teleopctl.kinematics.motion.planner import OMPL, RANGE, Planner, Query, number_of
 from teleopctl.kinematics.poses import Array
 
 
@@ -66,7 +66,12 @@ class OmplPlanner(Planner):
             goals.addState(state(goal))
         definition.setGoal(goals)
         planner = getattr(geometric, self.name)(information)
+        if hasattr(planner, "setRange"):
+            planner.setRange(RANGE * float(np.linalg.norm(query.upper - query.lower)))
         for key, value in query.parameters.items():
+            if key == "range" and number_of(self.name, key, value) == 0.0:
+                # OMPL's word for its default; here for ours.
+                continue
             _set_parameter(planner, self.name, key, value)
         planner.setProblemDefinition(definition)
         planner.setup()

@@ -1,4 +1,4 @@
-"""Search of a path by several trees, where OMPL is missing."""
+"""Search of a path by trees from both ends, where OMPL is missing."""
 
 from __future__ import annotations
 
@@ -10,18 +10,24 @@ import numpy as np
 
 from teleopctl.errors import UsageError
 from teleopctl.kinematics.motion.edges import EdgeChecker
-from teleopctl.kinematics.motion.planner import DEFAULT_PLANNER, OWN, Planner, Query, number_of
+from teleopctl.kinematics.motion.planner import (
+    DEFAULT_PLANNER,
+    OWN,
+    RANGE,
+    Planner,
+    Query,
+    number_of,
+)
 from teleopctl.kinematics.poses import Array
-
-# Longest edge as part of the diagonal of the space, as in OMPL.
-_RANGE = 0.2
 
 
 class TreePlanner(Planner):
-    """Rapidly exploring trees from the start, from all goals and from some free states.
+    """Rapidly exploring trees from the start and from all goals.
 
-    Each tree in turn is extended towards a random state, and then all others are connected to its
-    new state if they can. Source: Kuffner and LaValle 2000 (RRT-Connect) for two trees.
+    In turn, those from one end are extended towards a random state, and those from the other end
+    connected to the new state if they can be. Further trees from random free states, and edges up
+    to an obstacle, made searches in narrow passages slower.
+    Source: Kuffner and LaValle 2000 (RRT-Connect).
     """
 
     name = DEFAULT_PLANNER
@@ -29,7 +35,7 @@ class TreePlanner(Planner):
 
     def search(self, edges: EdgeChecker, query: Query) -> Array | None:
         """Return the corners of a path, (m, n), or None if none was found in time."""
-        longest = _RANGE * float(np.linalg.norm(query.upper - query.lower))
+        longest = RANGE * float(np.linalg.norm(query.upper - query.lower))
         for key, value in query.parameters.items():
             if key != "range":
                 raise UsageError(f"The planner {self.text} has no parameter '{key}'", hint="range")
@@ -47,7 +53,7 @@ class TreePlanner(Planner):
 
 
 class _Forest:
-    """Two trees of states, from the start and from the goals."""
+    """States in trees from the start, and in trees from each goal."""
 
     def __init__(self, edges: EdgeChecker, longest: float, start: Array, goals: Array) -> None:
         self._edges, self._longest = edges, longest
