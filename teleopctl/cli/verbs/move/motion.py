@@ -148,7 +148,7 @@ class MotionRun:
         """
         if planned.duration_s <= 0.0:
             # Controllers reject a trajectory that takes no time.
-            return self._reached(planned.target, 0.0)
+            return self._arrived(planned.target, {}, 0.0)
         if self._by_move_group and planned.robot_trajectory is not None:
             kind: Any = get_action("moveit_msgs/action/ExecuteTrajectory")
             goal = kind.Goal(trajectory=planned.robot_trajectory)
@@ -165,7 +165,7 @@ class MotionRun:
         spent_s = time.monotonic() - begin_s
         if outcome is not None:
             return outcome
-        return self._reached(planned.target, spent_s)
+        return self._arrived(planned.target, end, spent_s)
 
     def _controllers_goals(self, trajectory: Any) -> list[_Running]:
         from teleopctl.nodes.moveit.move_group.controllers import (
@@ -225,8 +225,16 @@ class MotionRun:
             )
         return MotionOutcome(text, 1, "failed", {"joints": dict(self._measured), **failed.facts})
 
-    def _reached(self, target: MoveTarget, spent_s: float) -> MotionOutcome:
-        """Return the end of a motion that succeeded, by the measured positions."""
+    def _arrived(
+        self, target: MoveTarget, end: Mapping[str, float], spent_s: float
+    ) -> MotionOutcome:
+        """Return the end of a motion that controllers report, by the measured positions.
+
+        Args:
+            target: The goal.
+            end: Positions at the end of the trajectory, by joint.
+            spent_s: Time that the motion took, s.
+        """
         import numpy as np
 
         arm = self.arm
@@ -256,7 +264,24 @@ class MotionRun:
             facts["largest_joint_error"] = float(off.max())
             name = arm.names[int(off.argmax())]
             text += f"; '{name}' is farthest from its goal, by {float(off.max()):.4f}"
+        if short := self._short_of(end):
+            return MotionOutcome(f"{short}: {text}", 1, "failed", facts)
         return MotionOutcome(text, 0, "succeeded", facts)
+
+    def _short_of(self, end: Mapping[str, float]) -> str:
+        """Return which joint is not where a motion ended, as controllers need no tolerances."""
+        for name, at in end.items():
+            joint = self.arm.model.joints[name]
+            off = at - self._measured.get(name, at)
+            if joint.limits.angle_wraparound:
+                off = math.remainder(off, 2.0 * math.pi)
+            most, unit = (0.01, "m") if joint.joint.type == "prismatic" else (0.05, "rad")
+            if abs(off) > most:
+                return (
+                    f"Joint '{name}' stays {abs(off):.3g} {unit} from the end of its trajectory; "
+                    "something holds it"
+                )
+        return ""
 
     def _wait_for_rest(self) -> None:
         """Wait until the measured positions stay, at most for a short time."""
