@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import atexit
-import os
-import sys
+import gc
+import re
 from collections.abc import Callable
 from typing import Any
 
@@ -17,15 +17,13 @@ from teleopctl.kinematics.motion.planner import OMPL, RANGE, Planner, Query, num
 from teleopctl.kinematics.poses import Array
 
 
-def _hide_leaks() -> None:
-    """Send what is written after Python's end to nowhere: nanobind lists each type of OMPL."""
-    sys.stderr.flush()
-    nowhere = os.open(os.devnull, os.O_WRONLY)
-    os.dup2(nowhere, 2)
+# What was frozen is not collected at Python's end, and nanobind would list OMPL's types as leaked.
+atexit.register(gc.unfreeze)
 
-
-# nanobind writes after all functions of atexit have run.
-atexit.register(_hide_leaks)
+# Setters of parameters, where a word of their names begins, and what takes no number.
+_SETTER = re.compile(r"set[A-Z]")
+_WORD = re.compile(r"(?<=[a-z])(?=[A-Z])|(?<=[A-Z])(?=[A-Z][a-z])")
+_OBJECTS = frozenset({"default_connection_strategy", "projection_evaluator"})
 
 
 class OmplPlanner(Planner):
@@ -39,6 +37,14 @@ class OmplPlanner(Planner):
 
     def __init__(self, name: str) -> None:
         self.name = name
+
+    @property
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that a query may set, such as ``range``."""
+        own = getattr(geometric, self.name)
+        setters = {name for name in dir(own) if _SETTER.match(name)} - set(dir(base.Planner))
+        names = (_WORD.sub("_", name.removeprefix("set")).lower() for name in setters)
+        return tuple(sorted({*names} - _OBJECTS))
 
     def search(self, edges: EdgeChecker, query: Query) -> Array | None:
         """Return the corners of a path, (m, n), or None if none was found in time."""
@@ -72,6 +78,7 @@ class OmplPlanner(Planner):
             if key == "range" and number_of(self.name, key, value) == 0.0:
                 # OMPL's word for its default; here for ours.
                 continue
+            self.check_parameter(key)
             _set_parameter(planner, self.name, key, value)
         planner.setProblemDefinition(definition)
         planner.setup()
@@ -113,15 +120,8 @@ class _MotionValidator(base.MotionValidator):  # type: ignore[misc]
 
 def _set_parameter(planner: Any, name: str, key: str, value: str) -> None:
     """Set a planner's parameter by OMPL's name, such as ``range`` or ``goal_bias``."""
-    setter = getattr(planner, f"set{''.join(part.capitalize() for part in key.split('_'))}", None)
-    if setter is None:
-        known = [
-            each[3:] for each in dir(planner) if each.startswith("set") and each[3:4].isupper()
-        ]
-        raise UsageError(
-            f"The planner {name} has no parameter '{key}'",
-            hint=f"It has {', '.join(known)}",
-        )
+    setters = {name.lower(): name for name in dir(planner)}
+    setter = getattr(planner, setters[f"set{key.replace('_', '')}"])
     number = {"true": 1.0, "false": 0.0}.get(value.strip().lower())
     if number is None:
         number = number_of(name, key, value)
