@@ -49,6 +49,7 @@ if TYPE_CHECKING:
     from teleopctl.kinematics.motion.planner_names import (
         has_ompl as has_ompl,
         planner_names as planner_names,
+        planner_parameters as planner_parameters,
     )
     from teleopctl.kinematics.poses import (
         invert_pose as invert_pose,

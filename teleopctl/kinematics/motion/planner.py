@@ -66,6 +66,23 @@ class Planner(ABC):
         """
 
     @property
+    @abstractmethod
+    def parameters(self) -> tuple[str, ...]:
+        """Names of the parameters that a query may set, such as ``range``."""
+
+    def check_parameter(self, name: str) -> None:
+        """Check that a parameter exists.
+
+        Raises:
+            UsageError: The planner has no such parameter.
+        """
+        if name not in self.parameters:
+            raise UsageError(
+                f"The planner {self.text} has no parameter '{name}'",
+                hint=f"It has {', '.join(self.parameters) or 'none'}",
+            )
+
+    @property
     def text(self) -> str:
         """Library and name of the planner, such as ``OMPL RRTConnect``."""
         return f"{'OMPL' if self.library == OMPL else self.library} {self.name}"

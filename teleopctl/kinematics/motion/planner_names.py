@@ -91,3 +91,16 @@ def choose_planner(name: str = "", library: str = "") -> tuple[Planner, tuple[st
     from teleopctl.kinematics.motion.tree_planner import TreePlanner
 
     return TreePlanner(), notes
+
+
+def planner_parameters(name: str = "", library: str = "") -> tuple[str, ...]:
+    """Return the names of the parameters of a planner, such as ``range``.
+
+    Args:
+        name: As for `choose_planner`.
+        library: As for `choose_planner`.
+
+    Raises:
+        UsageError: As `choose_planner`.
+    """
+    return choose_planner(name, library)[0].parameters

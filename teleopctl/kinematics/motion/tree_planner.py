@@ -8,7 +8,6 @@ from collections import deque
 
 import numpy as np
 
-from teleopctl.errors import UsageError
 from teleopctl.kinematics.motion.edges import EdgeChecker
 from teleopctl.kinematics.motion.planner import (
     DEFAULT_PLANNER,
@@ -32,13 +31,13 @@ class TreePlanner(Planner):
 
     name = DEFAULT_PLANNER
     library = OWN
+    parameters = ("range",)
 
     def search(self, edges: EdgeChecker, query: Query) -> Array | None:
         """Return the corners of a path, (m, n), or None if none was found in time."""
         longest = RANGE * float(np.linalg.norm(query.upper - query.lower))
         for key, value in query.parameters.items():
-            if key != "range":
-                raise UsageError(f"The planner {self.text} has no parameter '{key}'", hint="range")
+            self.check_parameter(key)
             longest = number_of(self.text, key, value) or longest
         deadline = time.monotonic() + query.timeout_s
         generator = np.random.default_rng(query.seed)

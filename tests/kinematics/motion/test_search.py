@@ -258,6 +258,18 @@ def test_parameters_of_planners_are_set_by_ompls_names_and_unknown_ones_refused(
             find_path(edges, planner, start, goal[None], parameters=parameters)
 
 
+def test_the_parameters_of_planners_have_ompls_names():
+    assert TreePlanner().parameters == ("range",)
+    if planners.has_ompl():
+        assert choose_planner("KPIECE1")[0].parameters == (
+            "border_fraction",
+            "failed_expansion_cell_score_factor",
+            "goal_bias",
+            "min_valid_path_fraction",
+            "range",
+        )
+
+
 @needs_ompl
 @pytest.mark.parametrize("name", planners.OMPL_PLANNERS)
 def test_each_planner_of_ompl_finds_a_path(name):

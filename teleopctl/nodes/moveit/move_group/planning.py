@@ -24,6 +24,7 @@ from teleopctl.kinematics import (
     plan_line,
     plan_to_joints,
     planner_names,
+    planner_parameters,
 )
 from teleopctl.node import MutuallyExclusiveCallbackGroup
 from teleopctl.nodes.moveit.move_group import messages
@@ -247,7 +248,16 @@ class Planning:
                 "acceleration", request.max_acceleration_scaling_factor
             ),
             limits=self._context.limits(kinematics),
+            parameters=self._parameters(request, planner),
         )
+
+    def _parameters(self, request: Any, planner: str) -> dict[str, str]:
+        """Return the parameters of ``set_planner_params`` that a request's planner has."""
+        given = self._merged_params(request.pipeline_id, request.planner_id, request.group_name)
+        if not given:
+            return {}
+        known = planner_parameters(planner)
+        return {name: value for name, value in given.items() if name in known}
 
     def _scaling(self, word: str, value: float) -> float:
         """Return a scaling factor as MoveIt understands it: 1 for one that is not above 0 to 1."""
@@ -353,22 +363,28 @@ class Planning:
         return response
 
     def _get_params(self, request: Any, response: Any) -> Any:
-        merged: dict[str, str] = {}
-        for key in (
-            (request.pipeline_id, request.planner_config, ""),
-            (request.pipeline_id, request.planner_config, request.group),
-        ):
-            merged.update(self._params.get(key, {}))
+        merged = self._merged_params(request.pipeline_id, request.planner_config, request.group)
         response.params.keys, response.params.values = list(merged), list(merged.values())
         response.params.descriptions = [""] * len(merged)
         return response
+
+    def _merged_params(self, pipeline: str, planner: str, group: str) -> dict[str, str]:
+        """Return the parameters of a planner, those of a group before those of all groups."""
+        return {
+            **self._params.get((pipeline, planner, ""), {}),
+            **self._params.get((pipeline, planner, group), {}),
+        }
 
     def _set_params(self, request: Any, response: Any) -> Any:
         key = (request.pipeline_id, request.planner_config, request.group)
         given = dict(zip(request.params.keys, request.params.values, strict=False))
         self._params[key] = given if request.replace else {**self._params.get(key, {}), **given}
-        unused = sorted(given.keys() - {"type"})
-        if unused:
+        try:
+            known = {"type", *planner_parameters(request.planner_config)}
+        except UsageError as error:
+            self._log.warning(f"set_planner_params: {error.message}")
+            return response
+        if unused := sorted(given.keys() - known):
             self._log.info(f"Planner parameters are kept and have no effect: {', '.join(unused)}")
         return response
 
@@ -486,6 +502,7 @@ class _LineRequest:
     """What a GetCartesianPath request says of speed, as a MotionPlanRequest says it."""
 
     allowed_planning_time = _DEFAULT_PLANNING_TIME_S
+    pipeline_id = planner_id = group_name = ""
 
     def __init__(self, request: Any) -> None:
         self.max_velocity_scaling_factor = request.max_velocity_scaling_factor
