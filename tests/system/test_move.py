@@ -152,3 +152,27 @@ def test_a_stopped_robot_and_one_without_controllers_say_so(robot, command):
     command("control set_controller_state arm_controller active")
     command("move --joints joint_1=0.1")
     assert command.status == 0
+
+
+def test_where_move_group_runs_it_is_asked_with_its_scene(robot, command):
+    up = robot.run("run --detach moveit_ros_move_group move_group", timeout=60)
+    assert up.returncode == 0, up.stderr
+    box = (
+        "{header: {frame_id: world}, id: box, primitives: [{type: 1, dimensions: [0.3, 0.3, 0.3]}],"
+        " primitive_poses: [{position: {x: 0.3, y: 0.9, z: 1.4}, orientation: {w: 1.0}}]}"
+    )
+    message = robot.run(
+        ["topic", "pub", "--once", "/collision_object", "moveit_msgs/msg/CollisionObject", box]
+    )
+    assert message.returncode == 0, message.stderr
+    eventually(lambda: "'box'" in command("kinematics ik 0.3 0.9 1.4"))
+    written = command("kinematics ik 0.3 0.9 1.4")
+    assert written.startswith("Not reached (NO_IK_SOLUTION, -31): ")
+    assert "Reached, but for that, at:" in written
+    command("move --to 0.3,0.9,1.4")
+    assert (command.status, "GOAL_IN_COLLISION (-12)" in command.errors) == (1, True)
+    command("kinematics ik 0.3 0.9 1.4 --direct")
+    assert command.status == 0
+    command("move --to -0.3,0.9,1.0 --speed 0.9")
+    assert command.status == 0
+    assert "(move_group, " in command.errors

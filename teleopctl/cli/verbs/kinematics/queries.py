@@ -13,7 +13,7 @@ from teleopctl.cli.verbs.kinematics.source import (
     read_robot,
     sorted_words,
 )
-from teleopctl.errors import NotFoundError, UsageError
+from teleopctl.errors import NotFoundError, UnavailableError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -55,6 +55,8 @@ _Frame = Annotated[
 _MOST_DIGITS = 17  # digits of a double
 # Longest wait for a frame of /tf, and time between two looks, in seconds.
 _TF_S, _LOOK_S = 2.0, 0.05
+# Longest wait for an answer of move_group, in seconds.
+_ANSWER_S = 5.0
 
 
 def fk(
@@ -115,6 +117,9 @@ def ik(
     allow_collisions: Annotated[
         bool, Option("--allow-collisions", help="Allow links to touch.")
     ] = False,
+    direct: Annotated[
+        bool, Option("--direct", help="Compute in this process even if move_group runs.")
+    ] = False,
     precision: _Precision = 6,
     *,
     robot: RobotOptions,
@@ -124,7 +129,8 @@ def ik(
 
     Without a rotation any will do. What the joints of the group do not allow of a rotation is met
     as far as possible. What cannot be reached is answered with the nearest positions that were
-    found, and with what keeps the tool from it.
+    found, and with what keeps the tool from it. Where a move_group runs, it is asked by its service
+    ``compute_ik``, with the obstacles of its scene.
     """
     _check_precision(precision)
     found = sorted_words(words)
@@ -134,7 +140,8 @@ def ik(
             hint="teleopctl kinematics ik [FILE] X Y Z [--rpy R,P,Y]",
         )
     rotation = rotation_of(rpy, quat)
-    arm = read_robot(found, robot, needs_state=start is None).arm(robot)
+    read = read_robot(found, robot, needs_state=start is None)
+    arm = read.arm(robot)
     if start is not None:
         arm.fk(start)
         arm.positions = arm.kinematics.present()
@@ -143,6 +150,13 @@ def ik(
     solution = arm.ik(
         target if rotation is not None else target[:3, 3], collisions=allow_collisions
     )
+    if read.compute_ik and not direct:
+        if rotation is None and len(arm.names) > 5:
+            console.note("Without the scene of move_group, which takes whole poses only")
+        else:
+            solution = _by_move_group(
+                read.compute_ik, arm, target, solution, allow_collisions=allow_collisions
+            )
     if as_json:
         console.out_json(_solution_document(arm, base, T_frame_root, solution))
     elif solution.is_reached:
@@ -153,7 +167,9 @@ def ik(
                 f"differs by {math.degrees(solution.rotation_error_rad):.1f} degrees"
             )
     else:
-        console.out_lines(_not_reached(arm, base, T_frame_root, solution, precision))
+        is_turned = rotation is not None and solution.rotation_error_rad > 0.01
+        lines = _not_reached(arm, base, T_frame_root, solution, precision, is_turned=is_turned)
+        console.out_lines(lines)
     return 0 if solution.is_reached else 1
 
 
@@ -213,6 +229,63 @@ def jacobian(
         f"Condition of the {what}: {condition:.{precision}g}"
         if math.isfinite(condition)
         else f"Condition of the {what}: infinite (a singularity)"
+    )
+
+
+def _by_move_group(
+    service: str, arm: "Arm", target: "Array", own: "IkSolution", *, allow_collisions: bool
+) -> "IkSolution":
+    """Return the answer of a running move_group; without a solution, our own with its reason.
+
+    Raises:
+        UnavailableError: It does not answer.
+    """
+    from dataclasses import replace
+
+    import numpy as np
+
+    from teleopctl.cli.command_node import brief_node
+    from teleopctl.interfaces import get_service
+    from teleopctl.kinematics import MoveItErrorCode, pose_transform, rotation_vector
+
+    kind = get_service("moveit_msgs/srv/GetPositionIK")
+    request = kind.Request()
+    asked = request.ik_request
+    asked.group_name, asked.ik_link_name = arm.group.name, arm.group.tip
+    asked.avoid_collisions = not allow_collisions
+    asked.robot_state.is_diff = True
+    asked.robot_state.joint_state.name = list(arm.names)
+    asked.robot_state.joint_state.position = arm.positions.tolist()
+    asked.pose_stamped.header.frame_id = arm.model.description.root
+    at = pose_transform(arm.kinematics.tip_pose(target))
+    for part, values in (("position", at.translation), ("orientation", at.rotation)):
+        for name, value in zip("xyzw", values, strict=False):
+            setattr(getattr(asked.pose_stamped.pose, part), name, value)
+    with brief_node() as node:
+        future = node.create_client(kind, service).call_async(request)
+        if not future.wait(_ANSWER_S) or (response := future.result()) is None:
+            raise UnavailableError(
+                f"{service} does not answer within {_ANSWER_S:g} s",
+                hint="--direct computes in this process.",
+            )
+    code = response.error_code
+    if code.val != MoveItErrorCode.SUCCESS:
+        why = getattr(code, "message", "") or f"error code {code.val}"
+        return replace(own, is_reached=False, binding=(why,))
+    state = response.solution.joint_state
+    found = dict(zip(state.name, map(float, state.position), strict=True))
+    positions = np.array([found[name] for name in arm.names])
+    reached = arm.fk(positions)
+    turn = rotation_vector(target[:3, :3] @ reached[:3, :3].T)
+    away_m = float(np.linalg.norm(target[:3, 3] - reached[:3, 3]))
+    return replace(
+        own,
+        positions=positions,
+        is_reached=True,
+        position_error_m=away_m,
+        rotation_error_rad=float(np.linalg.norm(turn)),
+        binding=(),
+        collisions=(),
     )
 
 
@@ -415,7 +488,13 @@ def _joint_lines(arm: "Arm", solution: "IkSolution", digits: int) -> list[str]:
 
 
 def _not_reached(
-    arm: "Arm", frame: str, T_frame_root: "Array", solution: "IkSolution", digits: int
+    arm: "Arm",
+    frame: str,
+    T_frame_root: "Array",
+    solution: "IkSolution",
+    digits: int,
+    *,
+    is_turned: bool,
 ) -> list[str]:
     from teleopctl.kinematics import pose_transform
     from teleopctl.tf import rpy_from_quaternion
@@ -426,10 +505,10 @@ def _not_reached(
     lines = [f"Not reached (NO_IK_SOLUTION, -31): {'; '.join(solution.binding) or 'not found'}"]
     if solution.position_error_m > 1e-3:
         lines.append(f"The nearest position that was found is {away} away:")
-    elif solution.collisions:
-        lines.append("Reached, but for that, at:")
-    else:
+    elif is_turned:
         lines.append(f"The nearest pose that was found is turned by {turned:.1f} degrees:")
+    else:
+        lines.append("Reached, but for that, at:")
     return [
         *lines,
         f"- Translation in '{frame}': [{_listed(nearest.translation, 3)}]",

@@ -170,11 +170,13 @@ class RobotOfCommand(NamedTuple):
         description: The robot.
         groups: Its groups.
         positions: Measured positions by joint; None if the robot does not run.
+        compute_ik: Name of the service of a running move_group; empty without one.
     """
 
     description: "RobotDescription"
     groups: "RobotGroups"
     positions: dict[str, float] | None
+    compute_ik: str = ""
 
     def arm(self, options: RobotOptions) -> "Arm":
         """Return the chosen group as an `Arm` at the measured positions, else at rest.
@@ -299,7 +301,10 @@ def running_robot(
         groups = parse_srdf(received.semantic, description)
     else:
         groups = find_groups(description)
-    return RobotOfCommand(description, groups, received.positions)
+    service = f"{above}/compute_ik"
+    return RobotOfCommand(
+        description, groups, received.positions, service if graph.servers(service) else ""
+    )
 
 
 class _Received:

@@ -91,14 +91,15 @@ class ServoNode(Node):
         self._status_publisher = self.create_publisher(
             type(self._status), self.parameters["status_topic"], _DEPTH
         )
+        kinds = ServoCommandType
         for parameter, type_name, kind in (
-            ("joint_command_in_topic", "control_msgs/msg/JointJog", ServoCommandType.JOINT_JOG),
+            ("joint_command_in_topic", "control_msgs/msg/JointJog", kinds.JOINT_JOG),
             (
                 "cartesian_command_in_topic",
                 "geometry_msgs/msg/TwistStamped",
-                ServoCommandType.TWIST,
+                kinds.TWIST,
             ),
-            ("pose_command_in_topic", "geometry_msgs/msg/PoseStamped", ServoCommandType.POSE),
+            ("pose_command_in_topic", "geometry_msgs/msg/PoseStamped", kinds.POSE),
         ):
             self.create_subscription(
                 get_message(type_name), self.parameters[parameter], self._receiver(kind), _DEPTH
