@@ -24,7 +24,7 @@ TYPED = {
     for page in (
         *("README", "bag", "cheat_sheet", "foxglove", "from_ros2", "json", "launch_files", "nodes"),
         *("page", "ros2", "simulation", "ten_words", "terminal", "tutorial"),
-        *("kinematics", "launch_tests", "sensors", "stop", "worlds"),
+        *("kinematics", "launch_tests", "sensors", "servo", "stop", "worlds"),
     )
 }
 
