@@ -51,6 +51,8 @@ _WISH_STARTS, _AXIS_STARTS = 6, 24
 _NEAR_M, _LEAST_M = 0.05, 0.001
 # Pairs of bodies that are named when a pose is not reached; the deepest overlaps come first.
 _MOST_NAMED = 3
+# Dimensions of positions.
+_SPACE = 3
 # How near (rad or m) a joint is to its limit to be named as what binds.
 _AT_LIMIT = 1e-6
 
@@ -392,11 +394,12 @@ class IkSolver:
                     is_bound = True
                     yield f"joint '{name}' is at its {word} limit {float(limit):.4g}"
         if not is_bound and not collisions:
-            yield (
-                "the arm is too short"
-                if best.distance_m > self.tolerance.position_m
-                else ("the arm cannot turn the tool so")
-            )
+            if best.distance_m <= self.tolerance.position_m:
+                yield "the arm cannot turn the tool so"
+            elif kinematics.dimensions[1] < _SPACE:
+                yield "the joints do not move the tool in that direction"
+            else:
+                yield "the arm is too short"
 
 
 @dataclass(frozen=True, slots=True)

@@ -21,8 +21,9 @@ class Workspace:
 
     Attributes:
         points: Positions of the tool in the root link's frame, (k, 3), m.
-        manipulability: Yoshikawa's measure at each of them, (k,): ``sqrt(det(J Jᵀ))`` of the linear
-            Jacobian, the volume of the velocities that joints of 1 rad/s or 1 m/s give the tool.
+        manipulability: Yoshikawa's measure at each of them, (k,): the product of the singular
+            values of the linear Jacobian in the directions that the joints serve, which is the
+            volume of the velocities that joints of 1 rad/s or 1 m/s give the tool.
         samples: Number of random joint positions.
         colliding: Number of those that were left out as links touch.
         origin: Position of the group's first joint, (3,), m.
@@ -72,7 +73,7 @@ def sample_workspace(
         raise UsageError(f"The number of samples must be at least 1, got {samples}")
     before, generator = kinematics.present(), np.random.default_rng(0)
     points, manipulability = [], []
-    model = kinematics.model
+    model, (_, rank) = kinematics.model, kinematics.dimensions
     try:
         for _ in range(samples):
             kinematics.set(kinematics.random(generator))
@@ -80,8 +81,8 @@ def sample_workspace(
                 continue
             position, _ = kinematics.world_pose()
             points.append(model.to_root(position))
-            linear = kinematics.world_jacobian()[:3]
-            manipulability.append(max(float(np.linalg.det(linear @ linear.T)), 0.0) ** 0.5)
+            values = np.linalg.svd(kinematics.world_jacobian()[:3], compute_uv=False)
+            manipulability.append(float(np.prod(values[:rank])))
     finally:
         kinematics.set(before)
     if not points:

@@ -10,7 +10,7 @@ import yourdfpy
 from teleopctl.errors import NotFoundError, UsageError
 from teleopctl.kinematics import Arm, KinematicModel, find_groups, gripper_ranges
 from teleopctl.robot import RobotDescription
-from tests.kinematics.arms import FIVE, SEVEN, SIX, THREE, arm_urdf
+from tests.kinematics.arms import FIVE, SEVEN, SIX, THREE, Y, arm_urdf
 
 ARMS = {3: THREE, 5: FIVE, 6: SIX, 7: SEVEN}
 
@@ -88,6 +88,14 @@ def test_what_is_out_of_reach_is_answered_with_the_nearest_position(arms):
     assert found.binding == ("the arm is too short",)
     # Stretched upwards, the links add up to 0.65 m.
     assert found.position_error_m == pytest.approx(1.35, abs=1e-3)
+
+
+def test_what_is_beside_the_plane_of_an_arm_is_said_to_be_in_no_joint_s_direction():
+    planar = Arm(arm_urdf(((Y, 0.3), (Y, 0.3))))
+    found = planar.ik([0.2, 0.1, 0.3])
+    assert found.binding == ("the joints do not move the tool in that direction",)
+    assert found.position_error_m == pytest.approx(0.1, abs=1e-3)
+    assert planar.workspace(200, collisions=True).manipulability.max() > 0.05
 
 
 def test_links_do_not_touch_in_a_solution():

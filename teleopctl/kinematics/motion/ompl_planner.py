@@ -16,7 +16,6 @@ from teleopctl.kinematics.motion.edges import EdgeChecker
 from teleopctl.kinematics.motion.planner import OMPL, RANGE, Planner, Query, number_of
 from teleopctl.kinematics.poses import Array
 
-
 # What was frozen is not collected at Python's end, and nanobind would list OMPL's types as leaked.
 atexit.register(gc.unfreeze)
 
