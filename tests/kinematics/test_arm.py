@@ -179,6 +179,33 @@ def test_the_workspace_of_a_chain_is_a_ball_without_what_touches(arms):
     assert np.all(space.manipulability >= 0.0)
 
 
+def test_plans_end_at_a_state_at_joints_at_a_pose_and_at_a_position(arms):
+    arm = arms[6]
+    arm.positions = [0.1, 0.5, -0.9, 0.4, 0.3, 0.5]
+    goal = np.array([0.4, 0.6, -1.0, 0.3, 0.2, 0.1])
+    pose = arm.fk(goal)
+    np.testing.assert_allclose(arm.plan(goal).positions[-1], goal, atol=1e-9)
+    named = arm.plan({"joint_1": 0.4})
+    np.testing.assert_allclose(named.positions[-1], [0.4, *arm.positions[1:]], atol=1e-9)
+    np.testing.assert_allclose(arm.fk(arm.plan(pose).positions[-1]), pose, atol=2e-3)
+    reached = arm.fk(arm.plan(pose[:3, 3], is_position=True).positions[-1])
+    np.testing.assert_allclose(reached[:3, 3], pose[:3, 3], atol=1e-3)
+    np.testing.assert_allclose(named.positions[0], arm.positions, atol=1e-9)
+
+
+def test_a_line_is_straight_and_keeps_the_rotation(arms):
+    arm = arms[6]
+    arm.positions = [0.1, 0.5, -0.9, 0.4, 0.3, 0.5]
+    begin = arm.fk()
+    plan = arm.line(begin[:3, 3] + [0.05, 0.0, -0.05])
+    way = np.array([1.0, 0.0, -1.0]) / np.sqrt(2.0)
+    for positions in plan.positions[:: max(1, len(plan.positions) // 20)]:
+        pose = arm.fk(positions)
+        off = pose[:3, 3] - begin[:3, 3]
+        assert np.linalg.norm(off - (off @ way) * way) < 1e-3
+        np.testing.assert_allclose(pose[:3, :3], begin[:3, :3], atol=2e-3)
+
+
 def test_servo_follows_a_twist_from_the_present_positions(arms):
     arm = arms[6]
     arm.positions = [0.1, 0.5, -0.9, 0.4, 0.3, 0.5]
