@@ -241,6 +241,15 @@ def test_a_motion_is_stopped(arm, way):
     assert arm.positions["joint_1"] < 0.7
 
 
+def test_a_new_goal_replaces_the_one_that_is_executed(arm):
+    assert arm.move(joints(-0.8, 0.1, 0.0)).error_code.val == MoveItErrorCode.SUCCESS
+    handle = arm.send(arm.move_action, move_goal(joints(0.8, 0.1, 0.0), speed=0.2))
+    eventually(lambda: arm.positions["joint_1"] > -0.7)
+    assert arm.move(joints(-0.5, 0.2, 0.0)).error_code.val == MoveItErrorCode.SUCCESS
+    assert arm.result(handle).result.error_code.val == MoveItErrorCode.PREEMPTED
+    assert arm.positions["joint_1"] == pytest.approx(-0.5, abs=0.01)
+
+
 def test_an_obstacle_on_the_way_ends_a_motion_that_had_begun(arm):
     assert arm.move(joints(-0.9, 0.1, 0.0)).error_code.val == MoveItErrorCode.SUCCESS
     eventually(arm.is_still)

@@ -129,6 +129,9 @@ class MoveGroupActions:
                 "Goal constraints are already satisfied. No need to plan or execute any motions"
             )
             return Outcome(MoveItErrorCode.SUCCESS)
+        if not plan_only:
+            # The plan begins where the arm comes to rest.
+            self._execution.end_present()
         attempts = 1
         if options.replan and not plan_only:
             attempts = int(options.replan_attempts) or _REPLAN_ATTEMPTS

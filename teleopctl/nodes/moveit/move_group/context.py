@@ -397,10 +397,10 @@ class MoveGroupContext:
         if message.allowed_collision_matrix.entry_names or not message.is_diff:
             problems += self._tried(lambda: self._set_allowed(scene, message))
         for each in message.link_padding:
-            if self._is_link(scene, each.link_name, problems):
-                scene.padding_m[each.link_name] = max(float(each.padding), 0.0)
+            if self._is_size(scene, each.link_name, each.padding, problems):
+                scene.padding_m[each.link_name] = float(each.padding)
         for each in message.link_scale:
-            if self._is_link(scene, each.link_name, problems):
+            if self._is_size(scene, each.link_name, each.scale, problems):
                 scene.scale[each.link_name] = float(each.scale)
         scene.changed()
         for each in message.object_colors:
@@ -418,10 +418,14 @@ class MoveGroupContext:
             return
         scene.allowed = messages.read_allowed(message.allowed_collision_matrix)
 
-    def _is_link(self, scene: CollisionScene, name: str, problems: list[str]) -> bool:
-        if name in scene.model.links:
+    def _is_size(self, scene: CollisionScene, link: str, value: float, problems: list[str]) -> bool:
+        """Return whether a padding or scale is about a link, and not negative."""
+        if link not in scene.model.links:
+            problems.append(f"Padding or scale of '{link}', which is no link of the robot")
+        elif not (math.isfinite(value) and value >= 0.0):
+            problems.append(f"Padding or scale of '{link}' must be 0 or more, got {value:g}")
+        else:
             return True
-        problems.append(f"Padding or scale of '{name}', which is no link of the robot")
         return False
 
     def _tried(self, apply: Callable[..., object], *arguments: object) -> list[str]:

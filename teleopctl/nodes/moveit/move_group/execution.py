@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
+import time
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
@@ -27,6 +28,8 @@ from teleopctl.nodes.moveit.move_group.parameters import setting
 _PERIOD_S = 0.02
 # Time to wait until cancelled controllers have stopped, s.
 _STOP_S = 10.0
+# Joints that move less than this (rad or m) in this time (s) are at rest.
+_STILL, _LOOK_S = 5e-4, 0.1
 _EVENT_DEPTH = 100
 
 # Any, here and below: message classes are generated at run time from definitions.
@@ -107,6 +110,21 @@ class Execution:
     def stop(self) -> None:
         """Stop the trajectory that is being executed."""
         self._stop_count += 1
+
+    def end_present(self) -> None:
+        """Stop what is being executed, and block until the joints are at rest."""
+        if not self._executing.locked():
+            return
+        self.stop()
+        with self._executing:
+            end_s = time.monotonic() + _STOP_S
+            before: dict[str, float] = {}
+            while time.monotonic() < end_s:
+                now = self._context.measured()
+                if before and all(abs(at - before[name]) < _STILL for name, at in now.items()):
+                    return
+                before = now
+                time.sleep(_LOOK_S)
 
     def _run(
         self,

@@ -8,7 +8,14 @@ from typing import Any
 from teleopctl.base import progress
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message
-from teleopctl.kinematics import KinematicModel, RobotGroups, find_groups, parse_srdf, read_srdf
+from teleopctl.kinematics import (
+    KinematicModel,
+    RobotGroups,
+    find_groups,
+    parse_srdf,
+    read_srdf,
+    write_srdf,
+)
 from teleopctl.node import Node, Timer, qos_profile_latched
 from teleopctl.nodes.moveit.move_group.actions import MoveGroupActions
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
@@ -127,6 +134,7 @@ class MoveGroupNode(Node):
         MoveGroupActions(context, planning, Execution(context))
         if setting(self, "world_from_simulation", default=False):
             self._world = SimulationWorld(context)
+        self._publish_semantic(groups, model.description)
         names = ", ".join(
             f"'{group.name}' ({', '.join(group.joints)})" for group in groups.groups.values()
         )
@@ -136,6 +144,14 @@ class MoveGroupNode(Node):
         )
         log.info("You can start planning now!")
         progress.report(progress.READY)
+
+    def _publish_semantic(self, groups: RobotGroups, description: RobotDescription) -> None:
+        """Publish the groups as an SRDF unless there is one: MoveIt's clients cannot do without."""
+        if self._srdf:
+            return
+        self._srdf = write_srdf(groups, description)
+        publisher = self.create_publisher(_String, _SEMANTIC, qos_profile_latched)
+        publisher.publish(_String(data=self._srdf))
 
     def _robot(self) -> tuple[KinematicModel, RobotGroups]:
         """Return the model of the robot and its groups.
