@@ -186,7 +186,7 @@ class IkSolver:
         Raises:
             UsageError: The pose has values that are no numbers, or is no rotation.
         """
-        _check_pose(T_root_target)
+        check_pose(T_root_target)
         target = self.kinematics.model.to_world(T_root_target)
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         best: _Candidate | None = None
@@ -420,7 +420,12 @@ class _Candidate:
         return self.cost < other.cost
 
 
-def _check_pose(pose: Array) -> None:
+def check_pose(pose: Array) -> None:
+    """Check that a matrix, (4, 4), is a pose.
+
+    Raises:
+        UsageError: It has values that are not finite, or its rotation is none.
+    """
     if pose.shape != (4, 4) or not np.isfinite(pose).all():
         raise UsageError("The pose has values that are no finite numbers")
     rotation = pose[:3, :3]

@@ -14,12 +14,14 @@ from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.motion.edges import EdgeChecker
 from teleopctl.kinematics.motion.search import touching_text
 from teleopctl.kinematics.poses import Array, rotation_matrix, rotation_vector
-from teleopctl.kinematics.solver import IkSolver, PoseTask, Tolerance, served_task
+from teleopctl.kinematics.solver import IkSolver, PoseTask, Tolerance, check_pose, served_task
 
 # Rotation (rad) that counts as a step of one metre, as MoveIt's MaxEEFStep has it: 2° for 1 cm.
 _RAD_PER_M = 3.5
 # Steps of a line whose average a jump is compared with, as in MoveIt.
 _LEAST_STEPS = 10
+# Steps of a line at most: some ten seconds of inverse kinematics.
+_MOST_STEPS = 20_000
 # Deviation half-way between two solutions from which another one is put between, and how often.
 _DEVIATION_M, _DEVIATION_RAD, _DEEPEST = 2e-4, 2e-3, 6
 # Errors of inverse kinematics of a whole pose: noise in them would be noise of accelerations.
@@ -94,6 +96,8 @@ def compute_cartesian_path(
             f"A Cartesian path needs max_step above 0, and jump thresholds of at least 0, not "
             f"{max_step_m:g}, {jump.factor:g}, {jump.revolute:g} and {jump.prismatic:g}"
         )
+    for pose in poses:
+        check_pose(pose)
     task = served_task(kinematics) if task is None else task
     tolerance = _EXACT if task is PoseTask.POSE else Tolerance()
     walk = _Walk(kinematics, IkSolver(kinematics, task=task, tolerance=tolerance), edges, jump)
@@ -146,6 +150,13 @@ class _Walk:
         turn = rotation_vector(T_root_start[:3, :3].T @ T_root_end[:3, :3])
         angle = float(np.linalg.norm(turn)) if self._solver.task is PoseTask.POSE else 0.0
         steps = 1 + math.floor(max(way, angle / _RAD_PER_M) / max_step_m - 1e-9)
+        if steps > _MOST_STEPS:
+            raise UsageError(
+                f"A line of {way:.3g} m and {angle:.3g} rad has {steps} steps of {max_step_m:g} m, "
+                f"more than {_MOST_STEPS}",
+                hint="Allow longer steps: where more are needed to stay on the line, they are "
+                "added.",
+            )
         steps = max(steps, self._least_steps)
         line = _Line(T_root_start, T_root_end, turn)
         states: list[Array] = []

@@ -27,6 +27,7 @@ from teleopctl.kinematics.motion.search import (
 )
 from teleopctl.kinematics.motion.shortcut import shorten
 from teleopctl.kinematics.motion.timing import (
+    MOST_POINTS,
     TimeLaw,
     fastest_law,
     sampled,
@@ -396,7 +397,8 @@ def _touch(edges: EdgeChecker, law: TimeLaw) -> Array | None:
     """Return positions at which a motion touches something, (n,), or None."""
     if edges.clearance is None and edges.condition is None:
         return None
-    positions = sampled(law, _CHECK_S).positions
+    period_s = max(_CHECK_S, 2.0 * law.duration_s / MOST_POINTS)
+    positions = sampled(law, period_s).positions
     place = edges.touch_on_curve(positions)
     return None if place is None else positions[place]
 

@@ -19,14 +19,21 @@ from typing import NamedTuple, Protocol
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.errors import UsageError
 from teleopctl.kinematics.motion.limits import MotionLimits
 from teleopctl.kinematics.motion.path import JointPath
 from teleopctl.kinematics.poses import Array
 
-# Points of the grid on a whole path, on a curved piece and on a straight one, at least.
-_GRID, _CURVED, _STRAIGHT = 160, 16, 2
+MOST_POINTS = 100_000
+"""Points of a motion at most."""
+
+# Points of the grid on a whole path, on a curved piece and on a straight one, at least; and how
+# often the interval beside a place of rest is halved.
+_GRID, _CURVED, _STRAIGHT, _HALVINGS = 160, 16, 2, 6
 # Time (s) at which limits are checked, and by which the average's window is chosen.
 _CHECK_S = 0.001
+# Times at most: those of 50 s.
+_MOST_CHECKS = 50_000
 # What limits may be exceeded by for rounding.
 _ROUNDING = 1e-9
 # Windows (as parts of the longest) that are tried where the geometry is kept.
@@ -281,7 +288,7 @@ def smoothed_law(
     """
     if not np.isfinite(limits.jerks).any():
         return within_limits(law, limits)
-    window_s = _window_s(law.at(_check_times(law))[2], limits)
+    window_s = _window_s(law.rates(_check_times(law))[1], _check_step_s(law), limits)
     if window_s <= 0.0:
         return within_limits(law, limits)
     if keeps_path:
@@ -330,8 +337,19 @@ def within_limits(law: TimeLaw, limits: MotionLimits, period_s: float | None = N
 
 
 def sampled(law: TimeLaw, period_s: float) -> Points:
-    """Return points of a motion at equal times, at most a period apart."""
+    """Return points of a motion at equal times, at most a period apart.
+
+    Raises:
+        UsageError: There are too many of them.
+    """
     count = max(1, math.ceil(law.duration_s / period_s - 1e-6))
+    if count > MOST_POINTS:
+        raise UsageError(
+            f"The motion takes {law.duration_s:.0f} s: {count} points, {period_s:g} s apart, are "
+            f"more than {MOST_POINTS}",
+            hint="Raise the scaling factors or the limits of the joints, or the time between the "
+            "points.",
+        )
     times = np.linspace(0.0, law.duration_s, count + 1)
     positions, velocities, accelerations = law.at(times)
     velocities[[0, -1]] = 0.0
@@ -386,7 +404,13 @@ def _parts(
 
 
 def _check_times(law: TimeLaw) -> Array:
-    return np.arange(0.0, law.duration_s + _CHECK_S, _CHECK_S)
+    step_s = _check_step_s(law)
+    return np.arange(0.0, law.duration_s + step_s, step_s)
+
+
+def _check_step_s(law: TimeLaw) -> float:
+    """Return 1 ms, or more for a motion of minutes, in which nothing changes so fast."""
+    return max(_CHECK_S, law.duration_s / _MOST_CHECKS)
 
 
 def _along(
@@ -412,30 +436,34 @@ def _integrals(law: FastestLaw, starts: Array, ends: Array) -> Array:
     return np.asarray(total * widths[:, None])
 
 
-def _window_s(accelerations: Array, limits: MotionLimits) -> float:
+def _window_s(accelerations: Array, step_s: float, limits: MotionLimits) -> float:
     """Return the shortest window, s, with which the average keeps the limits of jerk.
 
     Args:
-        accelerations: Accelerations of the motion each 1 ms, (k, n).
+        accelerations: Accelerations of the motion at equal times, (k, n).
+        step_s: Time between them, s.
         limits: Limits of the joints.
     """
     peaks = np.abs(accelerations).max(axis=0, initial=0.0)
     longest = float((2.0 * peaks / limits.jerks).max(initial=0.0))
-    low, high = 0, max(1, math.ceil(longest / _CHECK_S))
-    if longest <= 0.0:
-        return 0.0
+    low, high = 0, max(1, math.ceil(longest / step_s))
+    if longest <= 0.0 or high > _MOST_CHECKS:
+        return longest
     still = np.zeros((high + 1, accelerations.shape[1]))
     padded = np.concatenate((still, accelerations, still))
     while high - low > 1:
         middle = (low + high) // 2
         changes = np.abs(padded[middle:] - padded[:-middle])
-        jerk = float((changes / (middle * _CHECK_S * limits.jerks)).max())
+        jerk = float((changes / (middle * step_s * limits.jerks)).max())
         low, high = (low, middle) if jerk <= 1.0 else (middle, high)
-    return high * _CHECK_S
+    return high * step_s
 
 
 def _grid(path: JointPath) -> tuple[Array, npt.NDArray[np.intp]]:
-    """Return path parameters, (N + 1,), and the piece of each interval between them, (N,)."""
+    """Return path parameters, (N + 1,), and the piece of each interval between them, (N,).
+
+    The intervals become shorter towards the places of rest, where the speed changes most.
+    """
     widths = np.diff(path.breaks)
     is_curved = np.abs(path.coefficients[:, 2:]).max(axis=(1, 2), initial=0.0) > 0.0
     counts = np.ceil(_GRID * widths / path.length).astype(np.intp)
@@ -445,8 +473,17 @@ def _grid(path: JointPath) -> tuple[Array, npt.NDArray[np.intp]]:
     pieces = np.repeat(np.arange(len(widths)), counts)
     first = np.concatenate(([0], np.cumsum(counts)[:-1]))
     part = (np.arange(len(pieces)) - first[pieces]) / counts[pieces]
-    parameters = path.breaks[pieces] + part * widths[pieces]
-    return np.concatenate((parameters, path.breaks[-1:])), pieces
+    parameters = np.concatenate((path.breaks[pieces] + part * widths[pieces], path.breaks[-1:]))
+    halves = 0.5 ** np.arange(1, _HALVINGS + 1)
+    rests = np.array([0, *path.stops, len(widths)])
+    after, before = rests[:-1], rests[1:] - 1
+    added = [
+        path.breaks[after][:, None] + np.multiply.outer(widths[after] / counts[after], halves),
+        path.breaks[before + 1][:, None]
+        - np.multiply.outer(widths[before] / counts[before], halves),
+    ]
+    parameters = np.sort(np.concatenate((parameters, *(each.ravel() for each in added))))
+    return parameters, path.pieces(0.5 * (parameters[:-1] + parameters[1:]))
 
 
 def _squared_speeds(

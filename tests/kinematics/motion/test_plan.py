@@ -323,6 +323,29 @@ def test_steps_and_thresholds_that_make_no_sense_are_refused(six, change):
         plan_line(six, BENT, [six.pose()], **change)
 
 
+@pytest.mark.parametrize("value", [math.nan, math.inf, 3.0])
+def test_a_pose_that_is_none_is_refused(six, value):
+    pose = six.pose()
+    pose[0, 0] = value
+    for plan in (lambda: plan_line(six, BENT, [pose]), lambda: plan_to_pose(six, BENT, pose)):
+        with pytest.raises(UsageError, match="pose"):
+            plan()
+
+
+def test_steps_without_end_are_refused(six):
+    with pytest.raises(UsageError, match="100000 steps of 1e-06 m, more than 20000"):
+        plan_line(six, BENT, [moved(six, -0.1, 0.0, 0.0)], max_step_m=1e-6)
+
+
+def test_a_motion_of_hours_is_refused_and_one_of_minutes_is_not():
+    kinematics = arm(THREE)
+    slow = [MotionSettings(velocity_scaling=part) for part in (1e-3, 1e-5)]
+    plan = plan_to_joints(kinematics, np.zeros(3), np.ones(3), settings=slow[0])
+    assert plan.duration_s == pytest.approx(500.0, rel=0.01)
+    with pytest.raises(UsageError, match=r"takes 50\d\d\d s"):
+        plan_to_joints(kinematics, np.zeros(3), np.ones(3), settings=slow[1])
+
+
 def test_a_line_from_a_start_in_collision_is_refused(table):
     kinematics, clearance = table
     with pytest.raises(PlanningError, match="start is in collision") as caught:
