@@ -43,7 +43,7 @@ _WISH = 3e-3
 # Rotations are as important as the displacement of a point at this distance (m).
 _LEVER_M = 0.3
 # Distance (m) below which a position is sought without the wish, and steps for it.
-_SHORT_OF_M, _LAST_STEPS = 0.005, 8
+_SHORT_OF_M, _LAST_STEPS = 0.05, 12
 # Starts among which the best wish is chosen, and those for the axis of a tool: one of 500 reachable
 # poses of five joints was missed with 24 starts, 25 with six.
 _WISH_STARTS, _AXIS_STARTS = 6, 24
