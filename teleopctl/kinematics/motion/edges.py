@@ -15,6 +15,7 @@ from typing import Any
 
 import mujoco
 import numpy as np
+import numpy.typing as npt
 
 from teleopctl.kinematics.clearance import Approach, ClearanceChecker
 from teleopctl.kinematics.group_kinematics import GroupKinematics
@@ -29,9 +30,10 @@ LEAST_M = 0.001
 """Distance between bodies, m, from which a state counts as free: the steps above then touch none
 within a metre of the axes."""
 
-# Bodies are looked for within this distance (m) of each other: farther ones cost more time than
-# the longer steps save.
-_WITHIN_M = 0.2
+# Bodies are looked for within a distance (m) of each other: at first, at least and at most. Farther
+# ones make the steps longer and each check slower; so it follows the number of contacts.
+_WITHIN_M, _NEAREST_M, _FARTHEST_M = 0.1, 0.02, 0.3
+_FEW, _MANY = 5, 12
 # Step (rad or m) at which a condition without a distance is checked.
 _CONDITION_STEP = 0.02
 # Travel (m) that is assumed of a prismatic joint without limits.
@@ -65,6 +67,7 @@ class EdgeChecker:
         self.condition = condition
         self.least_m = least_m
         self.states = 0
+        self._within_m = _WITHIN_M
         self._rows, self._reach = _pair_reach(kinematics)
         # What the group cannot change is no matter of its motions: an object on the ground.
         self._counts = self._reach.max(axis=2) > 0.0
@@ -185,6 +188,21 @@ class EdgeChecker:
             if self._counts[rows[one.numbers[0]], rows[one.numbers[1]]]
         ]
 
+    def _nearby(self, enough_m: float) -> tuple[Array, npt.NDArray[np.intp], float]:
+        """Return distances and bodies of contacts, and the distance (m) up to which they are all.
+
+        Args:
+            enough_m: Distance that is enough, m.
+        """
+        assert self.clearance is not None
+        within = max(min(self._within_m, enough_m), self.least_m)
+        distances, bodies = self.clearance.distances(within)
+        if len(distances) > _MANY:
+            self._within_m = max(_NEAREST_M, 0.7 * self._within_m)
+        elif len(distances) < _FEW:
+            self._within_m = min(_FARTHEST_M, 1.1 * self._within_m)
+        return distances, bodies, within
+
 
 class _Motion:
     """Straight motion of the joints, with the largest displacements of all pairs of bodies."""
@@ -218,8 +236,7 @@ class _Motion:
         if edges.clearance is None:
             return most
         edges.kinematics.set(positions)
-        within = max(min(_WITHIN_M, 1.001 * wanted * self.most), edges.least_m)
-        distances, bodies = edges.clearance.distances(within)
+        distances, bodies, within = edges._nearby(1.001 * wanted * self.most)  # noqa: SLF001
         if self.most > 0.0:
             most = min(most, within / self.most)
         if len(distances):
