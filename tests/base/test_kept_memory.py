@@ -43,3 +43,20 @@ def test_the_users_setting_of_the_allocator_holds():
     first, again, faults = run(MALLOC_MMAP_THRESHOLD_="1000000")
     assert (first, again) == ("False", "False")
     assert int(faults) > 15 * PAGES
+
+
+@pytest.mark.skipif(platform.libc_ver()[0] != "glibc", reason="only glibc returns it")
+def test_freed_memory_is_returned_to_the_kernel():
+    code = (
+        "import os\n"
+        "from teleopctl.base.kept_memory import keep_freed_memory, return_freed_memory\n"
+        "pages = lambda: int(open('/proc/self/statm').read().split()[1])\n"
+        "keep_freed_memory()\n"
+        "blocks = [bytearray(2**20) for _ in range(50)]\n"
+        "del blocks\n"
+        "before = pages()\n"
+        "return_freed_memory()\n"
+        "print((before - pages()) * os.sysconf('SC_PAGESIZE') > 40e6)\n"
+    )
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert done.stdout == "True\n"

@@ -6,6 +6,7 @@ from collections.abc import Callable
 from typing import Any
 
 from teleopctl.base import progress
+from teleopctl.base.kept_memory import return_freed_memory
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message
 from teleopctl.kinematics import (
@@ -142,6 +143,7 @@ class MoveGroupNode(Node):
             f"Loaded robot '{model.description.name}' in frame '{context.planning_frame}', groups: "
             f"{names or 'none'}"
         )
+        return_freed_memory()
         log.info("You can start planning now!")
         progress.report(progress.READY)
 
