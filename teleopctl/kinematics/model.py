@@ -60,6 +60,7 @@ class KinematicModel:
         self._p_world_root = np.array(self.mj_data.xpos[root])
         self.is_turned = not np.allclose(self.R_root_world, np.eye(3), atol=1e-12)
 
+    # Any: MuJoCo's spec has no types.
     def with_changes(self, change: Callable[[Any], None]) -> KinematicModel:
         """Return a model of the robot, compiled with changes of the spec, in the present state.
 

@@ -62,6 +62,7 @@ def touching_shares(
     }
 
 
+# Any: MuJoCo's model has no types.
 def allowed_by_sampling(
     description: RobotDescription,
     mj_model: Any,

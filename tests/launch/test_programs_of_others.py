@@ -30,7 +30,10 @@ from teleopctl.packages import find_executable, find_package
 from tests import ROOT
 
 # Of the packages that only teleopctl has.
-OWN = {"camera", "mujoco_sim", "robot_stop", "teleop_py_pkg", "teleop_robot_py_pkg"}
+OWN = {
+    *("camera", "mujoco_sim", "robot_stop", "teleop_keyboard"),
+    *("teleop_py_pkg", "teleop_robot_py_pkg"),
+}
 # Programs to learn from, which no launch file of a robot names.
 DEMOS = {"action_tutorials_py", "demo_nodes_cpp", "demo_nodes_py", "lifecycle_py"}
 

@@ -24,8 +24,13 @@ _DESCRIPTION_S, _STATES_S = 3.0, 2.0
 _NOISE = 0.01
 _STRING = "std_msgs/msg/String"
 
-# Nothing is rendered; mujoco reads the variable at import.
-os.environ["MUJOCO_GL"] = "disable"
+
+def render_nothing() -> None:
+    """Let mujoco load no renderer, which a command of kinematics does not need.
+
+    mujoco reads the variable at import.
+    """
+    os.environ["MUJOCO_GL"] = "disable"
 
 
 class Words(NamedTuple):
@@ -185,6 +190,7 @@ class RobotOfCommand(NamedTuple):
             NotFoundError: There is no such group or tool.
             UnavailableError: A joint of the group has no measured position.
         """
+        render_nothing()
         from teleopctl.kinematics import Arm
 
         arm = Arm(self.description, options.group or "", options.tool_frame(), self.groups)
@@ -219,6 +225,7 @@ def robot_of_file(words: Words, options: RobotOptions) -> RobotOfCommand:
         InvalidDescriptionError: The file cannot be read.
         NotFoundError: There is no such file.
     """
+    render_nothing()
     from teleopctl.kinematics import find_groups, load_description, read_srdf
     from teleopctl.packages import resolve_uri
 
@@ -283,6 +290,7 @@ def running_robot(
     if graph.publishers(semantic, _STRING) and not options.srdf:
         received.subscribe_semantic(semantic)
     # The messages arrive while these are imported, which takes longer.
+    render_nothing()
     from teleopctl.kinematics import Arm as Arm, find_groups, parse_srdf, read_srdf
     from teleopctl.robot import RobotDescription
 

@@ -61,6 +61,7 @@ def finite(values: Sequence[float], what: str) -> np.ndarray:
     return numbers
 
 
+# Any: message classes are generated at run time from definitions.
 def twist_of(message: Any, *, unitless: bool, linear: float, rotational: float) -> np.ndarray:
     """Return the twist of a TwistStamped, (6,), m/s and rad/s, at most as fast as the limits.
 
@@ -85,6 +86,7 @@ def twist_of(message: Any, *, unitless: bool, linear: float, rotational: float) 
     return np.concatenate(parts)
 
 
+# Any: as above.
 def pose_of(message: Any) -> np.ndarray:
     """Return the pose of a PoseStamped in the frame of its header, (4, 4).
 
