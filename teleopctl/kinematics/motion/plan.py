@@ -347,7 +347,10 @@ def _legs(
 ) -> list[_Leg]:
     """Return the motions of a path: out of a collision to rest, then to the goal."""
     out = found.corners[: found.first + 1]
-    legs = _stopping(out, limits, settings) if found.first else []
+    legs = []
+    if found.first:
+        way = JointPath.spline(out, limits.velocities)
+        legs.append(_smooth(way, limits, settings, keeps_path=True))
     corners = distinct(corners)
     if len(corners) < 2:
         return legs
