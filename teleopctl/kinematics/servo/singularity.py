@@ -2,10 +2,11 @@
 
 The Jacobian J = U S V^T of the served task, with lengths in units of the arm's reach, maps each
 direction v_i of the joints to a direction u_i of the tool, s_i times as fast. Where the condition
-s_1/s_i of a direction exceeds a threshold and grows, the command along u_i is reduced, down to
-nothing at a second threshold; other directions, and the way back, keep their speed. At the
-singularity itself s_i is 0 and no joint velocity moves the tool along u_i at once, but motion along
-v_i does so by its curvature c = u_i^T (dJ/dv_i) v_i: a stretched arm retracts by bending its elbow.
+s_1/s_i of a direction exceeds a threshold and grows, the whole command slows down by its part along
+u_i, so that the tool keeps its path; from halfway to a second threshold on, that part itself fades,
+down to nothing. Other directions, and the way back, keep their speed. At the singularity itself s_i
+is 0 and no joint velocity moves the tool along u_i at once, but motion along v_i does so by its
+curvature c = u_i^T (dJ/dv_i) v_i: a stretched arm retracts by bending its elbow.
 """
 
 from __future__ import annotations
@@ -125,6 +126,8 @@ class TwistMap:
         size = float(np.abs(wanted).max())
         change = self._change(positions, jacobian, wanted / size) if size > 0.0 else None
         command = float(np.abs(along).max())
+        size_of_command = float(np.linalg.norm(along)) or 1.0
+        middle, whole = 0.5 * (lower + hard), 1.0
         for place in range(len(gains)):
             condition = largest / max(float(values[place]), 1e-12)
             if condition <= lower or abs(float(along[place])) <= 1e-3 * command:
@@ -152,10 +155,12 @@ class TwistMap:
                     text = f"no motion {_direction(u)}: the arm is at a singularity"
                 reasons.append(Reason(code, text))
                 continue
-            gains[place] *= (hard - condition) / (hard - lower)
+            share = abs(float(along[place])) / size_of_command
+            whole = min(whole, 1.0 - share * min(1.0, (condition - lower) / (middle - lower)))
+            gains[place] *= min(1.0, (hard - condition) / (hard - middle))
             code = StatusCode.DECELERATE_FOR_APPROACHING_SINGULARITY
             reasons.append(Reason(code, f"slower {_direction(u)}: a singularity is near"))
-        return np.asarray(right[: len(gains)].T @ gains)
+        return np.asarray(right[: len(gains)].T @ (whole * gains))
 
     def _change(self, positions: Array, jacobian: Array, direction: Array) -> Array:
         """Return the derivative of the task's Jacobian along a direction of the joints."""

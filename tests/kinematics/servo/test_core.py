@@ -184,6 +184,21 @@ class TestSingularities:
         run(core, [*(0.1 * inwards), 0, 0, 0], 200)
         assert (tool(core)[:3, 3] - before) @ inwards > 0.1
 
+    def test_on_the_way_to_it_the_tool_slows_down_and_keeps_its_path(self):
+        kinematics = arm(THREE)
+        core = servo(kinematics, positions=[0.0, 0.7, 0.22], obstacles=False)
+        kinematics.set(core.positions)
+        jacobian = kinematics.world_jacobian()[:3]
+        values = np.linalg.svd(jacobian, compute_uv=False)
+        assert 17.0 < values[0] / values[2] < 23.0
+        command = 0.01 * tool(core)[:3, 2] + np.array([0.0, 0.02, 0.0])
+        (step,) = run(core, [*command, 0, 0, 0], 1)
+        assert step.code is StatusCode.DECELERATE_FOR_APPROACHING_SINGULARITY
+        moved = jacobian @ step.velocities
+        part = moved @ command / (command @ command)
+        assert 0.0 < part < 1.0
+        assert moved == pytest.approx(part * command, abs=1e-6)
+
     def test_it_stretches_no_further_but_moves_across(self):
         core = servo(arm(THREE), positions=[0.0, 0.7, 0.02], obstacles=False)
         outwards = tool(core)[:3, 2]
