@@ -28,6 +28,8 @@ from teleopctl.nodes.moveit.move_group.parameters import setting
 _PERIOD_S = 0.02
 # Time to wait until cancelled controllers have stopped, s.
 _STOP_S = 10.0
+# Further time for a gripper's action, s.
+_GRIPPER_S = 10.0
 # Joints that move less than this (rad or m) in this time (s) are at rest.
 _STILL, _LOOK_S = 5e-4, 0.1
 _EVENT_DEPTH = 100
@@ -177,12 +179,15 @@ class Execution:
                     return Outcome(
                         MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, why
                     )
-            has_trajectory = any(goal.controller.type == TRAJECTORY for goal in goals)
-            if has_trajectory and spent_s > self._longest_s(duration_s):
+            longest_s = self._longest_s(duration_s)
+            if all(goal.controller.type != TRAJECTORY for goal in goals):
+                # A gripper closes at a speed of its own.
+                longest_s += _GRIPPER_S
+            if spent_s > longest_s:
                 self._cancel(goals)
                 return Outcome(
                     MoveItErrorCode.TIMED_OUT,
-                    f"The controllers take longer than {self._longest_s(duration_s):.1f} s for a "
+                    f"The controllers take longer than {longest_s:.1f} s for a "
                     f"trajectory of {duration_s:.1f} s "
                     "(trajectory_execution.allowed_execution_duration_scaling)",
                 )

@@ -111,16 +111,18 @@ def mention_unused(node: Node) -> None:
     unknown = []
     for name in names:
         for file, beginnings, why in _WITHOUT_EFFECT:
-            if name.startswith(beginnings):
+            if name.startswith(beginnings) or (
+                file == "kinematics.yaml" and ".kinematics_solver" in name
+            ):
                 found.setdefault((file, why), []).append(name)
                 break
         else:
             unknown.append(name)
     for (file, why), given in found.items():
         if file == "kinematics.yaml":
-            groups = dict.fromkeys(name.split(".")[1] for name in given)
-            for group in groups:
-                own = [name for name in given if name.split(".")[1] == group]
+            # One line for each group, with or without the prefix of its namespace.
+            for group in dict.fromkeys(name.rpartition(".")[0] for name in given):
+                own = [name for name in given if name.rpartition(".")[0] == group]
                 log.info(f"{_short(own)} of {file} have no effect: {why}")
             continue
         log.info(f"{_short(given)} of {file} have no effect: {why}")
