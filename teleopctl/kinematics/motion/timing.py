@@ -292,11 +292,16 @@ def smoothed_law(
     if window_s <= 0.0:
         return within_limits(law, limits)
     if keeps_path:
-        laws = [
-            within_limits(AveragedParameterLaw(law, part * window_s), limits, period_s)
-            for part in _WINDOWS
-        ]
-        return min(laws, key=lambda each: each.duration_s)
+        best: TimeLaw | None = None
+        for part in _WINDOWS:
+            averaged = AveragedParameterLaw(law, part * window_s)
+            if best is not None and averaged.duration_s >= best.duration_s:
+                break
+            found = within_limits(averaged, limits, period_s)
+            if best is None or found.duration_s < best.duration_s:
+                best = found
+        assert best is not None
+        return best
     smooth = AveragedLaw(law, window_s)
     for _ in range(_WIDENINGS):
         _, _, jerk = interpolated_excess(sampled(smooth, period_s), limits)
