@@ -128,6 +128,17 @@ class ConstraintSet:
     def __bool__(self) -> bool:
         return bool(self.joints or self.regions or self.orientations)
 
+    def narrow(self, kinematics: GroupKinematics) -> None:
+        """Narrow the limits of a group's joints to the ranges of the joint constraints."""
+        for place, name in enumerate(kinematics.names):
+            if name not in self.joints or kinematics.limits[place].angle_wraparound:
+                continue
+            target, below, above = self.joints[name]
+            lower = max(float(kinematics.lower[place]), target - below)
+            upper = min(float(kinematics.upper[place]), target + above)
+            if lower <= upper:
+                kinematics.lower[place], kinematics.upper[place] = lower, upper
+
     def violation(self, positions: np.ndarray) -> str:
         """Return the first violation at positions of the group, (n,), in words; empty if none."""
         assert self._kinematics is not None

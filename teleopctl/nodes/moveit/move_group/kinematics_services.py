@@ -119,6 +119,7 @@ class KinematicsServices:
             solver = context.solver(group, compiled, link, avoid=bool(request.avoid_collisions))
             kinematics = solver.kinematics
             constraints = ConstraintSet(context, request.constraints, kinematics)
+            constraints.narrow(kinematics)
             start = kinematics.vector(positions)
             generator = np.random.default_rng(0)
             for _ in range(_MOST_TRIES if constraints else 1):
