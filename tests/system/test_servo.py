@@ -20,6 +20,8 @@ PoseStamped = get_message("geometry_msgs/msg/PoseStamped")
 JointJog = get_message("control_msgs/msg/JointJog")
 JointState = get_message("sensor_msgs/msg/JointState")
 ServoStatus = get_message("moveit_msgs/msg/ServoStatus")
+CollisionObject = get_message("moveit_msgs/msg/CollisionObject")
+SolidPrimitive = get_message("shape_msgs/msg/SolidPrimitive")
 Bool = get_message("std_msgs/msg/Bool")
 PERIOD_S = 0.02
 
@@ -238,6 +240,31 @@ def test_the_command_type_may_be_chosen_and_servo_paused(arm, shared_ros):
     assert arm.tool() == pytest.approx(before, abs=1e-3)
 
 
+def test_an_obstacle_of_the_planning_scene_stops_the_gripper(arm, shared_ros):
+    moving = shared_ros.launch("move.yaml", "servo:=false")
+    objects = shared_ros.node.create_publisher(CollisionObject, "/collision_object", 10)
+    eventually(objects.get_subscription_count)
+    before = arm.tool()
+    shelf = CollisionObject(id="shelf", operation=b"\x00")
+    shelf.header.frame_id = "world"
+    shelf.primitives = [SolidPrimitive(type=1, dimensions=np.array([1.0, 1.0, 0.1]))]
+    shelf.pose.orientation.w = 1.0
+    at = shelf.pose.position
+    at.x, at.y, at.z = float(before[0]), float(before[1]), float(before[2]) - 0.45
+    objects.publish(shelf)
+    arm.hold(
+        arm.twists,
+        twist(linear=(0.0, 0.0, -0.3)),
+        lambda: any(
+            status.code == StatusCode.HALT_FOR_COLLISION and "'shelf'" in status.message
+            for status in arm.statuses
+        ),
+    )
+    arm.stop()
+    assert 0.02 < before[2] - arm.tool()[2] < 0.4
+    moving.stop()
+
+
 @pytest.mark.skipif(os.name == "nt", reason="a pseudo-terminal")
 def test_keys_move_the_gripper_and_close_it(arm, shared_ros):
     from tests.system.terminal import Terminal
@@ -248,11 +275,11 @@ def test_keys_move_the_gripper_and_close_it(arm, shared_ros):
         terminal.until(r"gripper, axes of the base \| stopped .* 1 subscriber")
         before = arm.tool()
 
-        def lower():
-            terminal.press("\x1b[6~")
-            return arm.tool()[2] < before[2] - 0.02
+        def lift():
+            terminal.press("\x1b[5~")
+            return arm.tool()[2] > before[2] + 0.02
 
-        eventually(lower)
+        eventually(lift)
         terminal.press(" ")
         arm.stop()
         terminal.press("1")

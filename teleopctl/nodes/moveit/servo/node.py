@@ -13,6 +13,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import deserialize, get_message, get_service
 from teleopctl.kinematics import (
     ClearanceChecker,
+    CompiledScene,
     GroupKinematics,
     KinematicModel,
     PoseTask,
@@ -37,6 +38,7 @@ from teleopctl.nodes.moveit.servo.commands import (
 from teleopctl.nodes.moveit.servo.controllers import ControllerWatch
 from teleopctl.nodes.moveit.servo.outputs import CommandPublisher, Target, choose_targets
 from teleopctl.nodes.moveit.servo.parameters import ServoParameters
+from teleopctl.nodes.moveit.servo.scene import SceneFollower
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import Joints, RobotDescription, stop_decelerations
 from teleopctl.tf import LiveBuffer, TransformException, TransformListener, transform_of
@@ -77,6 +79,7 @@ class ServoNode(Node):
         self._type: ServoCommandType | None = None
         self._is_paused = False
         self._core: ServoCore | None = None
+        self._scene: CompiledScene | None = None
         self._positions: dict[str, float] = {}
         self._state: bytes | None = None
         self._states_at_s = -float("inf")
@@ -152,32 +155,57 @@ class ServoNode(Node):
                 self.get_logger().warning(warning)
             group = groups.group(str(self.parameters["move_group_name"]))
             model = KinematicModel(description)
-            kinematics = GroupKinematics(model, group)
             clearance = ClearanceChecker(model, groups.allowed_collisions)
             if gripper := groups.gripper_of(group.name):
                 # Fingers close on each other, or on what they hold.
                 clearance.allow_within(description.joints[name].child for name in gripper.joints)
-            self._clearance = clearance
-            task = str(self.parameters["task"])
-            self._core = ServoCore(
-                kinematics,
-                self._accelerations(kinematics, joints),
-                clearance=clearance if self.parameters["check_collisions"] else None,
-                settings=self.parameters.settings(),
-                task=None if task == "auto" else PoseTask(task),
+            self._group = group
+            core = self._use(model, clearance)
+            self._follower = SceneFollower(
+                self, KinematicModel(description), groups, self._on_scene
             )
         except TeleopctlError as error:
             hint = f" ({error.hint})" if error.hint else ""
             self.get_logger().error(f"Servo cannot start: {error.message}{hint}")
             progress.report(progress.FAILED, f"servo cannot start: {error.message}")
             return
-        self._model, self._kinematics, self._root = model, kinematics, description.root
+        self._root = description.root
+        kinematics = self._kinematics
         self.get_logger().info(
             f"Servo moves '{group.tip}' by {', '.join(kinematics.names)} (group '{group.name}'): "
-            f"{_served(self._core.task, kinematics)}"
+            f"{_served(core.task, kinematics)}"
         )
         self._manager.query()
         progress.report(progress.READY)
+
+    def _use(self, model: KinematicModel, clearance: ClearanceChecker) -> ServoCore:
+        """Compute steps on a model from now on; the motion goes on."""
+        kinematics = GroupKinematics(model, self._group)
+        before, task = self._core, str(self.parameters["task"])
+        if before is None:
+            self._limits = self._accelerations(kinematics, model.joints)
+        core = ServoCore(
+            kinematics,
+            self._limits,
+            clearance=clearance if self.parameters["check_collisions"] else None,
+            settings=self.parameters.settings(),
+            task=None if task == "auto" else PoseTask(task),
+        )
+        if before is not None:
+            core.positions, core.velocities = before.positions, before.velocities
+        self._model, self._kinematics, self._clearance = model, kinematics, clearance
+        self._core = core
+        return core
+
+    def _on_scene(self, scene: CompiledScene) -> None:
+        """Take a new planning scene, on a thread of its own; the next step uses it."""
+        self._scene = scene
+
+    def _adopt_scene(self) -> None:
+        scene, self._scene = self._scene, None
+        if scene is not None:
+            scene.model.set_positions(self._states)
+            self._use(scene.model, scene.clearance)
 
     def _groups(self, description: RobotDescription, joints: Joints) -> RobotGroups:
         """Return the robot's groups: of the SRDF if there is one, else those of the description.
@@ -306,6 +334,7 @@ class ServoNode(Node):
 
     def _reset(self) -> bool:
         """Begin anew at the measured state; return whether there is one, and a controller."""
+        self._adopt_scene()
         assert self._core is not None
         missing = [name for name in self._kinematics.names if name not in self._states]
         age_s = time.monotonic() - self._states_at_s
@@ -363,6 +392,7 @@ class ServoNode(Node):
 
     def _step(self) -> None:
         """Compute and publish the step of one period; stop the timer once all is still."""
+        self._adopt_scene()
         core = self._core
         assert core is not None
         if reason := self._why_not():

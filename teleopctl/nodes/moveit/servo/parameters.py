@@ -52,7 +52,7 @@ _WITHOUT_EFFECT = {
     "thread_priority": "the loop has the priority of its process",
     "active_subgroup": "set move_group_name to the group",
     "publish_joint_accelerations": "controllers take positions and velocities",
-    "monitored_planning_scene_topic": "collisions are checked with the robot's own links",
+    "monitored_planning_scene_topic": "the scene of a move_group is followed, if one runs",
     "check_octomap_collisions": "there is no octomap",
     "is_primary_planning_scene_monitor": "there is no planning scene monitor",
     "use_smoothing": "each step keeps the joints' acceleration limits instead",
