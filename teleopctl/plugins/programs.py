@@ -36,6 +36,7 @@ NODES = (
             # The name in Humble.
             "moveit_servo/servo_node_main": "moveit.servo.program",
             "mujoco_sim/mujoco_sim": "mujoco_sim",
+            "pick_and_place/pick_and_place": "demos.pick_and_place",
             "robot_stop/robot_stop": "robot_stop",
             "rosbag2_transport/recorder": "recorder",
             "rviz2/rviz2": "rviz2",

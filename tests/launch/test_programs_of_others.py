@@ -31,7 +31,7 @@ from tests import ROOT
 
 # Of the packages that only teleopctl has.
 OWN = {
-    *("camera", "mujoco_sim", "robot_stop", "teleop_keyboard"),
+    *("camera", "mujoco_sim", "pick_and_place", "robot_stop", "teleop_keyboard"),
     *("teleop_py_pkg", "teleop_robot_py_pkg"),
 }
 # Programs to learn from, which no launch file of a robot names.
