@@ -41,6 +41,8 @@ class GroupKinematics:
         limits: Limits of these joints.
         lower: Smallest positions, (n,), rad or m; minus infinity without a limit.
         upper: Largest positions, (n,), rad or m; infinity without a limit.
+        T_tip_tool: Pose of the tool in the frame of the tip, (4, 4).
+        has_tool: Whether the tool is another frame than the tip.
 
     Raises:
         UsageError: The group has no tip, or no joint that moves by itself.
@@ -97,7 +99,7 @@ class GroupKinematics:
         if T_tip_tool is None and self.group.tool is not None:
             T_tip_tool = pose_matrix(self.group.tool)
         self.T_tip_tool = np.eye(4) if T_tip_tool is None else np.asarray(T_tip_tool, np.float64)
-        self._has_tool = T_tip_tool is not None
+        self.has_tool = T_tip_tool is not None
         self.__dict__.pop("_sampled", None)
 
     def set(self, positions: Array) -> None:
@@ -150,7 +152,7 @@ class GroupKinematics:
         """Return origin, (3,), and rotation, (3, 3), of the tool in MuJoCo's world frame."""
         data = self._mj_data
         rotation = data.xmat[self._body].reshape(3, 3)
-        if not self._has_tool:
+        if not self.has_tool:
             return data.xpos[self._body], rotation
         tool = self.T_tip_tool
         return data.xpos[self._body] + rotation @ tool[:3, 3], rotation @ tool[:3, :3]
@@ -169,7 +171,7 @@ class GroupKinematics:
         Rows are linear velocity (m/s), then angular velocity (rad/s), at 1 rad/s or 1 m/s of each
         independent joint.
         """
-        if self._has_tool:
+        if self.has_tool:
             origin, _ = self.world_pose()
             mujoco.mj_jac(
                 self._mj_model, self._mj_data, self._linear, self._angular, origin, self._body

@@ -176,3 +176,10 @@ def test_where_move_group_runs_it_is_asked_with_its_scene(robot, command):
     command("move --to -0.3,0.9,1.0 --speed 0.9")
     assert command.status == 0
     assert "(move_group, " in command.errors
+    # Three joints do not hold the rotation: the place of the tool depends on what it comes to.
+    written = command("move --tool 0,0.3,0 --to -0.3,1.1,1.2")
+    assert (command.status, "(move_group, " in command.errors) == (0, True)
+    assert written.startswith("'claw_support with its tool' is at [-0.300, 1.100, 1.200] after ")
+    command("move --tool 0,0.3,0 --to -0.3,1.1,1.1 --linear")
+    assert command.status == 2
+    assert "With --direct the line is planned here" in command.errors

@@ -171,6 +171,26 @@ def test_a_position_alone_leaves_the_rotation_free(context, planning):
     assert tip(context, planned.plan.positions[-1])[:3, 3] == pytest.approx(target, abs=2e-3)
 
 
+def test_a_position_may_be_that_of_a_point_beside_the_link(context, planning):
+    target = tip(context)[:3, 3] + (0.05, -0.1, 0.05)
+    beside = position(target)
+    beside.target_point_offset.y = 0.2
+    planned = planning.plan(request(Constraints(position_constraints=[beside])))
+    reached = tip(context, planned.plan.positions[-1])
+    assert reached[:3, 3] + 0.2 * reached[:3, 1] == pytest.approx(target, abs=2e-3)
+    # With the rotation it has to keep, too.
+    beside.target_point_offset.y = 0.1
+    before = tip(context)
+    goal = Constraints(
+        position_constraints=[beside], orientation_constraints=[orientation(before[:3, :3])]
+    )
+    center = beside.constraint_region.primitive_poses[0].position
+    center.x, center.y, center.z = map(float, before[:3, 3] + 0.1 * before[:3, 1] + 0.02)
+    planned = planning.plan(request(goal))
+    reached = tip(context, planned.plan.positions[-1])
+    assert reached[:3, 3] == pytest.approx(before[:3, 3] + 0.02, abs=2e-3)
+
+
 def test_an_orientation_alone_turns_the_link_where_it_is(context, planning):
     before = tip(context)
     turned = before[:3, :3] @ rotation_matrix(np.array((0.0, 0.4, 0.0)))

@@ -80,9 +80,7 @@ def fk(
     if as_json:
         console.out_json({**_of_arm(arm, base), **_pose_document(T_frame_root @ arm.fk())})
         return
-    console.out(
-        f"Pose of '{_tool_name(arm, robot)}' in '{base}', moved by group '{arm.group.name}'"
-    )
+    console.out(f"Pose of '{tool_name(arm)}' in '{base}', moved by group '{arm.group.name}'")
     console.out_text(pose_text(transform, precision))
     _note_collisions(arm)
 
@@ -216,7 +214,7 @@ def jacobian(
         return
     names = [*arm.names]
     width = max(precision + 4, *map(len, names))
-    console.out(f"Jacobian of '{_tool_name(arm, robot)}' in '{arm.model.description.root}'")
+    console.out(f"Jacobian of '{tool_name(arm)}' in '{arm.model.description.root}'")
     console.out("    " + "  ".join(name.rjust(width) for name in names))
     for row, values_of_row in zip(("vx", "vy", "vz", "wx", "wy", "wz"), matrix, strict=True):
         cells = (f"{_rounded(value, precision):{width}.{precision}f}" for value in values_of_row)
@@ -428,9 +426,9 @@ def _arm_at(words: Words, named: str | None, robot: RobotOptions) -> "Arm":
     return arm
 
 
-def _tool_name(arm: "Arm", robot: RobotOptions) -> str:
-    is_offset = not isinstance(robot.tool_frame(), str | None) or arm.group.tool is not None
-    return f"{arm.group.tip} with its tool" if is_offset else arm.group.tip
+def tool_name(arm: "Arm") -> str:
+    """Return how texts name what an arm moves: its tip, or the tool beside it."""
+    return f"{arm.group.tip} with its tool" if arm.kinematics.has_tool else arm.group.tip
 
 
 def _note_collisions(arm: "Arm") -> None:

@@ -12,6 +12,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.cli.command_node import command_node
+from teleopctl.cli.verbs.kinematics.queries import tool_name
 from teleopctl.cli.verbs.kinematics.source import RobotOptions, running_robot
 from teleopctl.cli.verbs.move.planning import (
     EXECUTE_TRAJECTORY,
@@ -248,7 +249,7 @@ class MotionRun:
             "joints": arm.kinematics.by_name(measured),
             "position": {"x": x, "y": y, "z": z},
         }
-        text = f"'{arm.group.tip}' is at [{x:.3f}, {y:.3f}, {z:.3f}] after {spent_s:.1f} s"
+        text = f"'{tool_name(arm)}' is at [{x:.3f}, {y:.3f}, {z:.3f}] after {spent_s:.1f} s"
         if target.pose is not None:
             away_m = float(np.linalg.norm(target.pose[:3, 3] - pose[:3, 3]))
             facts["position_error_m"] = away_m

@@ -41,6 +41,8 @@ _STEP_M = 0.005
 # Time beyond that of planning until an answer must have come, s.
 _ANSWER_S = 5.0
 _SPHERE = 2
+# Distance, m, from the goal at which a motion that move_group planned is not executed.
+_END_M = 0.005
 
 # Any, here and below: message classes are generated at run time from definitions.
 
@@ -250,6 +252,7 @@ def plan_by_move_group(node: Node, arm: Arm, goal: Goal, target: MoveTarget) -> 
         else _motion_plan(node, arm, goal, target)
     )
     trajectory, computing_s = response
+    _check_end(arm, target, trajectory.joint_trajectory)
     return PlannedMotion(
         trajectory.joint_trajectory,
         target,
@@ -257,6 +260,28 @@ def plan_by_move_group(node: Node, arm: Arm, goal: Goal, target: MoveTarget) -> 
         computing_s,
         robot_trajectory=trajectory,
     )
+
+
+def _check_end(arm: Arm, target: MoveTarget, trajectory: Any) -> None:
+    """Raise a PlanningError if a planned motion does not end where it was asked to.
+
+    Another move_group may know another tip, or other frames.
+    """
+    import numpy as np
+
+    from teleopctl.kinematics import MoveItErrorCode, PlanningError
+
+    if target.pose is None or not trajectory.points:
+        return
+    names, end = trajectory.joint_names, trajectory.points[-1].positions
+    at = arm.fk(dict(zip(names, map(float, end), strict=True)))[:3, 3]
+    away_m = float(np.linalg.norm(at - target.pose[:3, 3]))
+    if away_m > _END_M:
+        raise PlanningError(
+            f"move_group planned a motion that ends {1e3 * away_m:.0f} mm from the goal; "
+            "with --direct it is planned here",
+            MoveItErrorCode.INVALID_MOTION_PLAN,
+        )
 
 
 def _motion_plan(node: Node, arm: Arm, goal: Goal, target: MoveTarget) -> tuple[Any, float]:
@@ -333,8 +358,20 @@ def _constraints(arm: Arm, target: MoveTarget) -> Any:
 def _cartesian_path(node: Node, arm: Arm, goal: Goal, target: MoveTarget) -> tuple[Any, float]:
     import time
 
-    from teleopctl.kinematics import MoveItErrorCode, PlanningError, pose_transform
+    from teleopctl.kinematics import (
+        MoveItErrorCode,
+        PlanningError,
+        PoseTask,
+        pose_transform,
+        served_task,
+    )
 
+    if arm.kinematics.T_tip_tool[:3, 3].any() and served_task(arm.kinematics) is not PoseTask.POSE:
+        raise UsageError(
+            "move_group plans lines of links, and the joints do not hold the rotation that would "
+            f"carry a tool beside '{arm.group.tip}' along",
+            hint="With --direct the line is planned here, without the scene of move_group.",
+        )
     kind: Any = get_service("moveit_msgs/srv/GetCartesianPath")
     request = kind.Request(
         group_name=arm.group.name,

@@ -80,7 +80,7 @@ class MoveGroupContext:
         self._state_at_s = -math.inf
         self._measured: dict[str, float] = {}
         self._known_joints = frozenset(model.positions())
-        self._tasks: dict[tuple[str, str], Any] = {}
+        self._tasks: dict[tuple[str, str, bytes], Any] = {}
         self._unknown: set[str] = set()
 
     # --- state ----------------------------------------------------------------------------------
@@ -243,7 +243,7 @@ class MoveGroupContext:
 
     def task(self, kinematics: GroupKinematics) -> Any:
         """Return the task that a group's joints serve for a link, found once."""
-        key = (kinematics.group.name, kinematics.group.tip)
+        key = (kinematics.group.name, kinematics.group.tip, kinematics.T_tip_tool.tobytes())
         if key not in self._tasks:
             self._tasks[key] = served_task(kinematics)
         return self._tasks[key]

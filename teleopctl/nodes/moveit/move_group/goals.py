@@ -39,8 +39,8 @@ class PoseGoal:
     """Pose that a link shall reach.
 
     Attributes:
-        targets: Poses of the link in the root link's frame, (4, 4), the wanted one first, then
-            others within the tolerances.
+        targets: Poses of the link, or of the tool beside its origin, in the root link's frame,
+            (4, 4), the wanted one first, then others within the tolerances.
         task: What of the pose is served; None for what the group's joints allow.
         tolerance: Largest errors.
     """
@@ -110,7 +110,8 @@ def pose_goal(constraints: ConstraintSet, kinematics: GroupKinematics) -> PoseGo
     """Return the pose of a goal of position and orientation constraints.
 
     Without an orientation the link's position is served, without a position its orientation where
-    it is now.
+    it is now. A point beside the link's origin becomes the tool of the kinematics: where the joints
+    do not serve the rotation, its place depends on what the rotation comes to.
 
     Raises:
         PlanningError: There are several constraints of a kind.
@@ -120,14 +121,17 @@ def pose_goal(constraints: ConstraintSet, kinematics: GroupKinematics) -> PoseGo
             "A goal with several positions or orientations of a link is not supported",
             MoveItErrorCode.INVALID_GOAL_CONSTRAINTS,
         )
+    if constraints.regions and constraints.regions[0].offset.any():
+        tool = np.eye(4)
+        tool[:3, 3] = constraints.regions[0].offset
+        kinematics.set_tool(kinematics.T_tip_tool @ tool)
     present = kinematics.pose()
     orientation = constraints.orientations[0] if constraints.orientations else None
     rotation = present[:3, :3] if orientation is None else orientation.rotation
     position_m, place = math.inf, present[:3, 3]
-    offset = np.zeros(3)
     if constraints.regions:
         region = constraints.regions[0]
-        place, offset = region.centre, region.offset
+        place = region.centre
         position_m = max(region.tolerance_m, _LEAST_POSITION_M)
     rotation_rad = (
         math.inf
@@ -138,8 +142,7 @@ def pose_goal(constraints: ConstraintSet, kinematics: GroupKinematics) -> PoseGo
     for turned in _rotations(rotation, orientation):
         target = np.eye(4)
         target[:3, :3] = turned
-        # The constrained point lies beside the link's origin.
-        target[:3, 3] = place - turned @ offset
+        target[:3, 3] = place
         targets.append(target)
     return PoseGoal(
         tuple(targets),
