@@ -58,7 +58,7 @@ _AT_LIMIT = 1e-6
 
 
 class PoseTask(enum.Enum):
-    """What of a pose a group serves; the rest of it is a wish that is met as far as possible."""
+    """Part of a pose that a group reaches; the rest is met as far as the joints allow."""
 
     POSE = "pose"
     """Position and rotation."""

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from teleopctl.robot import RobotDescription
 
 TASKS = ("pose", "axis", "position")
-"""What ``type`` of a ``<task>`` may be."""
+"""Allowed values of ``type`` in a ``<task>``."""
 
 # Positions of states (rad or m) are rounded in files: 3.1416 for a limit of 3.14159.
 _ROUNDED = 1e-3

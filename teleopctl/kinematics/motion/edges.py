@@ -174,6 +174,23 @@ class EdgeChecker:
             if one.distance_m <= self.least_m
         ]
 
+    def within_motion(self, change: Array, least_m: float) -> list[Approach]:
+        """Return the pairs of bodies that a motion from the present state may bring together.
+
+        Args:
+            change: Change of the joints, (n,), rad or m.
+            least_m: Distance, m, up to which pairs are returned in any case.
+        """
+        assert self.clearance is not None
+        displacements, rows = self._reach @ np.abs(change), self._rows
+        most = float(displacements.max(initial=0.0))
+        return [
+            one
+            for one in self.clearance.near(min(max(least_m, most), _FARTHEST_M))
+            if one.distance_m
+            <= max(least_m, float(displacements[rows[one.numbers[0]], rows[one.numbers[1]]]))
+        ]
+
     def near(self, within_m: float) -> list[Approach]:
         """Return the pairs of bodies near each other that the group moves, the nearest first.
 

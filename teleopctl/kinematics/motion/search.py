@@ -17,7 +17,7 @@ from teleopctl.kinematics.motion.planner import Planner, Query, search_bounds
 from teleopctl.kinematics.poses import Array
 
 OUTSIDE = 0.05
-"""How far outside a limit a joint may start: ``start_state_max_bounds_error`` of MoveIt."""
+"""Largest distance of a start outside a joint limit: MoveIt's ``start_state_max_bounds_error``."""
 # A goal this far outside of a limit (rad or m) is meant to be at it.
 _ROUNDING = 1e-6
 # Longest way out of a collision, and its steps, rad or m of the joint that moves most; and the

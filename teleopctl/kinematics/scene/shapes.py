@@ -148,7 +148,7 @@ def add_geoms(spec: Any, parent: Any, shape: CollisionShape, pose: Array, prefix
 def plane_side(shape: CollisionShape, T_root_shape: Array) -> CollisionShape:
     """Return a plane with its normal towards the origin of the root link.
 
-    MuJoCo's planes are solid on the other side of the normal, and whoever describes a table by its
+    MuJoCo's planes are solid on the other side of the normal, and a description of a table by its
     plane need not think of that.
     """
     normal, offset = np.array(shape.dimensions[:3]), shape.dimensions[3]

@@ -9,8 +9,9 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from teleopctl.errors import UsageError
-from teleopctl.kinematics.clearance import ClearanceChecker
+from teleopctl.kinematics.clearance import Approach, ClearanceChecker
 from teleopctl.kinematics.group_kinematics import GroupKinematics
+from teleopctl.kinematics.motion.edges import EdgeChecker
 from teleopctl.kinematics.poses import Array, rotation_vector
 from teleopctl.kinematics.servo.limits import (
     common_step,
@@ -22,16 +23,14 @@ from teleopctl.kinematics.servo.singularity import Thresholds, TwistMap
 from teleopctl.kinematics.servo.status import Reason, ServoStep, StatusCode
 from teleopctl.kinematics.solver import PoseTask, served_task
 
-# Distance (m) at which bodies count as touching: what is left of the way when all has stopped.
-_TOUCH_M = 0.002
+# Distance (m) at which the speed towards another body is 0, and that which no motion falls below.
+_TOUCH_M, _KEPT_M = 0.002, 0.001
 # A command whose speed is reduced to less than this part has been halted.
 _HALTED = 0.02
 # Joints slower than this (rad/s or m/s) are still.
 _STILL = 1e-6
 # Time, s, from rest to the largest speed while a pose is approached.
 _RAMP_S = 0.2
-# Bodies are looked for up to this distance (m) at most, however fast the arm is.
-_FARTHEST_M = 0.3
 
 
 @dataclass(frozen=True, slots=True)
@@ -97,14 +96,14 @@ class ServoCore:
         task: PoseTask | None = None,
     ) -> None:
         self.kinematics = kinematics
-        self.clearance = clearance
+        self.set_clearance(clearance)
         self.task = served_task(kinematics) if task is None else task
         self._accelerations = np.asarray(accelerations, np.float64)
         self._speeds = np.array([limit.velocity for limit in kinematics.limits])
         self.positions = kinematics.present()
         self.velocities = np.zeros(len(kinematics.names))
-        # Free distance of each near pair of bodies, m, and its change at 1 rad/s or m/s, (n,).
-        self._near: list[tuple[float, Array]] = []
+        # Each near pair of bodies, the nearest first, and its separation, (n,).
+        self._near: list[tuple[Approach, Array]] = []
         self.set_settings(settings or ServoSettings())
 
     def set_settings(self, settings: ServoSettings) -> None:
@@ -128,8 +127,13 @@ class ServoCore:
         self._lower, self._upper = lower + margin, upper - margin
         self._map = TwistMap(self.kinematics, self.task, settings.thresholds)
 
+    def set_clearance(self, clearance: ClearanceChecker | None) -> None:
+        """Set the checker of collisions; None to check none."""
+        self.clearance = clearance
+        self._edges = None if clearance is None else EdgeChecker(self.kinematics, clearance)
+
     def reset(self, positions: Array) -> None:
-        """Begin anew, at rest, at measured positions, (n,)."""
+        """Set the state to measured positions, (n,), at rest."""
         self.positions = np.array(positions, np.float64)
         self.velocities = np.zeros(len(self.positions))
 
@@ -267,57 +271,47 @@ class ServoCore:
         self, scale: float, wanted: Array, reasons: list[Reason], period_s: float
     ) -> float:
         """Return the part of the speed with which no two bodies come to touch."""
-        assert self.clearance is not None
+        assert self._edges is not None
         settings = self.settings
         threshold = max(
             settings.self_collision_proximity_threshold,
             settings.scene_collision_proximity_threshold,
         )
         stop_s = stopping_time_s(scale * wanted, self._accelerations)
-        reach = self._fastest_point(scale * wanted) * (0.5 * stop_s + period_s)
-        near = self.clearance.near(min(max(threshold, reach) + _TOUCH_M, _FARTHEST_M))
-        least, which = scale, None
-        for one in near:
-            row, free_m = one.separation(self.kinematics), one.distance_m - _TOUCH_M
-            self._near.append((free_m, row))
-            approach = -float(row @ wanted) * scale
-            if approach <= 1e-9:
-                continue
-            own = (
-                settings.self_collision_proximity_threshold
-                if one.is_self
-                else settings.scene_collision_proximity_threshold
-            )
-            stop = stoppable_part(np.array([free_m]), np.array([approach]), stop_s, period_s)
-            part = scale * min(float(stop[0]), max(free_m, 0.0) / own)
-            if part < least:
-                least, which = part, one
+        way = scale * wanted * (0.5 * stop_s + period_s)
+        near = self._edges.within_motion(way, threshold + _TOUCH_M)
+        if not near:
+            return scale
+        self._near = [(one, one.separation(self.kinematics)) for one in near]
+        free = np.array([one.distance_m for one in near]) - _TOUCH_M
+        approach = -scale * (np.array([row for _, row in self._near]) @ wanted)
+        own = np.where(
+            [one.is_self for one in near],
+            settings.self_collision_proximity_threshold,
+            settings.scene_collision_proximity_threshold,
+        )
+        stoppable = stoppable_part(free, np.maximum(approach, 0.0), stop_s, period_s)
+        parts = np.where(
+            approach > 1e-9, scale * np.minimum(stoppable, np.maximum(free, 0.0) / own), scale
+        )
+        place = int(np.argmin(parts))
+        least = float(parts[place])
+        which = near[place] if least < scale else None
         if which is not None:
-            first, second = which.bodies
             code = (
                 StatusCode.HALT_FOR_COLLISION
                 if least < _HALTED
                 else StatusCode.DECELERATE_FOR_COLLISION
             )
-            distance = max(which.distance_m, 0.0)
-            reasons.append(Reason(code, f"'{first}' is {distance:.3f} m from '{second}'"))
+            reasons.append(_collision(code, which))
         return least
-
-    def _fastest_point(self, velocities: Array) -> float:
-        """Return an estimate of the speed of the arm's fastest point, m/s.
-
-        That of the tool if no joint's motion takes back another's, and a half more for what it
-        holds.
-        """
-        linear = np.abs(self.kinematics.world_jacobian()[:3])
-        return 1.5 * float(np.linalg.norm(linear @ np.abs(velocities)))
 
     def _finish(
         self, wanted: Array, reasons: list[Reason], period_s: float, scale: float
     ) -> ServoStep:
         velocities = common_step(self.velocities, wanted, self._accelerations, period_s)
-        if not self._can_stop(velocities, period_s):
-            # On the way from one direction to another: the old one was free to stop.
+        if wanted.any() and not self._can_stop(velocities, period_s, reasons):
+            # The way on which the joints stop from the last command was free.
             still = np.zeros(len(wanted))
             velocities = common_step(self.velocities, still, self._accelerations, period_s)
         self.velocities = np.where(np.abs(velocities) <= _STILL, 0.0, velocities)
@@ -327,17 +321,41 @@ class ServoCore:
             self.positions, self.velocities, is_moving, tuple(dict.fromkeys(reasons)), scale
         )
 
-    def _can_stop(self, velocities: Array, period_s: float) -> bool:
-        """Return whether all can still stop before limits and obstacles, at velocities, (n,)."""
+    def _can_stop(self, velocities: Array, period_s: float, reasons: list[Reason]) -> bool:
+        """Return whether all can still stop before limits and obstacles, at velocities, (n,).
+
+        The joints go on for a period and then stop together, so that they stay on a straight line
+        of the joints' space, which is checked against collisions as a planned motion is. Appends
+        a reason if it is not free.
+        """
+        if not velocities.any():
+            return True
         time_s = period_s + 0.5 * stopping_time_s(velocities, self._accelerations)
         way = velocities * time_s
         above = (way > _STILL) & (way > self._upper - self.positions + _STILL)
         below = (way < -_STILL) & (way < self._lower - self.positions - _STILL)
         if above.any() or below.any():
             return False
-        return all(
-            -float(row @ velocities) * time_s <= max(free_m, 0.0) for free_m, row in self._near
-        )
+        if self._edges is None or self.clearance is None:
+            return True
+        nearest = self._near[0] if self._near else None
+        distance_m = math.inf if nearest is None else nearest[0].distance_m
+        if distance_m <= 0.0:
+            # Out of a collision: all pairs have to move apart.
+            return all(
+                float(row @ velocities) >= 0.0 for one, row in self._near if one.distance_m <= 0.0
+            )
+        self._edges.least_m = min(_KEPT_M, 0.5 * distance_m)
+        if self._edges.is_edge_free(self.positions, self.positions + way):
+            return True
+        if nearest is not None:
+            reasons.append(_collision(StatusCode.HALT_FOR_COLLISION, nearest[0]))
+        return False
+
+
+def _collision(code: StatusCode, one: Approach) -> Reason:
+    first, second = one.bodies
+    return Reason(code, f"'{first}' is {max(one.distance_m, 0.0):.3f} m from '{second}'")
 
 
 def _approach(way: Array, most: float, tolerance: float, period_s: float) -> Array:

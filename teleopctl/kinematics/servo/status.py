@@ -1,4 +1,4 @@
-"""What a servo step reports: MoveIt Servo's codes, and the reasons in words."""
+"""Status of a servo step: MoveIt Servo's codes, and the reasons in words."""
 
 from __future__ import annotations
 

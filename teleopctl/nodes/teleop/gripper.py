@@ -7,8 +7,12 @@ from typing import Any
 
 from teleopctl.interfaces import from_seconds, get_action, get_message, set_stamp
 from teleopctl.node import ActionClient, Node
-from teleopctl.nodes.moveit.servo.controllers import ControllerWatch
-from teleopctl.nodes.moveit.servo.outputs import TRAJECTORY_TYPE, Target, choose_targets
+from teleopctl.nodes.moveit.servo.outputs import (
+    TRAJECTORY_TYPE,
+    ControllerWatch,
+    Target,
+    choose_targets,
+)
 
 _DEPTH = 10
 # Speed of a gripper that has no velocity limit, and part of the limit that is used.

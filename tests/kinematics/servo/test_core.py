@@ -13,7 +13,7 @@ from teleopctl.kinematics import (
     StatusCode,
     find_groups,
 )
-from teleopctl.robot import RobotDescription
+from teleopctl.robot import RobotDescription, read_world_text
 from tests.kinematics.arms import FIVE, SEVEN, SIX, THREE, arm, arm_urdf
 
 PERIOD_S = 0.01
@@ -240,6 +240,34 @@ class TestObstacles:
                 near = clearance.near(0.01)
                 assert not near or near[0].distance_m > 0.0015
         assert np.abs(core.positions).max() <= 2.5 + 1e-9
+
+    def test_random_commands_touch_no_obstacle_with_any_part_of_a_link(self):
+        # Beside a wall a link turns about its nearest point, and its far end comes near.
+        world = read_world_text(
+            "things:\n"
+            "  floor: {shape: box, size: [3, 3, 0.02], at: [0, 0, -0.02]}\n"
+            "  wall: {shape: box, size: [0.05, 2, 1.2], at: [0.35, 0, 0.6]}\n"
+            "  shelf: {shape: box, size: [0.4, 0.6, 0.03], at: [-0.4, 0, 0.45]}\n",
+            "world.yaml",
+        )
+        description = RobotDescription.from_urdf(arm_urdf(SIX))
+        kinematics = GroupKinematics(
+            KinematicModel(description, world), find_groups(description).group()
+        )
+        clearance = ClearanceChecker(kinematics.model)
+        core = ServoCore(kinematics, np.full(6, 10.0), clearance=clearance)
+        core.reset(np.array([0.0, -0.4, 0.3, 0.5, 0.3, 0.2]))
+        generator = np.random.default_rng(2)
+        nearest = np.inf
+        for number in range(3000):
+            if number % 30 == 0:
+                velocities = generator.normal(size=6) * 1.5
+            step = core.joint_step(velocities, PERIOD_S)
+            if number % 3 == 0:
+                kinematics.set(step.positions)
+                near = clearance.near(0.01)
+                nearest = min(nearest, near[0].distance_m if near else np.inf)
+        assert 0.0 < nearest < 0.01
 
     def test_without_commands_all_joints_stop_within_their_limits(self):
         core = servo(arm(SIX))

@@ -316,7 +316,7 @@ def running_robot(
 
 
 class _Received:
-    """What a running robot's topics have, received until all has come."""
+    """Subscriber of a running robot's description, groups and joint states."""
 
     def __init__(
         self,

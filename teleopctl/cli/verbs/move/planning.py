@@ -106,7 +106,7 @@ class PlannedMotion:
 
     @property
     def summary(self) -> str:
-        """What was planned, in one sentence."""
+        """Return one sentence about the plan: duration, computing time, planner."""
         return (
             f"Planned a motion of {self.duration_s:.2f} s in {self.computing_s:.2f} s "
             f"({self.planner}, {len(self.trajectory.points)} points)"

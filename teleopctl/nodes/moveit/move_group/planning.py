@@ -499,7 +499,7 @@ class Planning:
 
 
 class _LineRequest:
-    """What a GetCartesianPath request says of speed, as a MotionPlanRequest says it."""
+    """Scaling factors of a GetCartesianPath request, as attributes of a MotionPlanRequest."""
 
     allowed_planning_time = _DEFAULT_PLANNING_TIME_S
     pipeline_id = planner_id = group_name = ""

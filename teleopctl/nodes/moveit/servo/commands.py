@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import enum
-import math
 import time
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -11,8 +10,10 @@ from typing import Any
 
 import numpy as np
 
-from teleopctl.kinematics import pose_matrix
-from teleopctl.tf import Transform, normalize
+from teleopctl.errors import UsageError
+
+# Excess over 1 that is rounding of the sender.
+_ROUNDING = 1e-6
 
 
 class ServoCommandType(enum.IntEnum):
@@ -49,16 +50,25 @@ class ServoCommand:
         return time.monotonic() - self.received_s
 
 
-class ServoCommandError(Exception):
-    """A command cannot be obeyed; the text says why."""
-
-
 def finite(values: Sequence[float], what: str) -> np.ndarray:
-    """Return numbers as an array; raise `ServoCommandError` if one is not finite."""
+    """Return numbers as an array; raise `UsageError` if one is not finite."""
     numbers = np.array(values, np.float64)
     if not np.isfinite(numbers).all():
-        raise ServoCommandError(f"{what} has a value that is not a finite number")
+        raise UsageError(f"{what} has a value that is not a finite number")
     return numbers
+
+
+def parts_of_limit(values: np.ndarray, what: str) -> np.ndarray:
+    """Return unitless values; raise `UsageError` if one is not within -1 to 1.
+
+    As in MoveIt Servo: the sender takes them for m/s or rad/s, or is broken.
+    """
+    if float(np.abs(values).max(initial=0.0)) > 1.0 + _ROUNDING:
+        raise UsageError(
+            f"{what} has the value {float(values[np.argmax(np.abs(values))]):g}: unitless commands "
+            "are -1 to 1 (parameter moveit_servo.command_in_type)"
+        )
+    return np.asarray(np.clip(values, -1.0, 1.0), np.float64)
 
 
 # Any: message classes are generated at run time from definitions.
@@ -72,31 +82,15 @@ def twist_of(message: Any, *, unitless: bool, linear: float, rotational: float) 
         rotational: Largest angular speed, rad/s.
 
     Raises:
-        ServoCommandError: A value is not finite.
+        UsageError: A value is not finite, or is more than 1 where it is a part of a limit.
     """
     parts = []
     for vector, most in ((message.twist.linear, linear), (message.twist.angular, rotational)):
         values = finite((vector.x, vector.y, vector.z), "The twist")
         if unitless:
-            values = np.clip(values, -1.0, 1.0) * most
+            values = parts_of_limit(values, "The twist") * most
         else:
             speed = float(np.linalg.norm(values))
             values = values * (most / speed) if speed > most else values
         parts.append(values)
     return np.concatenate(parts)
-
-
-# Any: as above.
-def pose_of(message: Any) -> np.ndarray:
-    """Return the pose of a PoseStamped in the frame of its header, (4, 4).
-
-    Raises:
-        ServoCommandError: A value is not finite, or the quaternion is zero.
-    """
-    position, turn = message.pose.position, message.pose.orientation
-    finite((position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w), "The pose")
-    length = math.sqrt(turn.x**2 + turn.y**2 + turn.z**2 + turn.w**2)
-    if length < 1e-6:
-        raise ServoCommandError("The pose has a quaternion of zeros, which is no rotation")
-    rotation = normalize((turn.x, turn.y, turn.z, turn.w))
-    return pose_matrix(Transform((position.x, position.y, position.z), rotation))

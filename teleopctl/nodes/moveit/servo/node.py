@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 
 from teleopctl.base import progress
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import deserialize, get_message, get_service
 from teleopctl.kinematics import (
     ClearanceChecker,
@@ -27,16 +27,20 @@ from teleopctl.kinematics import (
     read_srdf,
 )
 from teleopctl.node import Node, Parameter, StopHolders, qos_profile_latched
+from teleopctl.nodes.moveit.move_group.messages import read_pose
 from teleopctl.nodes.moveit.servo.commands import (
     ServoCommand,
-    ServoCommandError,
     ServoCommandType,
     finite,
-    pose_of,
+    parts_of_limit,
     twist_of,
 )
-from teleopctl.nodes.moveit.servo.controllers import ControllerWatch
-from teleopctl.nodes.moveit.servo.outputs import CommandPublisher, Target, choose_targets
+from teleopctl.nodes.moveit.servo.outputs import (
+    CommandPublisher,
+    ControllerWatch,
+    Target,
+    choose_targets,
+)
 from teleopctl.nodes.moveit.servo.parameters import ServoParameters
 from teleopctl.nodes.moveit.servo.scene import SceneFollower
 from teleopctl.packages import resolve_uri
@@ -45,7 +49,7 @@ from teleopctl.tf import LiveBuffer, TransformException, TransformListener, tran
 
 _DEPTH = 10
 # Deviation of the measured from the commanded position, rad or m, at which something else moves or
-# holds the arm, and servo begins anew.
+# holds the arm: servo stops, and starts at the measured state with the next command.
 _LOST = 0.3
 # Age of the measured state, s, at which servo does not begin.
 _STALE_STATE_S = 1.0
@@ -251,7 +255,7 @@ class ServoNode(Node):
             self._core.set_settings(self.parameters.settings())
         except TeleopctlError as error:
             self.get_logger().error(error.message)
-        self._core.clearance = self._clearance if self.parameters["check_collisions"] else None
+        self._core.set_clearance(self._clearance if self.parameters["check_collisions"] else None)
 
     # --- controllers ----------------------------------------------------------------------------
 
@@ -403,9 +407,9 @@ class ServoNode(Node):
             return
         try:
             step = self._next(core)
-        except ServoCommandError as error:
+        except UsageError as error:
             self._command = None
-            self._report(StatusCode.INVALID, str(error))
+            self._report(StatusCode.INVALID, error.message)
             step = core.halt_step(self._period_s)
         else:
             self._report(step.code, step.message)
@@ -434,7 +438,7 @@ class ServoNode(Node):
         """Return the next step: by the newest command, or to a halt.
 
         Raises:
-            ServoCommandError: The command cannot be obeyed.
+            UsageError: The command cannot be obeyed.
         """
         command = self._command
         if command is not None and command.age_s() > float(
@@ -449,21 +453,23 @@ class ServoNode(Node):
             return core.twist_step(self._twist(command.message), self._period_s)
         if command.type is ServoCommandType.POSE:
             T_frame = self._frame(command.message.header.frame_id)
-            return core.pose_step(T_frame @ pose_of(command.message), self._period_s)
+            return core.pose_step(
+                T_frame @ read_pose(command.message.pose, "The pose"), self._period_s
+            )
         return self._jog(core, command.message)
 
     def _jog(self, core: ServoCore, message: Any) -> ServoStep:
         names = list(message.joint_names)
         unknown = [name for name in names if name not in self._kinematics.names]
         if unknown:
-            raise ServoCommandError(
+            raise UsageError(
                 f"The command names {', '.join(unknown)}; the group has "
                 f"{', '.join(self._kinematics.names)}"
             )
         for what in ("velocities", "displacements"):
             values = getattr(message, what)
             if len(values) not in (0, len(names)):
-                raise ServoCommandError(f"{len(names)} joint names have {len(values)} {what}")
+                raise UsageError(f"{len(names)} joint names have {len(values)} {what}")
         if len(message.displacements):
             moved = finite(message.displacements, "The command")
             at = self._kinematics.by_name(core.positions)
@@ -475,7 +481,7 @@ class ServoNode(Node):
         velocities = np.zeros(len(self._kinematics.names))
         given = finite(message.velocities, "The command")
         if self.parameters["command_in_type"] == "unitless":
-            given = np.clip(given, -1.0, 1.0) * float(self.parameters["scale.joint"])
+            given = parts_of_limit(given, "The command") * float(self.parameters["scale.joint"])
         for name, velocity in zip(names, given, strict=False):
             velocities[self._kinematics.names.index(name)] = velocity
         return core.joint_step(velocities, self._period_s)
@@ -507,7 +513,7 @@ class ServoNode(Node):
         """Return the pose of a command's frame in the root link's frame, (4, 4).
 
         Raises:
-            ServoCommandError: The frame is unknown.
+            UsageError: The frame is unknown.
         """
         assert self._core is not None
         if not frame or frame == self._root:
@@ -522,9 +528,7 @@ class ServoNode(Node):
         try:
             found = self._tf.lookup_transform(self._root, frame, 0)
         except TransformException as error:
-            raise ServoCommandError(
-                f"The frame '{frame}' of the command is unknown: {error}"
-            ) from None
+            raise UsageError(f"The frame '{frame}' of the command is unknown: {error}") from None
         return pose_matrix(transform_of(found.transform))
 
     def _publish(self, step: ServoStep) -> None:

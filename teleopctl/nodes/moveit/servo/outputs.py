@@ -1,18 +1,19 @@
-"""Where servo sends joint commands: the controllers that command the group's joints."""
+"""Outputs of servo: the active controllers that command the group's joints, and their topics."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any
 
-from teleopctl.interfaces import from_seconds, get_message, set_stamp
-from teleopctl.node import Node
+from teleopctl.interfaces import from_seconds, get_message, get_service, set_stamp
+from teleopctl.node import Node, qos_profile_latched
 
 TRAJECTORY_TYPE = "trajectory_msgs/JointTrajectory"
 ARRAY_TYPE = "std_msgs/Float64MultiArray"
 
 _DEPTH = 10
+_LIST = "controller_manager_msgs/srv/ListControllers"
 # A trajectory's point lies this many periods ahead, so that the controller moves on when the next
 # message is late.
 _PERIODS_AHEAD = 2.0
@@ -128,3 +129,40 @@ class CommandPublisher:
     def destroy(self) -> None:
         """Destroy the publisher."""
         self._node.destroy_publisher(self._publisher)
+
+
+class ControllerWatch:
+    """Calls a function with the controllers of ``controller_manager`` after each of their changes.
+
+    Args:
+        node: Node of the endpoints; the manager is in its namespace.
+        on_controllers: Called with the ControllerState messages and the manager's namespace.
+    """
+
+    def __init__(self, node: Node, on_controllers: Callable[[list[Any], str], object]) -> None:
+        self._on_controllers = on_controllers
+        self._namespace = node.get_namespace()
+        manager = f"{self._namespace.rstrip('/')}/controller_manager"
+        self._client = node.create_client(get_service(_LIST), f"{manager}/list_controllers")
+        self._is_asking = False
+        # Published by managers since Jazzy; before, `query` asks when servo begins to move.
+        node.create_subscription(
+            get_message("controller_manager_msgs/msg/ControllerManagerActivity"),
+            f"{manager}/activity",
+            lambda _: self.query(),
+            qos_profile_latched,
+        )
+
+    def query(self) -> None:
+        """Request the controllers, unless a request is pending or the service is missing."""
+        if self._is_asking or not self._client.service_is_ready():
+            return
+        self._is_asking = True
+        future = self._client.call_async(get_service(_LIST).Request())
+        future.add_done_callback(self._answered)
+
+    # Any: the future of a response.
+    def _answered(self, future: Any) -> None:
+        self._is_asking = False
+        if (response := future.result()) is not None:
+            self._on_controllers(list(response.controller), self._namespace)
