@@ -307,6 +307,8 @@ class Executor:
             item = self._next_item(wait_s, deadline)
             if item is _WAKE_UP:
                 self._wake_queued = False
+                # A group may have been released between its refusal and the entry among the held.
+                self._reschedule_held()
             elif item is None:
                 if timer is None and deadline is not None and time.monotonic() >= deadline:
                     return
@@ -505,8 +507,9 @@ class MultiThreadedExecutor(Executor):
 
     def _run_timer(self, timer: Timer) -> None:
         def call() -> object:
-            self._queued.discard(timer)
+            # In this order: between the two, the spinning thread would call the timer once more.
             callback = timer.take()
+            self._queued.discard(timer)
             # The spinning thread has skipped the timer while it was queued.
             self.wake()
             return None if callback is None else callback()

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+import threading
 from collections.abc import Callable
 
 from teleopctl.base.typed import TYPE_CHECKING, Any
@@ -15,6 +16,11 @@ if TYPE_CHECKING:
     from teleopctl.node.endpoints.timer import Timer
     from teleopctl.node.node_core import NodeCore
     from teleopctl.node.values.future import Future
+
+
+# A waitable that is not ready though its timer is due is checked again after this time, where rclpy
+# checks it without a pause.
+_RECHECK_NS = 1_000_000
 
 
 class Waitable:
@@ -94,6 +100,9 @@ class ServedWaitable(NodeWaitable):
         self._destroy_timer = destroy_timer
         self._alarms: dict[Clock, Timer] = {}
         self._is_due = True
+        self._is_closed = False
+        # Threads of a pool check one after the other; the waitable may remove itself in a check.
+        self._check_lock = threading.RLock()
 
     def schedule_check(self) -> None:
         """Make the executor check soon whether the waitable is ready."""
@@ -102,31 +111,52 @@ class ServedWaitable(NodeWaitable):
 
     def pending(self) -> int:
         """Return 1 while a check is scheduled, else 0."""
-        return int(self._is_due)
+        return int(self._is_due and not self._is_closed)
 
     def take(self) -> Callable[[], object] | None:
-        """Check the waitable; return the call of `execute` with its data, None if not ready."""
-        self._is_due = False
-        self._wait_set.clear_entities()
-        with self.waitable:
-            self.waitable.add_to_wait_set(self._wait_set)
-            self._wait_set.listen(self.schedule_check)
-            self._wait_set.check_ready()
-            is_ready = self.waitable.is_ready(self._wait_set)
-            data = self.waitable.take_data() if is_ready else None
-        self._set_alarms()
-        if not is_ready:
-            return None
-        # More data than was taken may have arrived before.
-        self._is_due = self._is_due or self._wait_set.has_arrivals()
-        return functools.partial(self.waitable.execute, data)
+        """Check the waitable; return the call of `execute` with its data, None if not ready.
 
-    def _set_alarms(self) -> None:
-        """Schedule checks for when the next timer of each clock is due."""
+        Other threads set `_is_due` at any time. So it is reset before the check, and afterwards
+        only set: a value computed from what it was would overwrite theirs.
+        """
+        with self._check_lock:
+            if self._is_closed:
+                return None
+            self._is_due = False
+            self._wait_set.clear_entities()
+            with self.waitable:
+                self.waitable.add_to_wait_set(self._wait_set)
+                self._wait_set.listen(self.schedule_check)
+                self._wait_set.check_ready()
+                is_ready = self.waitable.is_ready(self._wait_set)
+                data = self.waitable.take_data() if is_ready else None
+            if self._is_closed:
+                return None
+            self._set_alarms(is_ready=is_ready)
+            if not is_ready:
+                return None
+            # More data than was taken may have arrived before.
+            if self._wait_set.has_arrivals():
+                self._is_due = True
+            return functools.partial(self.waitable.execute, data)
+
+    def _set_alarms(self, *, is_ready: bool) -> None:
+        """Schedule checks for when the next timer of each clock is due.
+
+        The time of each timer is read once: a timer that has become due since the check needs
+        another check, not an alarm.
+        """
         due: dict[Clock, int] = {}
         for timer in self._wait_set.timers():
-            if (left_ns := timer.time_until_next_call()) is not None and left_ns > 0:
-                due[timer.clock] = min(left_ns, due.get(timer.clock, left_ns))
+            left_ns = timer.time_until_next_call()
+            if left_ns is None:
+                continue
+            if left_ns <= 0:
+                if is_ready or not self._wait_set.found_ready(timer):
+                    self._is_due = True
+                    continue
+                left_ns = _RECHECK_NS
+            due[timer.clock] = min(left_ns, due.get(timer.clock, left_ns))
         for clock in due.keys() - self._alarms.keys():
             alarm = self._alarms[clock] = self._create_timer(clock)
             alarm.callback = functools.partial(self._on_alarm, alarm)
@@ -137,13 +167,16 @@ class ServedWaitable(NodeWaitable):
                 alarm.cancel()
 
     def _on_alarm(self, alarm: Timer) -> None:
+        # In this order: a check that restarts the alarm in between is followed by another check.
         alarm.cancel()
         self.schedule_check()
 
     def close(self) -> None:
         """Stop checking the waitable, and destroy its timers."""
-        self._is_due = False
-        for alarm in self._alarms.values():
-            self._destroy_timer(alarm)
-        self._alarms.clear()
-        self._wait_set.clear_entities()
+        with self._check_lock:
+            self._is_closed = True
+            self._is_due = False
+            for alarm in self._alarms.values():
+                self._destroy_timer(alarm)
+            self._alarms.clear()
+            self._wait_set.clear_entities()

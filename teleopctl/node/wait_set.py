@@ -150,6 +150,10 @@ class WaitSet:
             due.append(left_ns)
         return max(0, min(due)) / 1e9 if due else None
 
+    def found_ready(self, entity: Entity) -> bool:
+        """Return whether the last `wait` or `check_ready` found an entity ready (ours)."""
+        return entity in self._ready
+
     def is_ready(self, entity_type: str, index: int) -> bool:
         """Return whether an entity was ready at the end of the last `wait` or `check_ready`.
 

@@ -144,6 +144,103 @@ def test_it_is_executed_each_time_that_a_timer_of_its_own_is_due(make_node, exec
     assert not node.timers
 
 
+class Late(Ticks):
+    """Its timer becomes due after the wait set was checked and before the check ends."""
+
+    waited = False
+
+    def is_ready(self, wait_set: WaitSet) -> bool:
+        ready = super().is_ready(wait_set)
+        while not ready and not self.timer.is_timer_ready():
+            self.waited = True
+        return ready
+
+
+def test_a_timer_that_becomes_due_during_the_check_is_not_missed(make_node, executor, spin_until):
+    node, got = make_node(), list[Any]()
+    late = Late(got.append)
+    node.add_waitable(late)
+    spin_until(lambda: got)
+    assert late.waited
+    node.remove_waitable(late)
+
+
+class Choosy(Ticks):
+    """Is ready at the third time that its timer is due, and the timer stays due until then."""
+
+    refused = 0
+
+    def is_ready(self, wait_set: WaitSet) -> bool:
+        if not super().is_ready(wait_set):
+            return False
+        self.refused += 1
+        return self.refused > 2
+
+
+def test_one_that_is_not_ready_though_its_timer_is_due_is_checked_again(make_node, spin_until):
+    node, got = make_node(), list[Any]()
+    node.add_waitable(Choosy(got.append))
+    spin_until(lambda: got)
+
+
+def test_an_arrival_just_after_the_last_look_is_not_missed(make_node, spin_until, monkeypatch):
+    node, got = make_node(), list[Any]()
+    bell = Bell(node, got.append)
+    look = WaitSet.has_arrivals
+
+    def look_and_ring(wait_set: WaitSet) -> bool:
+        found = look(wait_set)
+        if bell.rung < 2:
+            bell.ring()
+        return found
+
+    node.add_waitable(bell)
+    monkeypatch.setattr(WaitSet, "has_arrivals", look_and_ring)
+    bell.ring()
+    spin_until(lambda: got == [1, 2])
+
+
+def test_one_that_removes_itself_in_its_check_leaves_no_timer(make_node, spin_until):
+    node = make_node()
+
+    class Once(Ticks):
+        def take_data(self) -> str:
+            node.remove_waitable(self)
+            return super().take_data()
+
+    once = Once(list[Any]().append)
+    node.add_waitable(once)
+    spin_until(lambda: not node.waitables)
+    assert not node.timers
+
+
+class Overlapping(Bell):
+    """Rings during its own check, and counts the checks that run at one time."""
+
+    def __init__(self, node, callback) -> None:
+        super().__init__(node, callback)
+        self.at_once = 0
+        self.most_at_once = 0
+
+    def is_ready(self, wait_set: WaitSet) -> bool:
+        self.at_once += 1
+        self.most_at_once = max(self.most_at_once, self.at_once)
+        if self.rung < 20:
+            self.ring()
+            time.sleep(0)  # to another thread of the pool, which the ring has woken
+        ready = super().is_ready(wait_set)
+        self.at_once -= 1
+        return ready
+
+
+def test_checks_of_one_waitable_do_not_overlap(make_node, spin_until):
+    node, got = make_node(), list[Any]()
+    bell = Overlapping(node, got.append)
+    node.add_waitable(bell)
+    spin_until(lambda: 20 in got)
+    assert bell.most_at_once == 1
+
+
 def test_numbers_of_entities_add_up():
     total = NumberOfEntities(1, 2, 3, 4, 5, 6) + NumberOfEntities(num_guards=1, num_events=2)
     assert repr(total) == "NumberOfEntities(1, 3, 3, 4, 5, 8)"

@@ -2,6 +2,7 @@
 
 import contextlib
 import threading
+import time
 from concurrent.futures import ThreadPoolExecutor
 from typing import Any
 
@@ -106,3 +107,94 @@ def test_a_group_of_a_users_decides_when_its_callbacks_run(make_node, context, k
         while len(got) < 5:
             executor.spin_once(10.0)
     assert [message.data for message in got] == ["0", "1", "2", "3", "4"]
+
+
+class OneByOneGroup(CallbackGroup):
+    """Lets one callback run at a time; a refusal lasts until that callback has ended."""
+
+    def __init__(self):
+        super().__init__()
+        self.running: object = None
+        self.refused = threading.Event()
+        self.reported = threading.Event()
+
+    def can_execute(self, entity):
+        if self.running is None:
+            return True
+        self.refused.set()
+        assert self.reported.wait(10.0)
+        return False
+
+    def beginning_execution(self, entity):
+        self.running = entity
+        return True
+
+    def ending_execution(self, entity):
+        self.running = None
+
+
+def test_a_callback_refused_at_the_moment_in_which_another_one_ends_still_runs(make_node, context):
+    group = OneByOneGroup()
+
+    class Reporting(MultiThreadedExecutor):
+        def wake(self):
+            super().wake()
+            if group.refused.is_set():
+                group.reported.set()
+
+    node = make_node("refused")
+    ran: list[str] = []
+
+    def first() -> None:
+        second.trigger()
+        assert group.refused.wait(10.0)
+        ran.append("first")
+
+    with Reporting(context=context) as executor:
+        executor.add_node(node)
+        guard = node.create_guard_condition(first, group)
+        second = node.create_guard_condition(lambda: ran.append("second"), group)
+        guard.trigger()
+        ended = executor.create_future()
+        deadline = time.monotonic() + 10.0
+        while len(ran) < 2:
+            assert time.monotonic() < deadline, "the refused callback did not run"
+            executor.spin_once_until_future_complete(ended, 0.1)
+    assert ran == ["first", "second"]
+
+
+def test_a_pool_calls_a_timer_once_for_one_period(make_node, context):
+    looked = threading.Event()
+
+    class Looking(MultiThreadedExecutor):
+        def _next_timer(self):
+            found = super()._next_timer()
+            looked.set()
+            return found
+
+    node = make_node("timed")
+    calls: list[int] = []
+    timer = node.create_timer(3600.0, None)
+    timer._next_call_ns = 0  # due now, and then in an hour
+    take = timer.take
+
+    def take_after_a_look():
+        looked.clear()
+        executor.wake()
+        assert looked.wait(10.0)
+        return take()
+
+    timer.take = take_after_a_look
+    with Looking(context=context) as executor:
+        executor.add_node(node)
+        done = executor.create_future()
+
+        def call() -> None:
+            calls.append(1)
+            done.set_result(None)
+
+        timer.callback = call
+        executor.spin_until_future_complete(done, 10.0)
+        executor.spin_once(0.0)
+        executor.shutdown(10.0)
+    assert calls == [1]
