@@ -25,7 +25,10 @@ if TYPE_CHECKING:
     )
     from teleopctl.sim.node import MujocoSim as MujocoSim
     from teleopctl.sim.pacing import PeriodicSchedule as PeriodicSchedule
-    from teleopctl.sim.ports import JointStateView as JointStateView
+    from teleopctl.sim.ports import (
+        CHANGES_TOPIC as CHANGES_TOPIC,
+        JointStateView as JointStateView,
+    )
     from teleopctl.sim.replay import (
         SimulationReplay as SimulationReplay,
         run_in_lockstep as run_in_lockstep,

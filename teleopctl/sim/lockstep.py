@@ -44,10 +44,16 @@ class StepRequest:
     Attributes:
         left: Number of steps still to be made.
         on_end: Called at the end with whether all steps were made.
+        on_begin: Called on the loop's thread before the first step.
     """
 
     left: int
     on_end: Callable[[bool], None]
+    on_begin: Callable[[], None]
+
+
+def _do_nothing() -> None:
+    """Do nothing: steps begin once."""
 
 
 class Ports(Protocol):
@@ -143,6 +149,8 @@ class LockstepLoop:
         self._parked = False
         self._steps: deque[StepRequest] = deque()
         self._requests: deque[Callable[[], None]] = deque()
+        # By simulated time, in ascending order.
+        self._timed: deque[tuple[int, Callable[[], None]]] = deque()
         self._partner = False
         self._viewed = self._was_viewed = False
         self._clocked = True
@@ -216,16 +224,22 @@ class LockstepLoop:
         """Measured real-time factor over the last second; 0 while paused."""
         return 0.0 if self.paused else self._pacer.reached.at(self._simulation.time_ns)
 
-    def step(self, count: int, on_end: Callable[[bool], None]) -> None:
+    def step(
+        self,
+        count: int,
+        on_end: Callable[[bool], None],
+        on_begin: Callable[[], None] = lambda: None,
+    ) -> None:
         """Request physics steps while paused; ``on_end`` is called when they are made or cancelled.
 
         Args:
             count: Number of steps, at least one; steps of earlier requests are made first.
             on_end: Called on any thread with whether all steps were made. Steps are cancelled
                 when the simulation is paused or resumed, and when the loop ends.
+            on_begin: Called on the loop's thread before the first step.
         """
         with self._changed:
-            self._steps.append(StepRequest(count, on_end))
+            self._steps.append(StepRequest(count, on_end, on_begin))
             self._called = True
             self._changed.notify_all()
             stopped = self._stopped
@@ -268,6 +282,13 @@ class LockstepLoop:
             self._called = True
             self._changed.notify_all()
 
+    def call_at(self, time_ns: int, request: Callable[[], None]) -> None:
+        """Queue a function that the loop calls at a simulated time, before that time's exchange.
+
+        Only for a loop that does not run yet; times must not decrease.
+        """
+        self._timed.append((time_ns, request))
+
     def set_real_time_factor(self, factor: float) -> None:
         """Set the requested real-time factor, effective from the next block of steps on."""
         self.post(lambda: self._pacer.set_factor(factor, self._simulation.time_ns))
@@ -282,13 +303,16 @@ class LockstepLoop:
         self._lost = False
         self._began_anew, self._exchanged = True, False
 
-    def show(self) -> None:
+    def show(self, *, even_running: bool = False) -> None:
         """Publish the present state if the simulation is paused; call on the loop's thread.
 
         For changes by services, and for new subscribers. After a reset controllers get the state
         too; a command with which they answer at a control tick is not requested again.
+
+        Args:
+            even_running: Whether to publish it if the simulation is not paused, too.
         """
-        if self._parked:
+        if self._parked or even_running:
             now = self._simulation.time_ns
             if self._began_anew or self._simulation.resets != self._resets_seen:
                 # A command for the state before the reset does not answer this state, even if
@@ -324,7 +348,11 @@ class LockstepLoop:
         simulation = self._simulation
         self._pacer.resume(simulation.time_ns)
         while self._ready():
-            steps = pending[0] if (pending := self._steps) else None
+            while self._timed and self._timed[0][0] <= simulation.time_ns:
+                self._timed.popleft()[1]()
+            if steps := pending[0] if (pending := self._steps) else None:
+                begin, steps.on_begin = steps.on_begin, _do_nothing
+                begin()
             exchanged, self._exchanged = self._exchanged, False
             if (
                 simulation.at_tick
@@ -483,6 +511,8 @@ class LockstepLoop:
             count = min(count, simulation.steps_until(self._view_schedule.next_ns) or 1)
         if self._sampler is not None and (due_ns := self._sampler.next_ns()) is not None:
             count = min(count, simulation.steps_until(due_ns) or 1)
+        if self._timed:
+            count = min(count, simulation.steps_until(self._timed[0][0]))
         if self._end_ns is not None:
             count = min(count, simulation.steps_until(self._end_ns))
         if steps is not None:

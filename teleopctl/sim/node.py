@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import threading
+from collections.abc import Sequence
 from typing import Any
 
 import mujoco
 
 from teleopctl.base import progress
 from teleopctl.errors import InvalidParameterError
-from teleopctl.interfaces import get_message, to_nanoseconds
+from teleopctl.interfaces import get_message, set_stamp, to_nanoseconds
 from teleopctl.node import (
     Node,
     Parameter,
@@ -29,7 +30,7 @@ from teleopctl.sim.entities.running_simulation import RunningSimulation
 from teleopctl.sim.entities.standard_services import offer_standard_services
 from teleopctl.sim.gazebo_services import GazeboServices
 from teleopctl.sim.lockstep import Command, LockstepLoop
-from teleopctl.sim.ports import HostedController
+from teleopctl.sim.ports import CHANGES_TOPIC, HostedController
 from teleopctl.sim.reporting import PerformancePublisher, report_robot
 from teleopctl.sim.sensors.settings import checked_numbers
 from teleopctl.sim.state.services import MujocoServices
@@ -38,6 +39,7 @@ from teleopctl.wire import EntityKind
 
 _String = get_message("std_msgs/msg/String")
 _Twist = get_message("geometry_msgs/msg/Twist")
+_SimulationChange = get_message("teleopctl_msgs/msg/SimulationChange")
 _JointState = get_message("sensor_msgs/msg/JointState")
 _SetParametersResult = get_message("rcl_interfaces/msg/SetParametersResult")
 
@@ -179,6 +181,7 @@ class MujocoSim(Node):
         self._ports = ports
         self._markers = WorldMarkers(self, model)
         self._shown = ModelPublisher(self)
+        self._changes = self.create_publisher(_SimulationChange, CHANGES_TOPIC, 100)
         self._running = RunningSimulation(
             simulation,
             self._loop,
@@ -186,6 +189,7 @@ class MujocoSim(Node):
             world=robot.world,
             on_change=self._on_change,
             on_restart=self._sensors.restart,
+            record=self._record,
         )
         self.add_graph_callback(self._on_graph)
         self._on_graph()
@@ -291,6 +295,13 @@ class MujocoSim(Node):
             )
             return
         self._loop.receive_command(Command(stamp_ns, names, *values))
+
+    # Any: messages, whose classes are made at run time.
+    def _record(self, steps: int, free_joints: Sequence[Any]) -> None:
+        """Publish a change by a service; called on the loop's thread."""
+        change = _SimulationChange(steps=steps, free_joints=list(free_joints))
+        set_stamp(change.header.stamp, self._simulation.time_ns)
+        self._changes.publish(change)
 
     def _on_change(self) -> None:
         """Publish changed objects; called on the loop's thread."""

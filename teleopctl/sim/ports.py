@@ -27,6 +27,8 @@ _TransformStamped = get_message("geometry_msgs/msg/TransformStamped")
 
 VIEW_TOPIC = "/mujoco_sim/joint_states"
 FREE_BODIES_TOPIC = "/mujoco_sim/free_joint_states"
+CHANGES_TOPIC = "/mujoco_sim/changes"
+"""Topic of changes by services, each with the simulated time at which it acted."""
 
 
 # Any: a message, whose class is made at run time.

@@ -2,8 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, cast
+import functools
+from collections.abc import Callable, Iterable, Mapping
+from typing import TYPE_CHECKING, Any, cast
 
 from teleopctl.interfaces import Message, get_message, serialize, set_stamp
 from teleopctl.node import Node, Parameter, expand_name
@@ -11,6 +12,7 @@ from teleopctl.sim.assembly import assemble, build_robot, declare_parameters
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.ports import TopicPorts, reported_joints
 from teleopctl.sim.simulation import Simulation
+from teleopctl.sim.state.services import put_bodies
 from teleopctl.sim.world_markers import WorldMarkers
 
 if TYPE_CHECKING:
@@ -38,6 +40,8 @@ class SimulationReplay:
     Attributes:
         topics: Published topics and their types.
         inputs: Topics whose messages move a robot without a controller.
+        is_repeating: Whether the present messages repeat those of the same time after a change: a
+            simulator publishes them if it is paused.
         control_period_ns: Time between two control ticks, in nanoseconds.
     """
 
@@ -52,6 +56,7 @@ class SimulationReplay:
         node = cast("Node", memory)
         declare_parameters(node)
         self._simulation: Simulation | None = None
+        self.is_repeating = False
         self._take = publish
         robot = build_robot(node, urdf)
         self._simulation = robot.simulation
@@ -67,11 +72,13 @@ class SimulationReplay:
         self.inputs = {mover.topic for mover in robot.simulation.movers}
         self.control_period_ns = robot.simulation.control_period_ns
 
+    # Any, here and below: messages, whose classes are made at run time.
     def run(
         self,
         commands: Mapping[int, JointState],
         end_ns: int,
         on_tick: Callable[[int], object] = lambda _: None,
+        changes: Iterable[tuple[int, Any]] = (),
     ) -> None:
         """Run the simulation from time zero to an end time with recorded commands.
 
@@ -81,7 +88,11 @@ class SimulationReplay:
             commands: Commands by the simulated time, in nanoseconds, of the state that they answer.
             end_ns: Simulated time at which the run ends, in nanoseconds.
             on_tick: Called with the simulated time of each state after it was published.
+            changes: Changes by services, each after the simulated time at which it acted, in
+                nanoseconds, in ascending order.
         """
+        for time_ns, change in changes:
+            self._loop.call_at(time_ns, functools.partial(self._apply, change))
 
         def answer(time_ns: int) -> None:
             on_tick(time_ns)
@@ -94,6 +105,17 @@ class SimulationReplay:
 
         self._ports.on_state = answer
         self._loop.run()
+
+    def _apply(self, change: Any) -> None:
+        assert self._simulation is not None
+        if change.steps:
+            # Steps publish their end, whether the loop is paused or not.
+            self._loop.step(change.steps, lambda _: None)
+            return
+        put_bodies(self._simulation, change.free_joints)
+        self.is_repeating = True
+        self._loop.show(even_running=True)
+        self.is_repeating = False
 
     @property
     def moving_frames(self) -> set[str]:

@@ -247,6 +247,33 @@ def test_steps_end_anywhere_and_show_where(make) -> None:
                                   ("clock", 7_000_000), ("view", 7_000_000)]  # fmt: skip
 
 
+def test_a_run_with_the_recorded_steps_and_changes_publishes_the_same(make) -> None:
+    paused = make(paused=True)
+    paused.loop.set_viewed(True)
+    paused.start()
+    assert paused.loop.set_paused(True, LONGEST_WAIT_S)
+    begun: list[int] = []
+    ended: queue.SimpleQueue[bool] = queue.SimpleQueue()
+    for count in (150, 57, 93):
+        paused.loop.step(count, ended.put, lambda: begun.append(paused.simulation.time_ns))
+        assert ended.get(timeout=LONGEST_WAIT_S)
+    assert begun == [0, 150_000_000, 207_000_000]
+
+    again = make(end_ns=300_000_000)
+    again.loop.set_viewed(True)
+    called: list[int] = []
+    for time_ns, count in zip(begun, (150, 57, 93), strict=True):
+        again.loop.call_at(time_ns, lambda: called.append(again.simulation.time_ns))
+        again.loop.call_at(time_ns, lambda count=count: again.loop.step(count, lambda _: None))
+    again.start()
+    again.thread.join(LONGEST_WAIT_S)
+
+    assert called == begun
+    # Without what the other one showed when it came to rest.
+    published = paused.ports.events[2:]
+    assert again.ports.events[: len(published)] == published
+
+
 def test_the_pose_is_shown_at_its_rate_and_only_to_viewers(make) -> None:
     bench = make(paused=True, view_rate_hz=50.0)
     bench.start()

@@ -109,6 +109,8 @@ class ComparedStream:
             such as an inactive controller.
         numbers: Sequence numbers of the topic's messages of all publishers; empty if the recorder
             did not number them.
+        may_repeat: Whether the publisher publishes several messages of one time: the same one for
+            each new subscriber while the simulation is paused, and another one after a change.
         compared: Number of compared messages.
         skipped_ns: Simulated times of messages that the publisher skipped, as the sequence numbers
             show, in nanoseconds.
@@ -124,6 +126,7 @@ class ComparedStream:
     tolerance: float = 0.0
     may_skip: bool = False
     numbers: frozenset[int] = frozenset()
+    may_repeat: bool = False
     compared: int = 0
     skipped_ns: list[int] = field(default_factory=list)
     differences: list[Difference] = field(default_factory=list)
@@ -132,20 +135,24 @@ class ComparedStream:
 
     def __post_init__(self) -> None:
         """Index the recorded messages by time; add a difference for repeated or unordered ones."""
-        self._left: dict[int, RecordedMessage] = {}
+        # Several of a time, in their order: published while the simulation was paused.
+        self._left: dict[int, list[RecordedMessage]] = {}
         latest_ns = -1
         for message in self.recorded:
-            if message.time_ns in self._left:
-                self.add(Difference(self.topic, message.time_ns, kind=DifferenceKind.EXTRA))
-                continue
+            if others := self._left.get(message.time_ns):
+                if self.may_repeat and _is_published_again(others[-1], message):
+                    continue
+                if not self.may_repeat or others[-1].sequence == message.sequence:
+                    self.add(Difference(self.topic, message.time_ns, kind=DifferenceKind.EXTRA))
+                    continue
             if message.time_ns < latest_ns:
                 self.add(Difference(self.topic, message.time_ns, kind=DifferenceKind.ORDER))
-            self._left[message.time_ns] = message
+            self._left.setdefault(message.time_ns, []).append(message)
             latest_ns = max(latest_ns, message.time_ns)
         times_ns = sorted(self._left)
         self.begin_ns, self.end_ns = (times_ns[0], times_ns[-1]) if times_ns else (0, -1)
         self._later = dict(itertools.pairwise(times_ns))
-        self._by_time = dict(self._left)
+        self._by_time = {time_ns: each[0] for time_ns, each in self._left.items()}
         self._after_ns: int | None = None
         self._type = get_message(self.type_name)
 
@@ -161,7 +168,7 @@ class ComparedStream:
 
     def at(self, time_ns: int) -> RecordedMessage | None:
         """Return the recorded message of a simulated time; None if none or already compared."""
-        return self._left.get(time_ns)
+        return next(iter(self._left.get(time_ns, ())), None)
 
     def take(self, time_ns: int, data: bytes) -> RecordedMessage | None:
         """Compare a replayed message with the recorded one of its time; return that one or None.
@@ -169,7 +176,8 @@ class ComparedStream:
         Messages before the first recorded one are ignored, since the recorder or the publisher
         started later. The first message after the last recorded one is handled by `close`.
         """
-        recorded = self._left.pop(time_ns, None)
+        left = self._left.get(time_ns)
+        recorded = left.pop(0) if left else None
         if recorded is not None:
             self.compared += 1
             self.compare(time_ns, recorded.data, data)
@@ -218,8 +226,9 @@ class ComparedStream:
         Args:
             reference: Stream that ends at the same time as this one, or None.
         """
-        for time_ns in self._left:
-            self.add(Difference(self.topic, time_ns, kind=DifferenceKind.EXTRA))
+        for time_ns, left in self._left.items():
+            for _ in left:
+                self.add(Difference(self.topic, time_ns, kind=DifferenceKind.EXTRA))
         self._left.clear()
         if self._after_ns is None:
             return
@@ -286,6 +295,14 @@ class ReplayComparison:
     def largest_differences(self) -> list[Difference]:
         """Largest difference of each message field that differs, of all streams."""
         return [each for stream in self.streams for each in stream.largest.values()]
+
+
+def _is_published_again(earlier: RecordedMessage, later: RecordedMessage) -> bool:
+    """Return whether a publisher sent a message twice, as for a new subscriber while paused.
+
+    The recorder numbers both; one that a bag holds twice has the same number.
+    """
+    return 0 < earlier.sequence < later.sequence and earlier.data == later.data
 
 
 def differences(

@@ -27,6 +27,7 @@ from teleopctl.interfaces import deserialize, get_message, serialize, to_seconds
 from teleopctl.nodes.bag_verification.broadcaster_replay import BroadcasterReplay
 from teleopctl.nodes.bag_verification.frame_replay import TF_TYPE, FrameReplay, split_by_frames
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
+from teleopctl.sim import CHANGES_TOPIC, SimulationReplay
 
 # Libraries whose versions affect the bits of the messages.
 _LIBRARIES = ("mujoco", "numpy", "teleopctl")
@@ -130,8 +131,6 @@ class _Run:
         tolerance: float,
         on_message: OnMessage,
     ) -> None:
-        from teleopctl.sim import SimulationReplay
-
         self.verdict = ReplayComparison(tolerance)
         self.remarks: list[str] = []
         self._session = session
@@ -156,7 +155,7 @@ class _Run:
     @property
     def wanted(self) -> set[str]:
         """Topics of the bag whose messages are compared or played back."""
-        also = {self._commands_topic, self._frames.states_topic, _TF, _TF_STATIC}
+        also = {self._commands_topic, self._frames.states_topic, _TF, _TF_STATIC, CHANGES_TOPIC}
         published = {*self._rerun.topics, *self._broadcasters.topics}
         return (published | also) & set(self._session.types)
 
@@ -185,7 +184,8 @@ class _Run:
                 )
         self._end_ns = end_of_run_ns(topics.values())
         for name, topic in topics.items():
-            if name not in (_TF, _TF_STATIC, self._commands_topic) and topic.is_stamped:
+            played_back = (self._commands_topic, CHANGES_TOPIC)
+            if name not in (_TF, _TF_STATIC, *played_back) and topic.is_stamped:
                 controllers = name in self._broadcasters.topics
                 if controllers or name in self._rerun.topics:
                     self._streams[name] = self._stream(name, topic, may_skip=controllers)
@@ -210,6 +210,7 @@ class _Run:
             self.verdict.tolerance,
             may_skip,
             frozenset(topic.numbers),
+            may_repeat=name in self._rerun.topics and publisher != self._frames.name,
         )
         self.verdict.streams.append(stream)
         return stream
@@ -230,7 +231,7 @@ class _Run:
 
     def run(self) -> None:
         """Run the simulation again with the recorded commands, and compare all messages."""
-        self._rerun.run(self._commands.by_time, self._end_ns, self._take_tick)
+        self._rerun.run(self._commands.by_time, self._end_ns, self._take_tick, self._changes())
         if self._frames.states_topic not in self._broadcasters.topics:
             # No replayed publisher has these joint states, so the recorded ones are used.
             states = self._recorded.get(self._frames.states_topic)
@@ -246,6 +247,16 @@ class _Run:
                 if not topic.messages:
                     stream.add(Difference(name, 0, kind=DifferenceKind.MISSING))
         self._close()
+
+    # Any: messages, whose classes are made at run time.
+    def _changes(self) -> list[tuple[int, Any]]:
+        """Return the recorded changes by services, with their simulated times."""
+        if (topic := self._recorded.get(CHANGES_TOPIC)) is None:
+            return []
+        if topic.messages:
+            self.verdict.played_back[CHANGES_TOPIC] = len(topic.messages)
+        kind = get_message(topic.type_name)
+        return [(each.time_ns, deserialize(each.data, kind)) for each in topic.messages]
 
     def _publish(self, topic: str, time_ns: int, data: bytes) -> None:
         """Compare a message of the simulator, or store it if it is latched."""
@@ -278,7 +289,9 @@ class _Run:
             stream.take(time_ns, b"")
 
     def _compare(self, stream: ComparedStream | None, time_ns: int, data: bytes) -> None:
-        if stream is not None and (recorded := stream.take(time_ns, data)) is not None:
+        if stream is None or (self._rerun.is_repeating and stream.at(time_ns) is None):
+            return
+        if (recorded := stream.take(time_ns, data)) is not None:
             self._on_message(stream.topic, stream.type_name, time_ns, recorded.data, data)
 
     def _compare_fixed_frames(self) -> None:
@@ -383,6 +396,7 @@ class _Run:
     def _say_not_compared(self) -> None:
         verdict, types = self.verdict, self._session.types
         done = {stream.topic for stream in verdict.streams} | set(verdict.played_back)
+        done.add(CHANGES_TOPIC)
         for topic in sorted({_TF, _TF_STATIC} - set(types)):
             verdict.not_compared[topic] = "was not recorded"
         for topic in sorted({*self._rerun.topics, *self._broadcasters.topics} - set(types)):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
@@ -37,6 +37,8 @@ class RunningSimulation:
         world: World around the robot; None for the ground alone.
         on_change: Called on the loop's thread when objects, static poses or gravity have changed.
         on_restart: Called on the loop's thread when time has restarted.
+        record: Called on the loop's thread with the number of steps that begin, or the states of
+            free bodies that are set, as FreeJointState messages.
 
     Attributes:
         simulation: The simulation; only to be used within `call`.
@@ -45,6 +47,7 @@ class RunningSimulation:
         world_source: Source of the world: a file, a URI, or another name.
         stopped: Whether the simulation is stopped at its start, until it is played.
         changed: The function ``on_change``.
+        record: The function ``record``.
         infos: EntityInfo messages that clients have set, by the entity's name.
     """
 
@@ -57,13 +60,14 @@ class RunningSimulation:
         world: World | None = None,
         on_change: Callable[[], None] = lambda: None,
         on_restart: Callable[[], None] = lambda: None,
+        record: Callable[[int, Sequence[Any]], None] = lambda *_: None,
     ) -> None:
         self.simulation = simulation
         self.loop = loop
         self.world = world
         self.world_source = "" if world is None else str(world.path)
         self.stopped = False
-        self.changed = on_change
+        self.changed, self.record = on_change, record
         # Any: a message, whose class is made at run time.
         self.infos: dict[str, Any] = {}
         self._timeout_s = timeout_s
@@ -222,7 +226,7 @@ class RunningSimulation:
             raise RefusedError(f"The number of steps is {count}")
         self.stopped = False
         made: Future[bool] = Future()
-        self.loop.step(count, made.set_result)
+        self.loop.step(count, made.set_result, lambda: self.record(count, ()))
         if not await made:
             raise RefusedError("The steps were ended: the simulation was played, paused or stopped")
 

@@ -230,6 +230,7 @@ def _set_free(running: RunningSimulation, request: Any) -> str:
 
     def change() -> None:
         _refuse(bodies_refusal_reason(simulation, states))
+        running.record(0, states)
         put_bodies(simulation, states)
 
     running.call_and_publish(change)

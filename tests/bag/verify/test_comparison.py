@@ -148,6 +148,22 @@ def test_a_message_too_few_or_too_many_or_in_a_wrong_place_is_found(seconds, fou
     assert run(stream(seconds), [*range(9)]) == found
 
 
+def test_states_of_a_paused_simulation_come_again_and_other_ones_after_a_change():
+    assert run(stream([1, 2, 2, 2, 3], may_repeat=True), range(9)) == []
+    moved = [
+        RecordedMessage(2 * S, data(2, position), number)
+        for number, position in enumerate([0.0, 0.5], 1)
+    ]
+    placed = ComparedStream(TOPIC, TYPE, moved, may_repeat=True)
+    for position in (0.0, 0.5):
+        placed.take(2 * S, data(2, position))
+    placed.close()
+    assert (placed.compared, placed.is_same) == (2, True)
+    # A bag that holds a message twice has its number twice.
+    twice = stream([1, 2, 2], [1, 2, 2], may_repeat=True)
+    assert run(twice, range(9)) == [(DifferenceKind.EXTRA, 2)]
+
+
 def test_a_publisher_that_may_leave_messages_out_has_whole_numbers_where_it_did():
     assert run(compared := stream([1, 2, 4, 5], may_skip=True), range(9)) == []
     assert compared.skipped_ns == [3 * S]
