@@ -11,6 +11,7 @@ import time
 from collections.abc import Callable
 
 from teleopctl.base.typed import Any, NamedTuple, Self
+from teleopctl.errors import UsageError
 
 SPACE, UP, DOWN, RIGHT, LEFT = "SPACE", "UP", "DOWN", "RIGHT", "LEFT"
 PAGE_UP, PAGE_DOWN, TAB = "PAGE_UP", "PAGE_DOWN", "TAB"
@@ -59,6 +60,24 @@ def keys_can_be_read() -> bool:
         return os.tcgetpgrp(sys.stdin.fileno()) == os.getpgrp()
     except OSError:
         return False
+
+
+def require_keys(program: str, topic: str) -> None:
+    """Raise an error unless `keys_can_be_read`.
+
+    Args:
+        program: Name of the program that reads keys.
+        topic: Topic to which programs publish instead.
+
+    Raises:
+        UsageError: Standard input is no terminal with this process in front.
+    """
+    if not keys_can_be_read():
+        raise UsageError(
+            f"{program} reads keys, and standard input is no terminal",
+            hint=f"Run it in a terminal of its own. Programs publish to {topic} instead, as "
+            "`teleopctl topic pub` does",
+        )
 
 
 class Keyboard:

@@ -42,10 +42,13 @@ NODES = (
             "rviz2/rviz2": "rviz2",
             "robot_state_publisher/robot_state_publisher": "robot_state_publisher",
             "teleop_keyboard/teleop_keyboard": "teleop.keyboard",
+            "teleop_twist_joy/teleop_node": "teleop.twist_joy",
+            "teleop_twist_keyboard/teleop_twist_keyboard": "teleop.twist_keyboard",
             "tf2_ros/static_transform_publisher": "tf2.static_transform_publisher",
             "tf2_ros/tf2_echo": "tf2.tf2_echo",
             "tf2_ros/tf2_monitor": "tf2.tf2_monitor",
             "tf2_tools/view_frames": "tf2.view_frames",
+            "turtlesim/turtlesim_node": "turtlesim.node",
         }.items()
     }
     | {
@@ -67,6 +70,10 @@ NODES = (
             "ros_ign_gazebo/create": "spawning:create",
             "ros_ign_image/image_bridge": "bridges:image_bridge",
         }.items()
+    }
+    | {
+        f"turtlesim/{name}": f"teleopctl.nodes.turtlesim.tutorials:{name}"
+        for name in ("draw_square", "mimic", "turtle_teleop_key")
     }
     | {
         f"controller_manager/{name}{suffix}": f"teleopctl.nodes.{function}"

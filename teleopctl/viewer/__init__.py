@@ -20,6 +20,8 @@ if TYPE_CHECKING:
     from teleopctl.viewer.page_server import (
         DEFAULT_PORT as DEFAULT_PORT,
         PageError as PageError,
+        close_server as close_server,
+        open_page as open_page,
         open_server as open_server,
         page_address as page_address,
     )

@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.base.access import Access, Answer, host_in_url, is_loopback
-from teleopctl.base.token_file import Address
+from teleopctl.base.token_file import Address, default_token_file, read_or_make_token
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import LogOnce
 
@@ -87,6 +87,28 @@ def open_server(
         control_width="large",
     )
     return server
+
+
+def open_page(
+    host: str, port: int = DEFAULT_PORT, token_file: Path | None = None
+) -> tuple[PageServer, Address]:
+    """Start the page's web server with the token of a file; return the server and its address.
+
+    Args:
+        host: Address to listen on.
+        port: Port to listen on; see `open_server`.
+        token_file: File of the page's token, created if missing. If None, `default_token_file` for
+            a host other than loopback, else no token.
+
+    Raises:
+        TeleopctlError: The page cannot be opened, or the token cannot be read.
+    """
+    if token_file is None and not is_loopback(host):
+        token_file = default_token_file()
+    token_file = token_file and token_file.absolute()
+    token = None if token_file is None else read_or_make_token(token_file)
+    server = open_server(host, port, token=token)
+    return server, page_address(host, server.get_port(), token_file)
 
 
 def _free_port(host: str, port: int) -> int:

@@ -14,8 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, cast
 
 from teleopctl import plugins
-from teleopctl.base.access import is_loopback
-from teleopctl.base.token_file import Address, default_token_file, read_or_make_token
+from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
@@ -24,8 +23,7 @@ from teleopctl.viewer.page_server import (
     CLEANUP_PERIOD_S,
     MemoryCleanup,
     close_server,
-    open_server,
-    page_address,
+    open_page,
 )
 from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.robot_file import RobotFile
@@ -291,8 +289,7 @@ def open_viewer(
     Args:
         host: Address to listen on.
         port: Port to listen on; see `open_server`.
-        token_file: File of the page's token, created if missing. If None, `default_token_file` for
-            a host other than loopback, else no token.
+        token_file: File of the page's token; see `open_page`.
         view: See `Viewer`.
         panels: See `Viewer`.
         cli_args: See `Viewer`.
@@ -303,13 +300,10 @@ def open_viewer(
     Raises:
         TeleopctlError: The page cannot be opened, or the token or view file cannot be read.
     """
-    if token_file is None and not is_loopback(host):
-        token_file = default_token_file()
-    token = None if token_file is None else read_or_make_token(token_file.absolute())
-    server = open_server(host, port, token=token)
+    server, address = open_page(host, port, token_file)
     try:
         viewer = Viewer(server, view, panels, cli_args)
     except BaseException:
         close_server(server)
         raise
-    return viewer, page_address(host, server.get_port(), token_file and token_file.absolute())
+    return viewer, address

@@ -20,9 +20,9 @@ from teleopctl.base.keyboard import (
     UP,
     Key,
     Keyboard,
-    keys_can_be_read,
+    require_keys,
 )
-from teleopctl.errors import TeleopctlError, UsageError
+from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import JointGroup, RobotGroups, find_groups
 from teleopctl.node import (
@@ -369,12 +369,7 @@ def main(args: Sequence[str] | None = None) -> None:
     options = parser.parse_args(parse_ros_arguments(arguments).program[1:])
     if not options.rate > 0.0:
         parser.error("--rate must be above 0")
-    if not keys_can_be_read():
-        raise UsageError(
-            "teleop_keyboard reads keys, and standard input is no terminal",
-            hint="Run it in a terminal of its own. Programs publish to "
-            "/servo_node/delta_twist_cmds instead, as `teleopctl topic pub` does",
-        )
+    require_keys("teleop_keyboard", "/servo_node/delta_twist_cmds")
     with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException), init(args=arguments):
         node = KeyboardTeleop(options.servo, options.rate)
         sys.stdout.write(_HELP)

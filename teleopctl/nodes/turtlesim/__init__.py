@@ -1,0 +1,1 @@
+"""Executables of ROS 2's package ``turtlesim``, the robot of its first tutorial."""
