@@ -83,7 +83,7 @@ class TurtleTeleop(Node):
         self._goal = goal if goal is not None and goal.accepted else None
 
 
-class Mimic(Node):
+class TurtleMimic(Node):
     """Node that sends the velocity of one turtle to another one."""
 
     def __init__(self, cli_args: list[str] | None = None) -> None:
@@ -188,7 +188,7 @@ def turtle_teleop_key(args: list[str] | None = None) -> None:
 
 def mimic(args: list[str] | None = None) -> None:
     """Send the velocity on ``input/pose`` to ``output/cmd_vel`` until Ctrl-C."""
-    _run(Mimic, args)
+    _run(TurtleMimic, args)
 
 
 def draw_square(args: list[str] | None = None) -> None:

@@ -12,7 +12,7 @@ from teleopctl.node import ActionClient, Node, Parameter, SingleThreadedExecutor
 from teleopctl.nodes.turtlesim.board import LOOKS, SIZE, Board, Colour, Pen, turtle_picture
 from teleopctl.nodes.turtlesim.node import TurtleSim
 from teleopctl.nodes.turtlesim.turtle import TICK_S, normalize_angle
-from teleopctl.nodes.turtlesim.tutorials import DrawSquare, Mimic, TurtleTeleop
+from teleopctl.nodes.turtlesim.tutorials import DrawSquare, TurtleMimic, TurtleTeleop
 from teleopctl.testing import RosGraph
 
 RED = Colour(255, 0, 0)
@@ -174,7 +174,7 @@ def test_what_is_not_finite_is_ignored(session):
 
 def test_keys_drive_and_turn_the_turtle_and_another_one_mimics_it(session):
     session.call("turtlesim/srv/Spawn", "spawn", x=2.0, y=2.0, name="turtle2")
-    teleop, mimic = TurtleTeleop(), Mimic(cli_args=MIMIC)
+    teleop, mimic = TurtleTeleop(), TurtleMimic(cli_args=MIMIC)
     session.add(teleop, mimic)
     reached = 2.0 + 10 * TICK_S
     session.user.create_subscription(
