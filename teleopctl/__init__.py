@@ -24,6 +24,9 @@ Kinematics:
 
     Arm                  forward and inverse kinematics, plans and servo of a group of joints
     IkSolution           a solution, or the nearest positions and what binds
+    MotionSettings       planner, times and limits of a plan
+    RunningArm           the same of the robot that runs: plans, moves, opens and closes
+    MotionResult         where a motion has ended
 
 Control:
 
@@ -48,6 +51,8 @@ ROS graph:
 Errors:
 
     TeleopctlError       base class of all errors; see teleopctl.errors
+    PlanningError        there is no such motion, with MoveIt's code
+    ExecutionError       a motion did not come to its end
 
 Programs may also use the packages of ROS 2 (``rclpy``, ``tf2_ros``, ``std_msgs.msg``, …), the base
 classes of plug-ins, and ``teleopctl.testing``. All other modules are internal. The names are
@@ -65,7 +70,7 @@ from teleopctl.base import __version__ as __version__
 from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
-    from teleopctl.api.graph import open_node as open_node, watch_graph as watch_graph
+    from teleopctl.api.graph import watch_graph as watch_graph
     from teleopctl.api.recording import read_bag as read_bag, read_raw_bag as read_raw_bag
     from teleopctl.api.robot import (
         Robot as Robot,
@@ -82,6 +87,11 @@ if TYPE_CHECKING:
         DecodedMessage as DecodedMessage,
         open_bag as open_bag,
     )
+    from teleopctl.commander import (
+        ExecutionError as ExecutionError,
+        MotionResult as MotionResult,
+        RunningArm as RunningArm,
+    )
     from teleopctl.compat.activation import activate as activate
     from teleopctl.control import (
         ControllerInterface as ControllerInterface,
@@ -90,8 +100,13 @@ if TYPE_CHECKING:
         InterfaceConfigurationType as InterfaceConfigurationType,
     )
     from teleopctl.errors import TeleopctlError as TeleopctlError
-    from teleopctl.kinematics import Arm as Arm, IkSolution as IkSolution
-    from teleopctl.node import Node as Node
+    from teleopctl.kinematics import (
+        Arm as Arm,
+        IkSolution as IkSolution,
+        MotionSettings as MotionSettings,
+        PlanningError as PlanningError,
+    )
+    from teleopctl.node import Node as Node, open_node as open_node
     from teleopctl.wire import Graph as Graph
 else:
     from teleopctl.base.lazy import attach

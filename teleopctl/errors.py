@@ -26,6 +26,7 @@ TeleopctlError                       exit status 1
 ├── SystemFailureError               an error of the operating system: disk, folder, process
 ├── DefectError                      an unexpected exception: a defect of teleopctl
 ├── PlanningError                    … kinematics/error_codes.py: no motion, with MoveIt's code
+├── ExecutionError                   … commander/running_arm.py: a motion that ended too early
 ├── TransformException               … tf/errors.py, under tf2's names
 ├── NameValidationException          … node/values/exceptions.py, under rclpy's names
 └── ParameterException               … node/values/exceptions.py, under rclpy's names

@@ -4,7 +4,7 @@ import re
 
 import pytest
 
-from teleopctl import control, errors, kinematics, node, tf, wire
+from teleopctl import commander, control, errors, kinematics, node, tf, wire
 from teleopctl.errors import NotFoundError, TeleopctlError, UsageError
 
 LINE = re.compile(r"^((?:│   )*)[├└]── (\w+)", re.MULTILINE)
@@ -21,7 +21,7 @@ def drawn() -> dict[str, str]:
 
 
 def class_named(name: str) -> type[TeleopctlError]:
-    for place in (errors, control, kinematics, node, tf, wire):
+    for place in (errors, commander, control, kinematics, node, tf, wire):
         if hasattr(place, name):
             found: type[TeleopctlError] = getattr(place, name)
             return found

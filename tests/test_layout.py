@@ -27,14 +27,15 @@ ALLOWED = {
     "tf": {"interfaces", "node"},
     "mujoco_model": {"robot", "tf"},
     "kinematics": {"mujoco_model", "robot", "tf"},
+    "commander": {"interfaces", "kinematics", "node", "robot", "tf"},
     "control": {"interfaces", "node", "robot", "tf"},
     "launch": {"interfaces", "node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
     "compat": {"control", "interfaces", "launch", "node", "robot", "tf"},
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},
     "nodes": {
-        *("bag", "compat", "control", "diagram", "interfaces", "kinematics", "mujoco_model"),
-        *("node", "robot", "sim", "tf", "viewer", "wire"),
+        *("bag", "commander", "compat", "control", "diagram", "interfaces", "kinematics"),
+        *("mujoco_model", "node", "robot", "sim", "tf", "viewer", "wire"),
     },
     "sweep": {"bag", "compat", "interfaces", "launch", "node"},
     "testing": {
@@ -42,13 +43,13 @@ ALLOWED = {
         *("robot", "sim", "tf", "wire"),
     },
     "cli": {
-        *("bag", "compat", "control", "diagram", "interfaces", "kinematics", "launch", "node"),
-        *("nodes", "robot", "sweep", "tf", "wire"),
+        *("bag", "commander", "compat", "control", "diagram", "interfaces", "kinematics"),
+        *("launch", "node", "nodes", "robot", "sweep", "tf", "wire"),
     },
     "api": {
         *("bag", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf", "wire"),
     },
-    "__init__": {"api", "bag", "compat", "control", "kinematics", "node", "wire"},
+    "__init__": {"api", "bag", "commander", "compat", "control", "kinematics", "node", "wire"},
     "__main__": {"cli"},
 }
 

@@ -131,6 +131,12 @@ class Arm:
         if "_servo" in self.__dict__:
             self._servo.reset(self._positions)
 
+    @property
+    def tool_name(self) -> str:
+        """What texts call the tool: the tip, or the tip with its tool."""
+        tip = self.group.tip
+        return f"{tip} with its tool" if self.kinematics.has_tool else tip
+
     def fk(self, positions: Positions | str | None = None) -> Array:
         """Return the pose of the tool, (4, 4).
 

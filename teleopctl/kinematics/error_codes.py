@@ -53,6 +53,15 @@ class PlanningError(TeleopctlError):
 
     Attributes:
         code: Code of MoveIt for the problem.
+
+    Example:
+        >>> from teleopctl import Arm, PlanningError
+        >>> arm = Arm("package://teleop_description/urdf/teleop.urdf.xacro")
+        >>> try:
+        ...     arm.plan([9.0, 0.0, 0.0])
+        ... except PlanningError as error:
+        ...     print(error.code.name, int(error.code))
+        GOAL_STATE_INVALID -27
     """
 
     def __init__(self, message: str, code: MoveItErrorCode, *, hint: str | None = None) -> None:

@@ -115,6 +115,7 @@ if TYPE_CHECKING:
         get_global_executor as get_global_executor,
         init as init,
         ok as ok,
+        open_node as open_node,
         shutdown as shutdown,
         spin as spin,
         spin_once as spin_once,

@@ -1,4 +1,4 @@
-"""Module functions of rclpy: ``init``, ``spin``, ``shutdown`` and the like."""
+"""Module functions of rclpy, ``init``, ``spin`` and so on, and a node that runs in a block."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from collections.abc import Iterator, Sequence
 from teleopctl.base.typed import TYPE_CHECKING, Any
 from teleopctl.node.context import Context
 from teleopctl.node.executors import Executor, SingleThreadedExecutor
+from teleopctl.node.values.exceptions import ExternalShutdownException
 from teleopctl.node.values.signals import SignalHandlerOptions
 
 if TYPE_CHECKING:
@@ -136,3 +137,53 @@ def spin_until_future_complete(
     """Run a node's callbacks until a future ends, the timeout expires or the context shuts down."""
     with _served(node, executor) as chosen:
         chosen.spin_until_future_complete(future, timeout_sec)
+
+
+@contextlib.contextmanager
+def open_node(name: str, *, namespace: str = "") -> Iterator[Node]:
+    """Yield a node that runs until the end of the ``with`` block; a thread runs its callbacks.
+
+    The node has rclpy's methods: ``create_publisher``, ``create_subscription``, ``create_client``,
+    ``declare_parameter`` and so on. An exception in a callback stops the callbacks and is raised at
+    the end of the block.
+
+    Args:
+        name: Name of the node.
+        namespace: Namespace of the node, such as ``/left``.
+
+    Raises:
+        UsageError: A name is malformed.
+        RouterNotRunning: No router answers, and the configuration needs one.
+
+    Example:
+        >>> with open_node("watcher", namespace="/left") as node:
+        ...     node.get_fully_qualified_name()
+        '/left/watcher'
+    """
+    from teleopctl.node.node import Node
+
+    context = Context()
+    context.init([], signal_handler_options=SignalHandlerOptions.NO)
+    failures: list[BaseException] = []
+    executor = SingleThreadedExecutor(context=context)
+
+    def spin() -> None:
+        try:
+            executor.spin()
+        except ExternalShutdownException:
+            pass
+        except Exception as error:  # noqa: BLE001 -- any exception of a callback
+            failures.append(error)
+
+    thread = threading.Thread(target=spin, name=name, daemon=True)
+    try:
+        node = Node(name, context=context, namespace=namespace)
+        executor.add_node(node)
+        thread.start()
+        yield node
+    finally:
+        context.try_shutdown()
+        if thread.is_alive():
+            thread.join()
+    if failures:
+        raise failures[0]

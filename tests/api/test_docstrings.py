@@ -13,6 +13,8 @@ from teleopctl.testing import RosGraph
 from tests.api.test_face import PUBLIC
 
 NEEDS_A_GRAPH = {"Graph", "Node", "open_node", "watch_graph"}
+# Run where an arm is running: tests/system/test_move.py.
+NEEDS_A_ROBOT = {"ExecutionError", "MotionResult", "RunningArm"}
 JOINT_STATE = "sensor_msgs/msg/JointState"
 
 
@@ -50,7 +52,9 @@ def test_the_example_of_the_module_runs():
 
 
 @pytest.mark.usefixtures("session")
-@pytest.mark.parametrize("name", [name for name in PUBLIC if name not in NEEDS_A_GRAPH])
+@pytest.mark.parametrize(
+    "name", [name for name in PUBLIC if name not in NEEDS_A_GRAPH | NEEDS_A_ROBOT]
+)
 def test_the_example_of_a_name_runs(name):
     assert not failures(getattr(teleopctl, name), name)
 

@@ -15,9 +15,9 @@ import psutil
 import pytest
 
 import teleopctl
+from teleopctl.commander import write_pose
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import GroupKinematics, IkSolver, KinematicModel, find_groups
-from teleopctl.nodes.moveit.move_group.messages import write_pose
 from teleopctl.robot import RobotDescription
 from teleopctl.testing import LONGEST_WAIT_S
 from tests.benchmarks.figure import Figure

@@ -1,11 +1,21 @@
 """``teleopctl move`` moves the arm of a running controller manager, and stops it on Ctrl-C."""
 
 import json
+import os
+import subprocess
+import sys
+import threading
+from collections.abc import Iterator
+from pathlib import Path
 
 import pytest
 
+import teleopctl
 from teleopctl.cli import main
 from teleopctl.testing import RosGraph, eventually
+from tests.api.test_docstrings import NEEDS_A_ROBOT, failures
+
+EXAMPLE = Path(__file__).parents[2] / "docs/examples/move_arm.py"
 
 
 @pytest.fixture(scope="module")
@@ -34,6 +44,13 @@ class Command:
 @pytest.fixture
 def command(robot: RosGraph, capsys: pytest.CaptureFixture[str]) -> Command:
     return Command(capsys)
+
+
+@pytest.fixture(scope="module")
+def arm(robot: RosGraph) -> Iterator[teleopctl.RunningArm]:
+    """The arm, as a program moves it."""
+    with teleopctl.RunningArm(node=robot.node) as running:
+        yield running
 
 
 def position(command: Command) -> list[float]:
@@ -154,6 +171,74 @@ def test_a_stopped_robot_and_one_without_controllers_say_so(robot, command):
     assert command.status == 0
 
 
+class TestProgram:
+    @pytest.mark.parametrize("name", sorted(NEEDS_A_ROBOT))
+    def test_the_example_of_a_name_runs(self, robot, monkeypatch, name):
+        for variable, value in robot.env.items():
+            monkeypatch.setenv(variable, value)
+        assert not failures(getattr(teleopctl, name), name)
+
+    def test_the_example_program_moves_the_arm(self, robot):
+        done = subprocess.run(
+            [sys.executable, EXAMPLE],
+            env={**os.environ, **robot.env},
+            capture_output=True,
+            text=True,
+            timeout=100,
+            check=False,
+        )
+        assert done.returncode == 0, done.stderr
+        reached, planned, is_home = done.stdout.splitlines()
+        assert reached.startswith("'claw_support' is at [0.300, 0.900, 1.400] after ")
+        assert planned.endswith(" s by straight")
+        assert is_home.startswith("{'joint_1': ")
+
+    def test_a_plan_moves_nothing_until_it_is_executed(self, arm):
+        before = arm.positions
+        plan = arm.plan(joints={"joint_1": before["joint_1"] + 0.2}, speed=0.5)
+        assert (arm.positions, plan.planner) == (before, "straight")
+        parts: list[float] = []
+        reached = arm.execute(plan, parts.append)
+        assert reached.joints["joint_1"] == pytest.approx(before["joint_1"] + 0.2, abs=0.01)
+        assert reached.largest_joint_error < 0.01
+        assert parts == sorted(parts)
+
+    def test_stop_ends_a_motion_in_another_thread(self, arm):
+        errors: list[teleopctl.ExecutionError] = []
+
+        def move() -> None:
+            try:
+                arm.move(joints={"joint_1": -1.5}, speed=0.02)
+            except teleopctl.ExecutionError as error:
+                errors.append(error)
+
+        before = arm.positions["joint_1"]
+        moving = threading.Thread(target=move)
+        moving.start()
+        eventually(lambda: arm.positions["joint_1"] < before - 0.01)
+        arm.stop()
+        moving.join()
+        assert errors[0].message == "The motion was stopped"
+        assert -1.4 < errors[0].result.joints["joint_1"] < before
+
+    @pytest.mark.parametrize(
+        ("goal", "error", "sentence"),
+        [
+            ({}, "UsageError", "Give one goal: to, joints or named"),
+            ({"to": [1, 2]}, "UsageError", "to is 3 finite numbers, x, y, z"),
+            ({"to": [0, 0, float("nan")]}, "UsageError", "to is 3 finite numbers"),
+            ({"named": "home", "linear": True}, "UsageError", "belong to the goal 'to'"),
+            ({"named": "home", "speed": 2}, "UsageError", "speed is a factor above 0"),
+            ({"named": "up"}, "NotFoundError", "The group 'arm' has no state 'up'"),
+            ({"to": [0, 0, 9]}, "PlanningError", "The goal pose cannot be reached"),
+        ],
+    )
+    def test_what_cannot_be_planned_is_an_error_of_a_class(self, arm, goal, error, sentence):
+        with pytest.raises(teleopctl.TeleopctlError, match=sentence) as caught:
+            arm.move(**goal)
+        assert type(caught.value).__name__ == error
+
+
 def test_where_move_group_runs_it_is_asked_with_its_scene(robot, command):
     up = robot.run("run --detach moveit_ros_move_group move_group", timeout=60)
     assert up.returncode == 0, up.stderr
@@ -182,4 +267,4 @@ def test_where_move_group_runs_it_is_asked_with_its_scene(robot, command):
     assert written.startswith("'claw_support with its tool' is at [-0.300, 1.100, 1.200] after ")
     command("move --tool 0,0.3,0 --to -0.3,1.1,1.1 --linear")
     assert command.status == 2
-    assert "With --direct the line is planned here" in command.errors
+    assert "With --direct (direct=True) the line is planned here" in command.errors

@@ -74,6 +74,13 @@ class MotionSettings:
         period_s: Time between the points of the plan, s.
         seed: Start of the random numbers; the same seed gives the same path.
         parameters: Parameters of the planner by OMPL's names, such as ``range``.
+
+    Example:
+        >>> from teleopctl import Arm, MotionSettings
+        >>> arm = Arm("package://teleop_description/urdf/teleop.urdf.xacro")
+        >>> slow = arm.plan([0.5, 0.2, -0.3], settings=MotionSettings(velocity_scaling=0.1))
+        >>> slow.duration_s > arm.plan([0.5, 0.2, -0.3]).duration_s
+        True
     """
 
     planner: str = ""

@@ -20,6 +20,12 @@ from typing import Any
 
 import numpy as np
 
+from teleopctl.commander import (
+    Controllers,
+    choose_controllers,
+    goal_for,
+    write_joint_trajectory,
+)
 from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError
 from teleopctl.interfaces import from_seconds, get_message, get_service, set_stamp, to_nanoseconds
 from teleopctl.kinematics import Arm, MotionSettings
@@ -32,12 +38,6 @@ from teleopctl.node import (
     parse_ros_arguments,
     qos_profile_latched,
 )
-from teleopctl.nodes.moveit.move_group.controllers import (
-    Controllers,
-    choose_controllers,
-    goal_for,
-)
-from teleopctl.nodes.moveit.move_group.messages import write_trajectory
 from teleopctl.robot import RobotDescription
 
 # Point between the fingertips in the frame of claw_support, m.
@@ -216,7 +216,7 @@ class PickAndPlace(Node):
         settings = MotionSettings(velocity_scaling=speed, acceleration_scaling=speed)
         here = {name: self._positions[name] for name in self._arm.names}
         plan = self._arm.plan(position, here, settings, is_position=True)
-        self._execute(write_trajectory(plan, "").joint_trajectory, plan.duration_s)
+        self._execute(write_joint_trajectory(plan, ""), plan.duration_s)
 
     def _grip(self, position: float) -> None:
         """Close or open the gripper, and wait until it stands, at its goal or on what it holds."""

@@ -52,7 +52,7 @@ _IN_PLACE = ("DiffDriveController", "MecanumDriveController", "OmniWheelDriveCon
 _Act = Generator[None, None, tuple[bool, str]]
 
 
-class MotionResult(NamedTuple):
+class ControllerTrial(NamedTuple):
     """Result of testing one controller: whether its joints or base moved, and how far.
 
     Attributes:
@@ -90,7 +90,9 @@ class ControllerTester:
         for _ in range(round(seconds * self._stack.manager.update_rate)):
             yield
 
-    def try_controller(self, spec: ControllerSpec, motions: list[MotionResult]) -> Iterator[None]:
+    def try_controller(
+        self, spec: ControllerSpec, motions: list[ControllerTrial]
+    ) -> Iterator[None]:
         """Command a controller, yielding each period; append the result to ``motions`` if testable.
 
         Args:
@@ -118,7 +120,7 @@ class ControllerTester:
         else:
             return
         moved, summary = yield from act
-        motions.append(MotionResult(spec.name, spec.type, moved, summary))
+        motions.append(ControllerTrial(spec.name, spec.type, moved, summary))
 
     # -- joints ------------------------------------------------------------------------------------
 

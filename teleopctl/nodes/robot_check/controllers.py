@@ -21,7 +21,7 @@ from teleopctl.control import (
 from teleopctl.errors import InvalidParameterError, TeleopctlError
 from teleopctl.node import read_parameter_file
 from teleopctl.nodes.robot_check.base_motion import planar_move_motions
-from teleopctl.nodes.robot_check.controller_tester import ControllerTester, MotionResult
+from teleopctl.nodes.robot_check.controller_tester import ControllerTester, ControllerTrial
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
 
 if TYPE_CHECKING:
@@ -55,7 +55,7 @@ class ControllerReport:
     """
 
     own: bool
-    motions: list[MotionResult] = field(default_factory=list)
+    motions: list[ControllerTrial] = field(default_factory=list)
     inactive: dict[str, str] = field(default_factory=dict)
     joints: set[str] = field(default_factory=set)
     fault: str = ""
@@ -100,7 +100,7 @@ def check_controllers(
     driven = ControllerReport(controllers is not None and controllers.own)
     for topic, way in planar_move_motions(robot).items():
         driven.own = True
-        driven.motions.append(MotionResult(topic, PLANAR_MOVE, way.is_enough, way.summary))
+        driven.motions.append(ControllerTrial(topic, PLANAR_MOVE, way.is_enough, way.summary))
     if controllers is None:
         return driven if driven.motions else None
     try:

@@ -7,7 +7,7 @@ import contextlib
 import shutil
 import sys
 import time
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 from teleopctl.base.keyboard import (
@@ -22,9 +22,10 @@ from teleopctl.base.keyboard import (
     Keyboard,
     require_keys,
 )
-from teleopctl.errors import TeleopctlError
+from teleopctl.commander import Controller, Controllers, GripperCommander, gripper_positions
+from teleopctl.errors import NotFoundError, TeleopctlError
 from teleopctl.interfaces import get_message, get_service
-from teleopctl.kinematics import JointGroup, RobotGroups, find_groups
+from teleopctl.kinematics import RobotGroups, find_groups
 from teleopctl.node import (
     AsyncParameterClient,
     ExternalShutdownException,
@@ -34,7 +35,6 @@ from teleopctl.node import (
     qos_profile_latched,
     spin,
 )
-from teleopctl.nodes.teleop.gripper import GripperCommander
 from teleopctl.robot import Joints, RobotDescription
 
 _DEPTH = 10
@@ -63,6 +63,8 @@ _TWISTS = {
 _JOINTS = {UP: 1.0, "+": 1.0, "=": 1.0, DOWN: -1.0, "-": -1.0}
 # Values of moveit_msgs/srv/ServoCommandType.
 _JOINT_JOG, _TWIST = 0, 1
+# Openings below and above which a gripper is closed and open, from 0 to 1.
+_ENDS = (0.01, 0.99)
 _HELP = """\
 Move the gripper:  up/down arrow  x     left/right arrow  y     page up/down (or ; .)  z
 Turn it:           u/o  about x         i/k  about y            j/l  about z
@@ -130,9 +132,7 @@ class KeyboardTeleop(Node):
         self._zeros = 0
         self._names: tuple[str, ...] = ()
         self._root = self._tip = ""
-        self._gripper: GripperCommander | None = None
-        self._gripper_range = (0.0, 0.0)
-        self._gripper_joint = ""
+        self._gripper: Gripper | None = None
         self._measured: dict[str, float] = {}
         self._status = ""
         self._scales = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
@@ -182,19 +182,8 @@ class KeyboardTeleop(Node):
             return
         self._root, self._tip = description.root, group.tip
         self._names = tuple(name for name in group.joints if joints[name].mimic is None)
-        self._find_gripper(groups, group, joints)
-
-    def _find_gripper(self, groups: RobotGroups, group: JointGroup, joints: Joints) -> None:
-        gripper = groups.gripper_of(group.name)
-        if gripper is None or self._gripper is not None:
-            return
-        for name in gripper.joints:
-            model = joints[name]
-            if model.mimic is None:
-                self._gripper_joint = name
-                self._gripper_range = (model.limits.lower, model.limits.upper)
-                self._gripper = GripperCommander(self, name, model.limits.velocity)
-                return
+        if self._gripper is None and groups.gripper_of(group.name) is not None:
+            self._gripper = Gripper(self, description, groups, group.name)
 
     def _on_states(self, message: Any) -> None:
         self._measured.update(zip(message.name, message.position, strict=False))
@@ -254,15 +243,14 @@ class KeyboardTeleop(Node):
             self._keys.on_key(key, time.monotonic())
 
     def _toggle_gripper(self) -> None:
-        """Move the gripper to the limit that is farther away."""
+        """Open the gripper if it is closed or holds something, else close it."""
         if self._gripper is None:
             self._status = "the robot has no gripper that is known"
             return
-        lower, upper = self._gripper_range
-        at = self._measured.get(self._gripper_joint, lower)
-        to = upper if abs(upper - at) > abs(at - lower) else lower
-        if not self._gripper.move(to, self._measured):
-            self._status = f"no active controller moves '{self._gripper_joint}'"
+        try:
+            self._gripper.toggle(self._measured)
+        except TeleopctlError as error:
+            self._status = error.message
 
     # --- commands ---------------------------------------------------------------------------------
 
@@ -345,6 +333,81 @@ class KeyboardTeleop(Node):
             self._line = line
             sys.stdout.write(f"\r\x1b[2K{line}")
             sys.stdout.flush()
+
+
+class Gripper:
+    """Gripper that a key opens and closes.
+
+    Args:
+        node: Node of the commands.
+        description: The robot.
+        groups: Its groups.
+        group: Name of the arm's group, which carries the gripper.
+    """
+
+    def __init__(
+        self, node: Node, description: RobotDescription, groups: RobotGroups, group: str
+    ) -> None:
+        self._description, self._groups, self._group = description, groups, group
+        self._active: list[Controller] = []
+        self._controllers = Controllers(node, self._on_controllers)
+        self._controllers.request()
+        self._commander = GripperCommander(node, self._controllers, Joints.of(description))
+        self._ends: tuple[dict[str, float], dict[str, float]] | None = None
+        self._is_opening: bool | None = None
+
+    def toggle(self, measured: Mapping[str, float]) -> None:
+        """Open the gripper if it is closed, else close it.
+
+        Between both, where it holds something, the last command counts.
+
+        Args:
+            measured: Measured positions of all joints.
+
+        Raises:
+            NotFoundError: No active controller moves it.
+        """
+        if self._ends is None:
+            # Found by the shapes of the fingers, which takes a moment.
+            from teleopctl.kinematics import KinematicModel
+
+            model = KinematicModel(self._description)
+            self._ends = (
+                gripper_positions(model, self._groups, self._group, 0.0),
+                gripper_positions(model, self._groups, self._group, 1.0),
+            )
+        closed, opened = self._ends
+        part = opening_of(measured, closed, opened)
+        is_open = self._is_opening
+        if is_open is None or not _ENDS[0] < part < _ENDS[1]:
+            is_open = part > sum(_ENDS) / 2
+        try:
+            self._commander.move(closed if is_open else opened, measured, self._active)
+        except NotFoundError:
+            self._controllers.request()
+            raise
+        self._is_opening = not is_open
+
+    def _on_controllers(self, active: list[Controller]) -> None:
+        self._active = active
+
+
+def opening_of(
+    measured: Mapping[str, float], closed: Mapping[str, float], opened: Mapping[str, float]
+) -> float:
+    """Return how far a gripper is open, from 0 to 1: the mean of its joints.
+
+    Args:
+        measured: Measured positions by joint; a joint that has none counts as closed.
+        closed: Closed positions by joint.
+        opened: Open positions by joint.
+    """
+    parts = [
+        (measured.get(name, at) - at) / (opened[name] - at)
+        for name, at in closed.items()
+        if opened[name] != at
+    ]
+    return min(max(sum(parts) / max(len(parts), 1), 0.0), 1.0)
 
 
 def main(args: Sequence[str] | None = None) -> None:

@@ -4,10 +4,14 @@ import math
 
 import pytest
 
+from teleopctl.commander import ActionKind
 from teleopctl.errors import UsageError
 from teleopctl.node import Parameter
-from teleopctl.nodes.moveit.move_group.controllers import GRIPPER, configured_controllers
-from teleopctl.nodes.moveit.move_group.parameters import limited_joints, mention_unused
+from teleopctl.nodes.moveit.move_group.parameters import (
+    configured_controllers,
+    limited_joints,
+    mention_unused,
+)
 from teleopctl.robot import Joints, RobotDescription
 
 from ...kinematics.arms import THREE, arm_urdf
@@ -125,5 +129,5 @@ def test_controllers_of_moveit_s_file_are_used_and_wrong_ones_named():
         ("a", "b"),
         True,
     )
-    assert (hand.type, hand.joints, hand.max_effort) == (GRIPPER, ("g", "f"), 7.0)
+    assert (hand.kind, hand.joints, hand.max_effort) == (ActionKind.GRIPPER, ("g", "f"), 7.0)
     assert "Controller 'odd'" in node.log.lines[0]

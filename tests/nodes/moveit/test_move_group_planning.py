@@ -3,6 +3,7 @@
 import numpy as np
 import pytest
 
+from teleopctl.commander import write_pose
 from teleopctl.interfaces import get_message, get_service, serialize
 from teleopctl.kinematics import (
     AttachedBody,
@@ -18,7 +19,7 @@ from teleopctl.kinematics import (
 )
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
 from teleopctl.nodes.moveit.move_group.kinematics_services import KinematicsServices
-from teleopctl.nodes.moveit.move_group.messages import write_object, write_pose
+from teleopctl.nodes.moveit.move_group.messages import write_object
 from teleopctl.nodes.moveit.move_group.planning import Planning
 from teleopctl.robot import RobotDescription
 

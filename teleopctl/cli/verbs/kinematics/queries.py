@@ -9,11 +9,12 @@ from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.kinematics.source import (
     RobotOptions,
     Words,
+    arm_of,
     numbers,
     read_robot,
     sorted_words,
 )
-from teleopctl.errors import NotFoundError, UnavailableError, UsageError
+from teleopctl.errors import UnavailableError, UsageError
 
 if TYPE_CHECKING:
     from collections.abc import Iterable
@@ -53,8 +54,6 @@ _Frame = Annotated[
     ),
 ]
 _MOST_DIGITS = 17  # digits of a double
-# Longest wait for a frame of /tf, and time between two looks, in seconds.
-_TF_S, _LOOK_S = 2.0, 0.05
 # Longest wait for an answer of move_group, in seconds.
 _ANSWER_S = 5.0
 
@@ -75,12 +74,12 @@ def fk(
     _check_precision(precision)
     given = sorted_words(words or ())
     arm = _arm_at(given, named, robot)
-    base, T_frame_root = frame_transform(arm, frame, is_running=given.file is None)
+    base, T_frame_root = frame_option(arm, frame, is_running=given.file is None)
     transform = pose_transform(T_frame_root @ arm.fk())
     if as_json:
         console.out_json({**_of_arm(arm, base), **_pose_document(T_frame_root @ arm.fk())})
         return
-    console.out(f"Pose of '{tool_name(arm)}' in '{base}', moved by group '{arm.group.name}'")
+    console.out(f"Pose of '{arm.tool_name}' in '{base}', moved by group '{arm.group.name}'")
     console.out_text(pose_text(transform, precision))
     _note_collisions(arm)
 
@@ -137,13 +136,15 @@ def ik(
             f"A position is three numbers, x y z in m; got '{' '.join(_rest(found))}'",
             hint="teleopctl kinematics ik [FILE] X Y Z [--rpy R,P,Y]",
         )
-    rotation = rotation_of(rpy, quat)
+    rotation = rotation_option(rpy, quat)
     read = read_robot(found, robot, needs_state=start is None)
-    arm = read.arm(robot)
+    arm = arm_of(read, robot)
     if start is not None:
         arm.fk(start)
         arm.positions = arm.kinematics.present()
-    base, T_frame_root = frame_transform(arm, frame, is_running=found.file is None)
+    base, T_frame_root = frame_option(arm, frame, is_running=found.file is None)
+    from teleopctl.commander import target_pose
+
     target = target_pose(arm, T_frame_root, found.numbers, rotation)
     solution = arm.ik(
         target if rotation is not None else target[:3, 3], collisions=allow_collisions
@@ -214,7 +215,7 @@ def jacobian(
         return
     names = [*arm.names]
     width = max(precision + 4, *map(len, names))
-    console.out(f"Jacobian of '{tool_name(arm)}' in '{arm.model.description.root}'")
+    console.out(f"Jacobian of '{arm.tool_name}' in '{arm.model.description.root}'")
     console.out("    " + "  ".join(name.rjust(width) for name in names))
     for row, values_of_row in zip(("vx", "vy", "vz", "wx", "wy", "wz"), matrix, strict=True):
         cells = (f"{_rounded(value, precision):{width}.{precision}f}" for value in values_of_row)
@@ -290,44 +291,23 @@ def _by_move_group(
 # --- shared with `move` -------------------------------------------------------------------------
 
 
-def rotation_of(rpy: str | None, quat: str | None) -> "Array | None":
+def rotation_option(rpy: str | None, quat: str | None) -> "Array | None":
     """Return the rotation matrix, (3, 3), of ``--rpy`` or ``--quat``; None without any.
 
     Raises:
         UsageError: Both are given, or the numbers are no rotation.
     """
-    import numpy as np
-
-    from teleopctl.tf import matrix_from_quaternion, normalize, quaternion_from_rpy
+    from teleopctl.commander import rotation_of
 
     if rpy is not None and quat is not None:
         raise UsageError("Give --rpy or --quat, not both")
-    if rpy is not None:
-        roll, pitch, yaw = numbers(rpy, 3, "--rpy", "roll,pitch,yaw")
-        return np.array(matrix_from_quaternion(quaternion_from_rpy(roll, pitch, yaw)))
-    if quat is None:
-        return None
-    x, y, z, w = numbers(quat, 4, "--quat", "x,y,z,w")
-    if math.hypot(x, y, z, w) < 1e-6:
-        raise UsageError(f"--quat {quat} has length 0, and is no rotation")
-    return np.array(matrix_from_quaternion(normalize((x, y, z, w))))
+    return rotation_of(
+        None if rpy is None else numbers(rpy, 3, "--rpy", "roll,pitch,yaw"),
+        None if quat is None else numbers(quat, 4, "--quat", "x,y,z,w"),
+    )
 
 
-def target_pose(
-    arm: "Arm", T_frame_root: "Array", position: list[float], rotation: "Array | None"
-) -> "Array":
-    """Return the pose of a target in the root link's frame, (4, 4), given in another frame."""
-    import numpy as np
-
-    from teleopctl.kinematics import invert_pose
-
-    pose = np.eye(4)
-    pose[:3, :3] = T_frame_root[:3, :3] @ arm.fk()[:3, :3] if rotation is None else rotation
-    pose[:3, 3] = position
-    return np.asarray(invert_pose(T_frame_root) @ pose)
-
-
-def frame_transform(arm: "Arm", frame: str | None, *, is_running: bool) -> "tuple[str, Array]":
+def frame_option(arm: "Arm", frame: str | None, *, is_running: bool) -> "tuple[str, Array]":
     """Return the name of a frame, and the pose of the root link in it, (4, 4).
 
     Args:
@@ -338,45 +318,15 @@ def frame_transform(arm: "Arm", frame: str | None, *, is_running: bool) -> "tupl
     Raises:
         NotFoundError: There is no such frame.
     """
-    import numpy as np
+    from teleopctl.commander import frame_transform, lookup_frame
 
-    from teleopctl.kinematics import invert_pose
+    def lookup(frame: str, root: str) -> "Array | None":
+        from teleopctl.cli.command_node import command_node
 
-    root = arm.model.description.root
-    if frame in (None, root):
-        return root, np.eye(4)
-    assert frame is not None
-    if frame in arm.model.links:
-        arm.fk()
-        return frame, invert_pose(arm.model.pose(frame))
-    where = "The robot has no frame"
-    if is_running:
-        found = _frame_of_tf(frame, root)
-        if found is not None:
-            return frame, found
-        where = f"Neither the robot nor /tf, within {_TF_S:g} s, has a frame"
-    raise NotFoundError(f"{where} '{frame}'", hint=f"The robot has: {', '.join(arm.model.links)}")
+        with command_node() as node:
+            return lookup_frame(node, frame, root)
 
-
-def _frame_of_tf(frame: str, root: str) -> "Array | None":
-    """Return the pose of the root link in a frame of ``/tf``; None if it does not come in time."""
-    import time
-
-    from teleopctl.cli.command_node import command_node
-    from teleopctl.kinematics import pose_matrix
-    from teleopctl.tf import Buffer, TransformException, TransformListener, transform_of
-
-    buffer = Buffer()
-    with command_node() as node:
-        TransformListener(buffer, node)
-        end_s = time.monotonic() + _TF_S
-        while time.monotonic() < end_s:
-            try:
-                found = buffer.lookup_transform(frame, root, 0)
-                return pose_matrix(transform_of(found.transform))
-            except TransformException:
-                time.sleep(_LOOK_S)
-    return None
+    return frame_transform(arm, frame, lookup if is_running else None)
 
 
 # --- parts --------------------------------------------------------------------------------------
@@ -405,7 +355,7 @@ def _arm_at(words: Words, named: str | None, robot: RobotOptions) -> "Arm":
     if words.numbers and (words.joints or named):
         raise UsageError("Give positions in the joints' order, by name, or a named state")
     needs_state = not words.numbers and not named
-    arm = read_robot(words, robot, needs_state=needs_state).arm(robot)
+    arm = arm_of(read_robot(words, robot, needs_state=needs_state), robot)
     if words.numbers:
         arm.positions = words.numbers
     elif named:
@@ -424,11 +374,6 @@ def _arm_at(words: Words, named: str | None, robot: RobotOptions) -> "Arm":
         console.warn(f"Outside the joints' limits: {'; '.join(beyond)}")
     arm.kinematics.set(arm.positions)
     return arm
-
-
-def tool_name(arm: "Arm") -> str:
-    """Return how texts name what an arm moves: its tip, or the tool beside it."""
-    return f"{arm.group.tip} with its tool" if arm.kinematics.has_tool else arm.group.tip
 
 
 def _note_collisions(arm: "Arm") -> None:

@@ -2,27 +2,19 @@
 
 import math
 import os
-import threading
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import NamedTuple
 
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.verb import Option, OptionSet
-from teleopctl.errors import NotFoundError, TeleopctlError, UnavailableError, UsageError
+from teleopctl.errors import TeleopctlError, UsageError
 
 if TYPE_CHECKING:
     from teleopctl.cli.completion.completing import TypedWords
-    from teleopctl.kinematics import Arm, RobotGroups
-    from teleopctl.node import BareNode, Node
-    from teleopctl.robot import RobotDescription
-
-# Longest waits for a latched description, and for a first state of the joints, in seconds.
-_DESCRIPTION_S, _STATES_S = 3.0, 2.0
-# How far (rad or m) a measured position may be outside its limits without a note: sensors' noise.
-_NOISE = 0.01
-_STRING = "std_msgs/msg/String"
+    from teleopctl.commander import RunningRobot
+    from teleopctl.kinematics import Arm
 
 
 def render_nothing() -> None:
@@ -168,57 +160,21 @@ class RobotOptions(OptionSet):
         return numbers(self.tool, count, "--tool", "x,y,z or x,y,z,roll,pitch,yaw")
 
 
-class RobotOfCommand(NamedTuple):
-    """A robot's description and groups, and where its joints are.
+def arm_of(robot: "RunningRobot", options: RobotOptions) -> "Arm":
+    """Return the chosen group as an `Arm` at the measured positions, else at rest; print warnings.
 
-    Attributes:
-        description: The robot.
-        groups: Its groups.
-        positions: Measured positions by joint; None if the robot does not run.
-        compute_ik: Name of the service of a running move_group; empty without one.
+    Raises:
+        NotFoundError: There is no such group or tool.
+        UnavailableError: A joint of the group has no measured position.
     """
-
-    description: "RobotDescription"
-    groups: "RobotGroups"
-    positions: dict[str, float] | None
-    compute_ik: str = ""
-
-    def arm(self, options: RobotOptions) -> "Arm":
-        """Return the chosen group as an `Arm` at the measured positions, else at rest.
-
-        Raises:
-            NotFoundError: There is no such group or tool.
-            UnavailableError: A joint of the group has no measured position.
-        """
-        render_nothing()
-        from teleopctl.kinematics import Arm
-
-        arm = Arm(self.description, options.group or "", options.tool_frame(), self.groups)
-        for warning in self.groups.warnings:
-            console.warn(warning)
-        for first, second in arm.model.touching:
-            console.warn(
-                f"'{first}' and '{second}' touch at nearly all joint positions: they are allowed to"
-            )
-        if self.positions is not None:
-            unknown = [
-                name for name in arm.names if not math.isfinite(self.positions.get(name, math.nan))
-            ]
-            if unknown:
-                raise UnavailableError(
-                    f"The joint states have no position of {', '.join(unknown)}",
-                    hint=f"They have: {', '.join(self.positions) or 'none'}",
-                )
-            arm.model.set_positions(self.positions)
-            measured = arm.kinematics.present()
-            arm.positions = arm.kinematics.clamp(measured)
-            for name, at, moved in zip(arm.names, measured, arm.positions, strict=True):
-                if abs(at - moved) > _NOISE:
-                    console.warn(f"Joint '{name}' is at {at:.4g}, outside its limits")
-        return arm
+    render_nothing()
+    arm, warnings = robot.arm(options.group or "", options.tool_frame())
+    for warning in warnings:
+        console.warn(warning)
+    return arm
 
 
-def robot_of_file(words: Words, options: RobotOptions) -> RobotOfCommand:
+def robot_of_file(words: Words, options: RobotOptions) -> "RunningRobot":
     """Return the robot of a command's file.
 
     Raises:
@@ -226,6 +182,7 @@ def robot_of_file(words: Words, options: RobotOptions) -> RobotOfCommand:
         NotFoundError: There is no such file.
     """
     render_nothing()
+    from teleopctl.commander import RunningRobot
     from teleopctl.kinematics import find_groups, load_description, read_srdf
     from teleopctl.packages import resolve_uri
 
@@ -236,10 +193,10 @@ def robot_of_file(words: Words, options: RobotOptions) -> RobotOfCommand:
     groups = (
         read_srdf(Path(options.srdf), description) if options.srdf else find_groups(description)
     )
-    return RobotOfCommand(description, groups, None)
+    return RunningRobot(description, groups, None)
 
 
-def read_robot(words: Words, options: RobotOptions, *, needs_state: bool) -> RobotOfCommand:
+def read_robot(words: Words, options: RobotOptions, *, needs_state: bool) -> "RunningRobot":
     """Return the robot of a command's file, or the one that runs.
 
     Args:
@@ -255,154 +212,11 @@ def read_robot(words: Words, options: RobotOptions, *, needs_state: bool) -> Rob
         return robot_of_file(words, options)
     from teleopctl.cli.command_node import brief_node
 
-    with brief_node() as node:
-        return running_robot(node, options, needs_state=needs_state)
-
-
-def running_robot(
-    node: "Node | BareNode", options: RobotOptions, *, needs_state: bool
-) -> RobotOfCommand:
-    """Return the robot that runs; see `read_robot`.
-
-    Args:
-        node: "Node" of the subscriptions.
-        options: The command's options.
-        needs_state: Whether the positions of its joints are needed.
-    """
-    above = f"/{options.namespace.strip('/')}" if options.namespace.strip("/") else ""
-    topic = f"{above}/robot_description"
-    graph = node.graph()
-    publishers = graph.publishers(topic, _STRING)
-    if not publishers:
-        others = sorted(
-            name.removesuffix("/robot_description")
-            for name, _ in graph.topic_names_and_types()
-            if name.endswith("/robot_description") and graph.publishers(name, _STRING)
-        )
-        raise NotFoundError(
-            f"No robot runs: nothing publishes {topic}",
-            hint=f"Others do in: {', '.join(each or '/' for each in others)} (--namespace)"
-            if others
-            else "Give a robot's FILE, or start one: teleopctl launch sim.yaml",
-        )
-    received = _Received(node, topic, f"{above}/joint_states", needs_state=needs_state)
-    semantic = f"{topic}_semantic"
-    if graph.publishers(semantic, _STRING) and not options.srdf:
-        received.subscribe_semantic(semantic)
-    # The messages arrive while these are imported, which takes longer.
     render_nothing()
-    from teleopctl.kinematics import Arm as Arm, find_groups, parse_srdf, read_srdf
-    from teleopctl.robot import RobotDescription
+    from teleopctl.commander import receive_robot
 
-    received.wait(len(publishers))
-    texts = set(received.descriptions)
-    if len(texts) > 1:
-        names = ", ".join(sorted({each.full_name for each in publishers}))
-        raise NotFoundError(
-            f"{topic} has the descriptions of {len(texts)} robots, by {names}",
-            hint="Robots in one graph need namespaces of their own.",
-        )
-    description = RobotDescription.from_urdf(received.descriptions[0])
-    if options.srdf:
-        groups = read_srdf(Path(options.srdf), description)
-    elif received.semantic:
-        groups = parse_srdf(received.semantic, description)
-    else:
-        groups = find_groups(description)
-    service = f"{above}/compute_ik"
-    return RobotOfCommand(
-        description, groups, received.positions, service if graph.servers(service) else ""
-    )
-
-
-class _Received:
-    """Subscriber of a running robot's description, groups and joint states."""
-
-    def __init__(
-        self,
-        node: "Node | BareNode",
-        description_topic: str,
-        states_topic: str,
-        *,
-        needs_state: bool,
-    ) -> None:
-        from teleopctl.interfaces import get_message
-        from teleopctl.node import qos_profile_latched, qos_profile_sensor_data
-
-        self.descriptions: list[str] = []
-        self.semantic = ""
-        self.positions: dict[str, float] | None = None
-        self._node, self._needs_state = node, needs_state
-        self._topics = (description_topic, states_topic)
-        self._wants_semantic = False
-        self._changed = threading.Condition()
-        self._latched = qos_profile_latched
-        node.create_subscription(
-            get_message(_STRING),
-            description_topic,
-            self._take_description,
-            qos_profile_latched,
-            immediate=True,
-        )
-        if needs_state:
-            node.create_subscription(
-                get_message("sensor_msgs/msg/JointState"),
-                states_topic,
-                self._take_state,
-                qos_profile_sensor_data,
-                immediate=True,
-            )
-
-    def subscribe_semantic(self, topic: str) -> None:
-        """Receive the SRDF as well."""
-        from teleopctl.interfaces import get_message
-
-        self._wants_semantic = True
-        self._node.create_subscription(
-            get_message(_STRING), topic, self._take_semantic, self._latched, immediate=True
-        )
-
-    def wait(self, publishers: int) -> None:
-        """Wait until the description and what else is needed have come.
-
-        Raises:
-            UnavailableError: The description, or the joints' state, does not come.
-        """
-        with self._changed:
-            self._changed.wait_for(
-                lambda: (
-                    len(self.descriptions) >= publishers
-                    and (self.semantic or not self._wants_semantic)
-                ),
-                _DESCRIPTION_S,
-            )
-            if not self.descriptions:
-                raise UnavailableError(f"{self._topics[0]} has a publisher that sends nothing")
-            if self._needs_state and not self._changed.wait_for(
-                lambda: self.positions is not None, _STATES_S
-            ):
-                raise UnavailableError(
-                    f"No joint states on {self._topics[1]} within {_STATES_S:g} s",
-                    hint="A joint_state_broadcaster or joint_state_publisher publishes them; a "
-                    "command with positions, --named or --start needs none.",
-                )
-
-    # Any, here and below: message classes are generated at run time from definitions.
-    def _take_description(self, message: Any) -> None:
-        with self._changed:
-            self.descriptions.append(str(message.data))
-            self._changed.notify_all()
-
-    def _take_semantic(self, message: Any) -> None:
-        with self._changed:
-            self.semantic = str(message.data)
-            self._changed.notify_all()
-
-    def _take_state(self, message: Any) -> None:
-        with self._changed:
-            found = dict(zip(message.name, map(float, message.position), strict=False))
-            self.positions = {**(self.positions or {}), **found}
-            self._changed.notify_all()
+    with brief_node() as node:
+        return receive_robot(node, options.namespace, options.srdf, needs_state=needs_state)
 
 
 # --- completion ---------------------------------------------------------------------------------
@@ -446,7 +260,7 @@ def complete_joints(ctx: "TypedWords", incomplete: str) -> list[str]:
     """Return files, and ``joint=`` for the joints of the command's group."""
     from teleopctl.cli.completion.candidates import files
 
-    def joints(robot: RobotOfCommand) -> list[str]:
+    def joints(robot: "RunningRobot") -> list[str]:
         group = robot.groups.group(str(ctx.params.get("group") or ""))
         return [f"{name}=" for name in group.joints]
 
@@ -462,7 +276,7 @@ def _typed_words(ctx: "TypedWords") -> list[str]:
 
 
 def _candidates(
-    ctx: "TypedWords", incomplete: str, names: Callable[[RobotOfCommand], Iterable[str]]
+    ctx: "TypedWords", incomplete: str, names: Callable[["RunningRobot"], Iterable[str]]
 ) -> list[str]:
     options = RobotOptions(
         srdf=ctx.params.get("srdf") or None, namespace=str(ctx.params.get("namespace") or "")

@@ -6,7 +6,7 @@ from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
-from teleopctl.cli.verbs.kinematics.source import RobotOptions, read_robot, sorted_words
+from teleopctl.cli.verbs.kinematics.source import RobotOptions, arm_of, read_robot, sorted_words
 from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:
@@ -65,7 +65,7 @@ def workspace(
         raise UsageError("A workspace takes a robot's file and arguments of its xacro only")
     if output is not None:
         _check_output(output)
-    arm = read_robot(found, robot, needs_state=False).arm(robot)
+    arm = arm_of(read_robot(found, robot, needs_state=False), robot)
     reached = arm.workspace(samples, collisions=allow_collisions)
     if output is not None:
         _save(arm, reached, Path(output))

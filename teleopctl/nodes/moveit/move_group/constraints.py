@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from teleopctl.commander import read_pose
 from teleopctl.errors import NotFoundError, UsageError
 from teleopctl.interfaces import get_message
 from teleopctl.kinematics import (
@@ -18,7 +19,6 @@ from teleopctl.kinematics import (
     PlanningError,
     rotation_vector,
 )
-from teleopctl.nodes.moveit.move_group import messages
 
 if TYPE_CHECKING:
     from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
@@ -269,7 +269,7 @@ def _part_pose(poses: Any, number: int, link: str) -> np.ndarray:
     if number >= len(poses):
         return np.eye(4)
     try:
-        return messages.read_pose(poses[number], f"The region of '{link}'")
+        return read_pose(poses[number], f"The region of '{link}'")
     except UsageError as error:
         raise PlanningError(error.message, MoveItErrorCode.INVALID_GOAL_CONSTRAINTS) from error
 
@@ -278,7 +278,7 @@ def _orientation(context: MoveGroupContext, message: Any) -> Orientation:
     pose: Any = get_message("geometry_msgs/msg/Pose")()
     pose.orientation = message.orientation
     try:
-        own = messages.read_pose(pose, f"The orientation of '{message.link_name}'")
+        own = read_pose(pose, f"The orientation of '{message.link_name}'")
     except UsageError as error:
         raise PlanningError(error.message, MoveItErrorCode.INVALID_GOAL_CONSTRAINTS) from error
     tolerances = np.abs(

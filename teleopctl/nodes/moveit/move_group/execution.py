@@ -11,22 +11,22 @@ from typing import Any
 
 import numpy as np
 
+from teleopctl.commander import (
+    ActionKind,
+    Controllers,
+    RunningMotion,
+    choose_controllers,
+    listed,
+)
 from teleopctl.interfaces import get_message, to_nanoseconds
 from teleopctl.kinematics import MoveItErrorCode
 from teleopctl.node import StopHolders
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
-from teleopctl.nodes.moveit.move_group.controllers import (
-    TRAJECTORY,
-    Controllers,
-    RunningGoal,
-    choose_controllers,
-    goal_for,
-)
-from teleopctl.nodes.moveit.move_group.parameters import setting
+from teleopctl.nodes.moveit.move_group.parameters import configured_controllers, setting
 
 # Time between two looks at the scene, a cancel request and the clock during execution, s.
 _PERIOD_S = 0.02
-# Time to wait until cancelled controllers have stopped, s.
+# Time to wait until the joints are at rest, s.
 _STOP_S = 10.0
 # Further time for a gripper's action, s.
 _GRIPPER_S = 10.0
@@ -57,7 +57,7 @@ class Execution:
     def __init__(self, context: MoveGroupContext) -> None:
         self._context, self._node = context, context.node
         self._log = context.node.get_logger()
-        self._controllers = Controllers(self._node)
+        self._controllers = Controllers(self._node, configured=configured_controllers(self._node))
         self._executing = threading.Lock()
         self._stop_count = 0
         self._stops = StopHolders(self._node, self._on_stop)
@@ -139,34 +139,27 @@ class Execution:
         names = list(joints.joint_names)
         chosen, left = choose_controllers(names, available, named)
         if left:
-            known = "; ".join(f"{one.name} ({', '.join(one.joints)})" for one in available)
             return Outcome(
                 MoveItErrorCode.CONTROL_FAILED,
                 "Unable to identify any set of controllers that can actuate the specified joints: "
-                f"{', '.join(left)}. Active controllers: {known or 'none'}",
+                f"{', '.join(left)}. Active controllers: {listed(available)}",
             )
         if problem := self._start_problem(joints):
             return Outcome(MoveItErrorCode.CONTROL_FAILED, problem)
-        changed = threading.Event()
         measured = self._context.measured()
         duration_s = 1e-9 * to_nanoseconds(joints.points[-1].time_from_start)
-        goals = [
-            RunningGoal(
-                self._controllers.client(one), one, goal_for(one, joints, measured), changed.set
-            )
-            for one in chosen
-        ]
+        has_trajectory = any(one.kind is ActionKind.TRAJECTORY for one in chosen)
+        motion = RunningMotion.of(self._controllers, chosen, joints, measured)
         begin_s = self._now_s()
         version = self._context.scene.version
-        while not all(goal.ended for goal in goals):
-            changed.wait(_PERIOD_S)
-            changed.clear()
+        while not motion.ended:
+            motion.wait(_PERIOD_S)
             spent_s = self._now_s() - begin_s
-            if failed := next((goal for goal in goals if goal.problem), None):
-                self._cancel(goals)
+            if failed := motion.failed:
+                motion.cancel(self._now_s)
                 return Outcome(MoveItErrorCode.CONTROL_FAILED, failed.problem)
             if is_stopped():
-                self._cancel(goals)
+                motion.cancel(self._now_s)
                 held = ", ".join(self._stops.names)
                 return Outcome(
                     MoveItErrorCode.PREEMPTED,
@@ -175,25 +168,25 @@ class Execution:
             if is_valid is not None and self._context.scene.version != version:
                 version = self._context.scene.version
                 if why := is_valid(spent_s):
-                    self._cancel(goals)
+                    motion.cancel(self._now_s)
                     return Outcome(
                         MoveItErrorCode.MOTION_PLAN_INVALIDATED_BY_ENVIRONMENT_CHANGE, why
                     )
             longest_s = self._longest_s(duration_s)
-            if all(goal.controller.type != TRAJECTORY for goal in goals):
+            if not has_trajectory:
                 # A gripper closes at a speed of its own.
                 longest_s += _GRIPPER_S
             if spent_s > longest_s:
-                self._cancel(goals)
+                motion.cancel(self._now_s)
                 return Outcome(
                     MoveItErrorCode.TIMED_OUT,
                     f"The controllers take longer than {longest_s:.1f} s for a "
                     f"trajectory of {duration_s:.1f} s "
                     "(trajectory_execution.allowed_execution_duration_scaling)",
                 )
-        if failed := next((goal for goal in goals if goal.problem), None):
+        if failed := motion.failed:
             return Outcome(MoveItErrorCode.CONTROL_FAILED, failed.problem)
-        if any(goal.canceled for goal in goals):
+        if any(goal.canceled for goal in motion.goals):
             held = ", ".join(self._stops.names)
             return Outcome(
                 MoveItErrorCode.PREEMPTED,
@@ -202,16 +195,6 @@ class Execution:
                 else "A controller ended the trajectory for another one",
             )
         return Outcome(MoveItErrorCode.SUCCESS)
-
-    def _cancel(self, goals: list[RunningGoal]) -> None:
-        """Stop the joints, and wait until the controllers say that they have ended."""
-        for goal in goals:
-            if not goal.ended:
-                goal.cancel()
-        end_s = self._now_s() + _STOP_S
-        waiting = threading.Event()
-        while not all(goal.ended for goal in goals) and self._now_s() < end_s:
-            waiting.wait(_PERIOD_S)
 
     def _problem(self, joints: Any) -> str:
         """Return why a JointTrajectory cannot be executed, as a sentence; empty if it can."""

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from teleopctl.commander import read_pose, write_pose
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import get_message, get_service, to_nanoseconds
 from teleopctl.kinematics import (
@@ -81,7 +82,7 @@ class KinematicsServices:
                     stamped: Any = get_message("geometry_msgs/msg/PoseStamped")()
                     stamped.header.frame_id = request.header.frame_id or context.planning_frame
                     stamped.header.stamp = context.node.get_clock().now().to_msg()
-                    stamped.pose = messages.write_pose(to_frame @ pose)
+                    stamped.pose = write_pose(to_frame @ pose)
                     response.pose_stamped.append(stamped)
                     response.fk_link_names.append(name)
             finally:
@@ -106,7 +107,7 @@ class KinematicsServices:
         group = context.group(request.group_name)
         link, stamped = _ik_target(request)
         try:
-            pose = messages.read_pose(stamped.pose, "The pose")
+            pose = read_pose(stamped.pose, "The pose")
         except UsageError as error:
             raise PlanningError(error.message, MoveItErrorCode.NO_IK_SOLUTION) from error
         target = context.frame(stamped.header.frame_id) @ pose

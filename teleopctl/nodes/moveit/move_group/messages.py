@@ -9,8 +9,9 @@ from typing import Any
 
 import numpy as np
 
+from teleopctl.commander import read_pose, write_joint_trajectory, write_pose
 from teleopctl.errors import UsageError
-from teleopctl.interfaces import from_seconds, get_message, set_stamp
+from teleopctl.interfaces import get_message
 from teleopctl.kinematics import (
     AllowedCollisions,
     AttachedBody,
@@ -18,47 +19,14 @@ from teleopctl.kinematics import (
     CollisionShape,
     MotionPlan,
     ShapeKind,
-    pose_matrix,
-    pose_transform,
 )
-from teleopctl.tf import Transform, normalize
 
 # Any, here and below: message classes are generated at run time from definitions.
-_Pose: Any = get_message("geometry_msgs/msg/Pose")
 _CollisionObject: Any = get_message("moveit_msgs/msg/CollisionObject")
 _SolidPrimitive: Any = get_message("shape_msgs/msg/SolidPrimitive")
 
 ADD, REMOVE, APPEND, MOVE = 0, 1, 2, 3
 """Operations of ``moveit_msgs/msg/CollisionObject``."""
-
-
-def read_pose(message: Any, what: str) -> np.ndarray:
-    """Return a Pose as a matrix, (4, 4).
-
-    Args:
-        message: A ``geometry_msgs/msg/Pose``.
-        what: What has the pose, as the beginning of a sentence.
-
-    Raises:
-        UsageError: A value is not finite, or the quaternion is zero.
-    """
-    position, turn = message.position, message.orientation
-    values = (position.x, position.y, position.z, turn.x, turn.y, turn.z, turn.w)
-    if not all(map(math.isfinite, values)):
-        raise UsageError(f"{what} has a value that is not a finite number")
-    if math.hypot(*values[3:]) < 1e-6:
-        raise UsageError(f"{what} has a quaternion of zeros, which is no rotation")
-    return pose_matrix(Transform(values[:3], normalize(values[3:])))
-
-
-def write_pose(pose: np.ndarray) -> Any:
-    """Return a matrix, (4, 4), as a Pose."""
-    message = _Pose()
-    transform = pose_transform(pose)
-    position, turn = message.position, message.orientation
-    position.x, position.y, position.z = transform.translation
-    turn.x, turn.y, turn.z, turn.w = transform.rotation
-    return message
 
 
 def is_default_pose(message: Any) -> bool:
@@ -295,22 +263,9 @@ def write_robot_state(
 
 def write_trajectory(plan: MotionPlan, frame: str) -> Any:
     """Return a plan as a RobotTrajectory."""
-    message: Any = get_message("moveit_msgs/msg/RobotTrajectory")()
-    trajectory = message.joint_trajectory
-    trajectory.header.frame_id = frame
-    trajectory.joint_names = list(plan.joint_names)
-    point: Any = get_message("trajectory_msgs/msg/JointTrajectoryPoint")
-    for at_s, positions, velocities, accelerations in zip(
-        plan.times.tolist(),
-        plan.positions.tolist(),
-        plan.velocities.tolist(),
-        plan.accelerations.tolist(),
-        strict=True,
-    ):
-        one = point(positions=positions, velocities=velocities, accelerations=accelerations)
-        set_stamp(one.time_from_start, from_seconds(at_s))
-        trajectory.points.append(one)
-    return message
+    return get_message("moveit_msgs/msg/RobotTrajectory")(
+        joint_trajectory=write_joint_trajectory(plan, frame)
+    )
 
 
 def error_code(code: int, message: str = "") -> Any:

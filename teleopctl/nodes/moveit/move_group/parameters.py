@@ -5,11 +5,13 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
+from teleopctl.commander import ActionKind, Controller
 from teleopctl.errors import UsageError
 from teleopctl.node import Node, Parameter
 from teleopctl.robot import JointLimits, Joints
 
 LIMITS = "robot_description_planning.joint_limits"
+CONTROLLERS = "moveit_simple_controller_manager"
 
 # Parameters that have an effect, by name or by beginning.
 _USED = (
@@ -23,7 +25,7 @@ _USED = (
     "trajectory_execution.allowed_execution_duration_scaling",
     "trajectory_execution.allowed_goal_duration_margin",
     "trajectory_execution.allowed_start_tolerance",
-    "moveit_simple_controller_manager.",
+    f"{CONTROLLERS}.",
     "publish_robot_description",
     "publish_robot_description_semantic",
     "publish_planning_scene_hz",
@@ -185,3 +187,37 @@ def _limited(node: Node, joint: str, limits: JointLimits) -> JointLimits:
         deceleration=min(acceleration, limits.deceleration),
         jerk=most("jerk", limits.jerk),
     )
+
+
+def configured_controllers(node: Node) -> list[Controller]:
+    """Return the controllers of the parameters ``moveit_simple_controller_manager``."""
+
+    # Any: the value of a parameter.
+    def value(name: str, default: bool | float | str | list[str]) -> Any:
+        return setting(node, f"{CONTROLLERS}.{name}", default)
+
+    controllers = []
+    log = node.get_logger()
+    for name in value("controller_names", []):
+        namespace, kind = value(f"{name}.action_ns", ""), value(f"{name}.type", "")
+        joints = tuple(value(f"{name}.joints", []))
+        if kind not in set(ActionKind) or not joints:
+            log.error(
+                f"Controller '{name}' of {CONTROLLERS} has the type '{kind}' and the joints "
+                f"{list(joints)}: it needs joints and one of {', '.join(ActionKind)}"
+            )
+            continue
+        command = value(f"{name}.command_joint", "")
+        if kind == ActionKind.GRIPPER and command:
+            joints = (command, *(joint for joint in joints if joint != command))
+        controllers.append(
+            Controller(
+                name,
+                joints,
+                f"{name}/{namespace}" if namespace else name,
+                ActionKind(kind),
+                is_default=bool(value(f"{name}.default", default=False)),
+                max_effort=float(value(f"{name}.max_effort", 0.0)),
+            )
+        )
+    return controllers

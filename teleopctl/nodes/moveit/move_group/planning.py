@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from teleopctl.commander import read_pose
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import (
@@ -450,7 +451,7 @@ class Planning:
         poses: list[np.ndarray] = []
         for number, message in enumerate(request.waypoints, 1):
             try:
-                pose = messages.read_pose(message, f"Waypoint {number}")
+                pose = read_pose(message, f"Waypoint {number}")
             except UsageError as error:
                 raise PlanningError(
                     error.message, MoveItErrorCode.INVALID_GOAL_CONSTRAINTS

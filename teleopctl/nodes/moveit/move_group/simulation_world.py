@@ -6,11 +6,11 @@ from typing import Any
 
 import numpy as np
 
+from teleopctl.commander import read_pose
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import get_message
 from teleopctl.kinematics import CollisionBody, CollisionShape, PlanningError, ShapeKind
 from teleopctl.node import qos_profile_latched
-from teleopctl.nodes.moveit.move_group import messages
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
 from teleopctl.sim import WORLD_MARKERS_TOPIC
 
@@ -86,7 +86,7 @@ class SimulationWorld:
         shapes, poses = [], []
         for marker in markers:
             shapes.append(_shape(marker))
-            poses.append(messages.read_pose(marker.pose, f"'{name}' of the simulation"))
+            poses.append(read_pose(marker.pose, f"'{name}' of the simulation"))
         if is_free:
             self._frames[name] = (frame, at)
         return CollisionBody(

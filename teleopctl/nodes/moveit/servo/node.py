@@ -9,6 +9,15 @@ from typing import Any
 import numpy as np
 
 from teleopctl.base import progress
+from teleopctl.commander import (
+    CommandPublisher,
+    CommandTopic,
+    Controller,
+    Controllers,
+    StreamKind,
+    choose_streams,
+    read_pose,
+)
 from teleopctl.errors import TeleopctlError, UsageError
 from teleopctl.interfaces import deserialize, get_message, get_service
 from teleopctl.kinematics import (
@@ -27,19 +36,12 @@ from teleopctl.kinematics import (
     read_srdf,
 )
 from teleopctl.node import Node, Parameter, StopHolders, qos_profile_latched
-from teleopctl.nodes.moveit.move_group.messages import read_pose
 from teleopctl.nodes.moveit.servo.commands import (
     ServoCommand,
     ServoCommandType,
     finite,
     parts_of_limit,
     twist_of,
-)
-from teleopctl.nodes.moveit.servo.outputs import (
-    CommandPublisher,
-    ControllerWatch,
-    Target,
-    choose_targets,
 )
 from teleopctl.nodes.moveit.servo.parameters import ServoParameters
 from teleopctl.nodes.moveit.servo.scene import SceneFollower
@@ -55,6 +57,9 @@ _LOST = 0.3
 _STALE_STATE_S = 1.0
 # Acceleration of joints that have neither an acceleration nor a velocity limit, rad/s² or m/s².
 _DEFAULT_ACCELERATION = 10.0
+# A trajectory's point lies this many periods ahead, so that the controller moves on when the next
+# message is late.
+_PERIODS_AHEAD = 2.0
 _LIMITS = "robot_description_planning.joint_limits"
 
 # Any, here and below: message classes are generated at run time from definitions.
@@ -127,7 +132,7 @@ class ServoNode(Node):
         self._stop = StopHolders(self, lambda _: None)
         self._timer = self.create_timer(self._period_s, self._step, autostart=False)
         self.add_post_set_parameters_callback(self._follow_parameters)
-        self._manager = ControllerWatch(self, self._on_controllers)
+        self._controllers = Controllers(self, self._on_controllers)
         if given := self._text("robot_description"):
             self._start(given)
         else:
@@ -179,7 +184,7 @@ class ServoNode(Node):
             f"Servo moves '{group.tip}' by {', '.join(kinematics.names)} (group '{group.name}'): "
             f"{_served(core.task, kinematics)}"
         )
-        self._manager.query()
+        self._controllers.request()
         progress.report(progress.READY)
 
     def _use(self, model: KinematicModel, clearance: ClearanceChecker) -> ServoCore:
@@ -259,16 +264,16 @@ class ServoNode(Node):
 
     # --- controllers ----------------------------------------------------------------------------
 
-    def _on_controllers(self, controllers: list[Any], namespace: str) -> None:
+    def _on_controllers(self, controllers: list[Controller]) -> None:
         """Choose the controllers that command the group's joints."""
         if self._core is None:
             return
         joints = self._kinematics.names
         topic, kind = self.parameters["command_out_topic"], self.parameters["command_out_type"]
         if topic:
-            targets = [Target(topic, kind or "trajectory_msgs/JointTrajectory", tuple(joints))]
+            targets = [self._named_target(self.resolve_topic_name(topic), kind, controllers)]
         else:
-            targets = choose_targets(controllers, joints, namespace)
+            targets = choose_streams(controllers, joints)
         if targets == [output.target for output in self._outputs]:
             return
         for output in self._outputs:
@@ -277,9 +282,10 @@ class ServoNode(Node):
             self.destroy_subscription(subscription)
         self._goals.clear()
         self._running = set()
-        self._outputs = [CommandPublisher(self, target, self._period_s) for target in targets]
+        ahead_s = _PERIODS_AHEAD * self._period_s
+        self._outputs = [CommandPublisher(self, target, ahead_s) for target in targets]
         for target in targets:
-            if target.type == "trajectory_msgs/JointTrajectory":
+            if target.kind is StreamKind.TRAJECTORY:
                 self._watch_goals(target.topic.rpartition("/")[0])
         if targets:
             self.get_logger().info(
@@ -289,6 +295,19 @@ class ServoNode(Node):
             self.get_logger().warning(
                 f"No active controllers command {', '.join(joints)} together: servo waits for them"
             )
+
+    def _named_target(self, topic: str, kind: str, controllers: list[Controller]) -> CommandTopic:
+        """Return the topic that the parameters name: with its controller's joints, if it has one.
+
+        Without one it takes the group's joints: positions, or velocities as arrays if
+        ``publish_joint_positions`` is false.
+        """
+        for controller in controllers:
+            if controller.stream is not None and controller.stream.topic == topic:
+                return controller.stream
+        quantity = "position" if self.parameters["publish_joint_positions"] else "velocity"
+        of_messages = StreamKind(kind or StreamKind.TRAJECTORY)
+        return CommandTopic(topic, of_messages, tuple(self._kinematics.names), quantity)
 
     def _watch_goals(self, controller: str) -> None:
         """Follow whether a controller executes a trajectory."""
@@ -352,7 +371,7 @@ class ServoNode(Node):
                 StatusCode.INVALID,
                 f"no active controllers command {', '.join(self._kinematics.names)} together",
             )
-            self._manager.query()
+            self._controllers.request()
             return False
         self._model.set_positions(self._states)
         self._core.reset(self._kinematics.vector(self._states))

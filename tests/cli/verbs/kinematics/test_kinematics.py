@@ -9,6 +9,7 @@ import pytest
 from teleopctl.cli import main
 from teleopctl.cli.completion.completing import TypedWords
 from teleopctl.cli.verbs.kinematics import source
+from teleopctl.commander import RunningRobot
 from teleopctl.errors import UnavailableError, UsageError
 from teleopctl.kinematics import find_groups
 from teleopctl.robot import RobotDescription
@@ -215,7 +216,7 @@ def test_srdf_is_written_and_checked_with_lines(printed, arm, tmp_path):
         ("ik ARM 1 2", "A position is three numbers, x y z in m; got '1 2'"),
         ("ik ARM 1 2 x", "A position is three numbers, x y z in m; got '1 2 x'"),
         ("ik ARM 0 0 1 --rpy 1,2", "--rpy takes 3 numbers, roll,pitch,yaw; got '1,2'"),
-        ("ik ARM 0 0 1 --quat 0,0,0,0", "--quat 0,0,0,0 has length 0, and is no rotation"),
+        ("ik ARM 0 0 1 --quat 0,0,0,0", "The quaternion has length 0, and is no rotation"),
         ("ik ARM 0 0 1 --quat 0,0,0,1 --rpy 0,0,0", "Give --rpy or --quat, not both"),
         ("ik ARM 0 0 1 -n robot", "--namespace is about the running robot"),
         ("workspace ARM --samples 0", "The number of samples must be at least 1, got 0"),
@@ -243,11 +244,11 @@ def test_a_joint_without_a_measured_position_is_no_joint_at_rest():
     description = RobotDescription.from_urdf(arm_urdf(THREE))
     groups = find_groups(description)
     measured = {"joint_1": 0.1, "joint_2": 0.2, "joint_3": 0.3}
-    arm = source.RobotOfCommand(description, groups, measured).arm(source.RobotOptions())
+    arm, _ = RunningRobot(description, groups, measured).arm()
     assert arm.positions.tolist() == [0.1, 0.2, 0.3]
     for positions in ({"joint_1": 0.1, "joint_3": 0.2}, {**measured, "joint_2": math.nan}):
         with pytest.raises(UnavailableError, match="no position of joint_2"):
-            source.RobotOfCommand(description, groups, positions).arm(source.RobotOptions())
+            RunningRobot(description, groups, positions).arm()
 
 
 def test_completion_offers_joints_groups_links_and_states_of_the_file(arm):
