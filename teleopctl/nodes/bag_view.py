@@ -18,7 +18,6 @@ from teleopctl.node import (
 )
 from teleopctl.wire import ensure_router
 
-_PANELS = ["bag", "scene", "camera", "plot", "topics", "log"]
 _PLAYER = "rosbag2_player"
 _CLOCK_HZ = 40.0
 _DESCRIPTION = "/robot_description"
@@ -64,14 +63,14 @@ def view_bag(
     domain = _FIRST_DOMAIN + os.getpid()
     arguments = ["--ros-args", "-p", "use_sim_time:=true"]
     options = PlayOptions(rate=rate, loop=True, is_paused=is_paused, clock_hz=_CLOCK_HZ)
-    from teleopctl.viewer import open_viewer
+    from teleopctl.viewer import load_layout, open_viewer
 
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=arguments, domain_id=domain),
         contextlib.ExitStack() as stack,
     ):
-        viewer, address = open_viewer(host, port, token_file, view=view, panels=_PANELS)
+        viewer, address = open_viewer(host, port, token_file, view=view, layout=load_layout("bag"))
         stack.enter_context(viewer)
         node = stack.enter_context(Node(_PLAYER))
         if description is not None:

@@ -60,7 +60,7 @@ def main(args: list[str] | None = None) -> int:
             page = _page_of(node)
             if page is not None:
                 node.get_logger().info(
-                    f"The sliders are in the tab Joints of the page that {page} serves"
+                    f"The sliders are in the panel Joints of the page that {page} serves"
                 )
             else:
                 executor.add_node(stack.enter_context(_open(node, options)))
@@ -76,13 +76,13 @@ def _page_of(node: Node) -> str | None:
 
 
 def _open(node: Node, options: argparse.Namespace) -> Node:
-    from teleopctl.viewer import open_viewer
+    from teleopctl.viewer import load_layout, open_viewer
 
     viewer, address = open_viewer(
         options.host,
         options.port,
         options.token_file,
-        panels=["joints"],
+        layout=load_layout("sliders"),
         # A launch file's name for this node must not rename the viewer.
         cli_args=["--ros-args", "-r", "__node:=rviz"],
     )

@@ -33,17 +33,21 @@ def main(args: list[str] | None = None) -> int:
 
     Raises:
         PageError: The page cannot be opened.
+        LayoutError: There is no such layout.
     """
     if hasattr(os, "nice"):
         # The processes that control the robot have priority over the viewer.
         os.nice(_NICENESS)
-    from teleopctl.viewer import open_viewer
+    from teleopctl.viewer import load_layout, open_viewer
 
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(
         prog="rviz2", description="The robot in a browser.", allow_abbrev=False
     )
     parser.add_argument("-d", "--display-config", type=Path, help="an .rviz file to begin with")
+    parser.add_argument(
+        "--layout", metavar="NAME|FILE", default="", help="layout of the panels: a preset or a file"
+    )
     add_page_options(parser)
     options, unserved = parser.parse_known_args(parse_ros_arguments(words).program)
     progress.report(progress.STARTING)
@@ -52,7 +56,11 @@ def main(args: list[str] | None = None) -> int:
         init(args=words, publishes_after_signal=True),
     ):
         viewer, address = open_viewer(
-            options.host, options.port, options.token_file, view=options.display_config
+            options.host,
+            options.port,
+            options.token_file,
+            view=options.display_config,
+            layout=load_layout(options.layout) if options.layout else None,
         )
         with viewer as node:
             if unserved:

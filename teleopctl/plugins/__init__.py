@@ -418,21 +418,22 @@ PANELS = Kind(
     "viewer panel",
     "teleopctl.viewer_panels",
     {
-        "bag": f"{_PANELS}.bag:BagPanel",
-        "joints": f"{_PANELS}.joints:JointsPanel",
         "scene": f"{_PANELS}.scene:ScenePanel",
+        "joints": f"{_PANELS}.joints:JointsPanel",
+        "controllers": f"{_PANELS}.controllers:ControllersPanel",
         "camera": f"{_PANELS}.camera:CameraPanel",
         "plot": f"{_PANELS}.plot:PlotPanel",
         "topics": f"{_PANELS}.topics:TopicsPanel",
         "graph": f"{_PANELS}.graph:GraphPanel",
-        "controllers": f"{_PANELS}.controllers:ControllersPanel",
         "parameters": f"{_PANELS}.parameters:ParametersPanel",
-        "simulation": f"{_PANELS}.simulation:SimulationPanel",
         "log": f"{_PANELS}.log:LogPanel",
+        "simulation": f"{_PANELS}.simulation:SimulationPanel",
+        "bag": f"{_PANELS}.bag:BagPanel",
+        "tools": f"{_PANELS}.tools:ToolsPanel",
     },
     bases=("teleopctl.viewer.panels.base:Panel",),
 )
-"""Panels of the viewer's page, in the order of their tabs."""
+"""Panels of the viewer's page, in the order in which it offers them."""
 
 
 def kinds() -> list[Kind]:

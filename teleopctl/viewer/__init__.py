@@ -17,6 +17,13 @@ if TYPE_CHECKING:
         Stage as Stage,
     )
     from teleopctl.viewer.displays.properties import Property as Property
+    from teleopctl.viewer.layout import (
+        Layout as Layout,
+        LayoutError as LayoutError,
+        layout_of as layout_of,
+        load_layout as load_layout,
+        presets as presets,
+    )
     from teleopctl.viewer.page_server import (
         DEFAULT_PORT as DEFAULT_PORT,
         PageError as PageError,

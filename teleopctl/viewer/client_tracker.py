@@ -1,21 +1,24 @@
 """The browsers that have the page open, and viser's server that keeps track of them.
 
 viser's client reads messages in a web worker, which browsers do not slow down in hidden tabs, and
-does not report whether the page is visible. So the server sends each browser a script that reports
-the visibility, with a request to the page's own address:
+reports neither whether the page is visible nor which panels are. So the server sends each browser
+a script that reports both, with a request to the page's own address:
 
     GET /visibility
     Teleopctl-Browser: 3
     Teleopctl-Visibility: hidden
+    Teleopctl-Panels: camera plot
 
 The number is viser's client ID, a new one for each connection. Browsers send custom headers only to
 the page's own origin (other origins need a CORS permission, which this server never gives), so no
-foreign page can send a report. The page counts as visible until a report arrives.
+foreign page can send a report. Until a report arrives the page counts as visible, and its panels do
+not.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from http import HTTPStatus
 
 import viser
@@ -25,38 +28,80 @@ from teleopctl.node import LogOnce
 
 _PATH = "/visibility"
 _BROWSER, _VISIBILITY = "teleopctl-browser", "teleopctl-visibility"
+_PANELS = "teleopctl-panels"
+_LONGEST_REPORT = 2000
 
+# A panel's content starts with an element that has the panel's name, see `panel_mark`. What stands
+# around the element is hidden with the panel: by another tab, a minimized column, a closed section.
 # One request at a time, so that none overtakes another; a change during a request is sent by the
 # next one. After a reconnect the script of the former connection sends nothing more.
 _SCRIPT = """
 const browser = "%d";
-let reported = "visible";
+let reported = "";
 let sending = false;
 window.teleopctlBrowser = browser;
-document.onvisibilitychange = async () => {
+const isShown = (mark) => {
+  if (!mark.parentElement.checkVisibility({visibilityProperty: true})) return false;
+  for (let box = mark.parentElement.parentElement; box; box = box.parentElement) {
+    const {width, height} = box.getBoundingClientRect();
+    if (width < 4 || height < 4) return false;
+  }
+  return true;
+};
+const shownPanels = () => {
+  const marks = [...document.querySelectorAll("[data-teleopctl-panel]")];
+  const names = marks.filter(isShown).map((mark) => mark.dataset.teleopctlPanel);
+  return [...new Set(names)].sort().join(" ");
+};
+const report = async () => {
   if (sending) return;
   sending = true;
-  while (reported !== document.visibilityState && window.teleopctlBrowser === browser) {
+  while (window.teleopctlBrowser === browser) {
     const visibility = document.visibilityState;
-    const headers = {"Teleopctl-Browser": browser, "Teleopctl-Visibility": visibility};
+    const panels = visibility === "hidden" ? "" : shownPanels();
+    if (reported === visibility + panels) break;
+    const headers = {
+      "Teleopctl-Browser": browser,
+      "Teleopctl-Visibility": visibility,
+      "Teleopctl-Panels": panels,
+    };
     try {
       await fetch("visibility", {headers, cache: "no-store", keepalive: true});
-      reported = visibility;
+      reported = visibility + panels;
     } catch {
       await new Promise((again) => setTimeout(again, 1000));
     }
   }
   sending = false;
 };
-document.onvisibilitychange();
+document.onvisibilitychange = report;
+clearInterval(window.teleopctlReports);
+window.teleopctlReports = setInterval(report, 250);
 """
 
 
+def panel_mark(name: str) -> str:
+    """Return the HTML of the element by which a browser finds a panel, first in its content.
+
+    Args:
+        name: Name of the panel in the registry.
+    """
+    return f'<span data-teleopctl-panel="{name}"></span>'
+
+
+@dataclass
+class _Sight:
+    """What a browser shows: whether the page, and which panels."""
+
+    is_visible: bool = True
+    panels: frozenset[str] = frozenset()
+
+
 class ClientTracker:
-    """Record of the browsers connected to the page, and whether the page is visible in each."""
+    """Record of the browsers connected to the page, and what is visible in each."""
 
     def __init__(self) -> None:
-        self._visible: dict[int, bool] = {}
+        self._sights: dict[int, _Sight] = {}
         self._changed: list[Callable[[], object]] = []
 
     def attach(self, server: viser.ViserServer) -> None:
@@ -71,11 +116,11 @@ class ClientTracker:
         below = server._websock_server  # noqa: SLF001 -- viser's public callbacks are called later
 
         def add(connection: WebsockClientConnection) -> None:
-            self._visible[connection.client_id] = True
+            self._sights[connection.client_id] = _Sight()
             connection.queue_message(RunJavascriptMessage(_SCRIPT % connection.client_id))
 
         def remove(connection: WebsockClientConnection) -> None:
-            self._visible.pop(connection.client_id, None)
+            self._sights.pop(connection.client_id, None)
 
         below.on_client_connect(add)
         below.on_client_disconnect(remove)
@@ -90,7 +135,12 @@ class ClientTracker:
         Args:
             browser: viser's client ID.
         """
-        return self._visible.get(browser, True)
+        sight = self._sights.get(browser)
+        return sight is None or sight.is_visible
+
+    def visible_panels(self) -> frozenset[str]:
+        """Return the names of the panels that are visible in at least one browser."""
+        return frozenset().union(*(sight.panels for sight in tuple(self._sights.values())))
 
     def handle_request(self, path: str, headers: Mapping[str, str]) -> Answer | None:
         """Store a visibility report, call the callbacks, and return HTTP 200; else return None.
@@ -102,9 +152,10 @@ class ClientTracker:
         if path != _PATH or not {_BROWSER, _VISIBILITY} <= headers.keys():
             return None
         visible = headers[_VISIBILITY] != "hidden"
-        for browser in self._visible:
+        panels = frozenset(headers.get(_PANELS, "")[:_LONGEST_REPORT].split())
+        for browser, sight in self._sights.items():
             if str(browser) == headers[_BROWSER]:
-                self._visible[browser] = visible
+                sight.is_visible, sight.panels = visible, panels if visible else frozenset()
         for callback in self._changed:
             callback()
         return Answer(HTTPStatus.OK)

@@ -40,7 +40,17 @@ def add_lights(scene: viser.SceneApi) -> None:
 
 # Direction to the camera: from the front, the right and above.
 _DIRECTION = (0.66, -0.6, 0.45)
-# Camera distance, in radii of the robot, for a view of the whole robot beside the panels.
+VIEWS: dict[str, Vector3] = {
+    "Whole robot": _DIRECTION,
+    "Front": (1.0, 0.0, 0.0),
+    "Back": (-1.0, 0.0, 0.0),
+    "Left": (0.0, 1.0, 0.0),
+    "Right": (0.0, -1.0, 0.0),
+    # A camera that looks straight down has no up direction.
+    "Top": (-1e-3, 0.0, 1.0),
+}
+"""Names of views of the whole robot, and the direction from the robot to the camera."""
+# Camera distance, in radii of the robot, for a view of the whole robot between the panels.
 _RADII = 2.0
 _SMALLEST_RADIUS_M = 0.02
 _LARGEST_RADIUS_M = 1000.0
@@ -48,12 +58,17 @@ _LARGEST_RADIUS_M = 1000.0
 _AHEAD_OF_OPTICAL = Transform(rotation=(0.5, -0.5, 0.5, 0.5))
 
 
-def robot_view(description: RobotDescription, meshes: Mapping[str, MeshFile]) -> tuple[View, float]:
+def robot_view(
+    description: RobotDescription,
+    meshes: Mapping[str, MeshFile],
+    direction: Vector3 = _DIRECTION,
+) -> tuple[View, float]:
     """Return a `View` of the robot at rest, and half the diagonal of the robot's bounding box (m).
 
     Args:
         description: Description of the robot.
         meshes: Loaded meshes of the robot by URI.
+        direction: Direction from the robot to the camera.
 
     Returns:
         The view in the frame of the root link, and half the diagonal of the bounding box in metres.
@@ -63,8 +78,40 @@ def robot_view(description: RobotDescription, meshes: Mapping[str, MeshFile]) ->
     low, high = (min(xs), min(ys), min(zs)), (max(xs), max(ys), max(zs))
     x, y, z = ((least + most) / 2 for least, most in zip(low, high, strict=True))
     radius = min(max(math.dist(low, high) / 2, _SMALLEST_RADIUS_M), _LARGEST_RADIUS_M)
-    dx, dy, dz = (_RADII * radius * step for step in _DIRECTION)
+    dx, dy, dz = (_RADII * radius * step for step in direction)
     return View((x + dx, y + dy, z + dz), (x, y, z)), radius
+
+
+# Heights in pixels of what covers the lower edge of the scene: the bar, and on a phone the sheet of
+# viser's client, which has it in windows narrower than 576 pixels.
+_BAR_PX, _SHEET_PX, _PHONE_PX = 140, 260, 576
+# The bounding sphere of a robot is larger than what is seen of it.
+_SEEN_SHARE = 0.95
+
+
+def fitted(view: View, radius: float, camera: viser.CameraHandle) -> View:
+    """Return a view in which a sphere around the focal point is whole, above the page's bar.
+
+    With the window's height h, of which the lowest b pixels are covered, the camera moves back
+    until the sphere fits the rest, and down by b / 2 pixels at the sphere's distance.
+
+    Args:
+        view: View of the sphere's centre, whose direction is kept.
+        radius: Radius of the sphere in metres.
+        camera: Camera of the browser, for its size in pixels and its field of view.
+    """
+    height, width = max(camera.image_height, 1), max(camera.image_width, 1)
+    covered = min(_SHEET_PX if width < _PHONE_PX else _BAR_PX, height / 2) / height
+    slope = math.tan(camera.fov / 2)
+    least = min(slope * (1 - covered), slope * width / height)
+    distance = _SEEN_SHARE * radius / math.sin(math.atan(least))
+    ahead = np.subtract(view.focus, view.eye)
+    ahead /= np.linalg.norm(ahead)
+    across = np.cross(ahead, (0.0, 0.0, 1.0))
+    up = np.cross(across, ahead) / max(float(np.linalg.norm(across)), 1e-9)
+    focus = np.asarray(view.focus) - up * (distance * slope * covered)
+    (ex, ey, ez), (fx, fy, fz) = (focus - distance * ahead).tolist(), focus.tolist()
+    return View((ex, ey, ez), (fx, fy, fz))
 
 
 def last_camera_pose(cameras: Iterable[viser.CameraHandle]) -> Transform | None:
@@ -136,6 +183,7 @@ class SceneView:
         displays: The displays in their order.
         file: The ``.rviz`` document, which changes with the displays.
         path: The file to save to; None for a download by the browser.
+        robot_name: Name in the robot description, once it is loaded.
 
     Raises:
         TeleopctlError: The file cannot be read.
@@ -150,6 +198,7 @@ class SceneView:
         simulated: bool = False,
     ) -> None:
         self.displays: list[Display] = []
+        self.robot_name = ""
         self._server = server
         self._stage = stage
         self._drawn = False
@@ -258,20 +307,43 @@ class SceneView:
 
     def _frame(self) -> None:
         """Once a robot is loaded, set camera, grid and axes by its size; only once."""
-        model = next((one for one in self.displays if isinstance(one, RobotModelDisplay)), None)
+        model = self._model()
         if model is None or model.description is None:
             return
         self._framed = True
-        self._server.gui.set_panel_label(printable_line(model.description.name) or None)
+        self.robot_name = printable_line(model.description.name)
+        self._server.gui.set_panel_label(self.robot_name or None)
         view, radius = robot_view(model.description, model.meshes)
         self.set_initial_view(view)
         for client in self._server.get_clients().values():
-            client.camera.position, client.camera.look_at = view.eye, view.focus
+            client.camera.position, client.camera.look_at = fitted(view, radius, client.camera)
         for display in self.displays:
             if display.rviz_class == "Grid":
                 display.set("Cell Size", round_down(radius))
             elif display.rviz_class == "TF":
                 display.set("Marker Scale", round_down(radius))
+
+    def _model(self) -> RobotModelDisplay | None:
+        return next((one for one in self.displays if isinstance(one, RobotModelDisplay)), None)
+
+    def frame_usual(self, camera: viser.CameraHandle) -> None:
+        """Show the whole robot in a browser that has come, unless an ``.rviz`` file has a view."""
+        if self._framed and self.path is None:
+            self.frame_robot(camera)
+
+    def frame_robot(self, camera: viser.CameraHandle, direction: Vector3 = _DIRECTION) -> bool:
+        """Show the whole robot in one browser, beside the page's bar; return False without robot.
+
+        Args:
+            camera: Camera of the browser.
+            direction: Direction from the robot to the camera, see `VIEWS`.
+        """
+        model = self._model()
+        if model is None or model.description is None:
+            return False
+        view, radius = robot_view(model.description, model.meshes, direction)
+        camera.position, camera.look_at = fitted(view, radius, camera)
+        return True
 
     def set_initial_view(self, view: View) -> None:
         """Set the camera's position and focal point for browsers that open the page later."""

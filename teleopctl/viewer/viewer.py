@@ -11,26 +11,26 @@ from collections import deque
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, cast
+from typing import TYPE_CHECKING, Any
 
-from teleopctl import plugins
 from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import NamedTransformListener, Transform
+from teleopctl.viewer.layout import Layout
 from teleopctl.viewer.page_server import (
     CLEANUP_PERIOD_S,
     MemoryCleanup,
     close_server,
     open_page,
 )
-from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.robot_file import RobotFile
 from teleopctl.viewer.robot_stop import RobotStopControl
 from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
 from teleopctl.viewer.scene_view import SceneView
 from teleopctl.viewer.subscriptions import UnknownTypes
+from teleopctl.viewer.workspace import Workspace
 
 if TYPE_CHECKING:
     import viser
@@ -40,6 +40,8 @@ if TYPE_CHECKING:
 _UPDATES_PER_S = 30.0
 # Panels are updated with every third update of the scene.
 _UPDATES_PER_PANEL_TICK = 3
+# What was arranged is kept in the browsers every two seconds.
+_UPDATES_PER_STORE = 60
 _ERROR_PERIOD_S = 5.0
 # Time for a browser to reconnect after a reload or a broken connection.
 _HIDDEN_AFTER_S = 5.0
@@ -51,7 +53,7 @@ class Viewer(Node):
     Args:
         server: The page's server.
         view: The ``.rviz`` file to load; None for the default displays.
-        panels: Names of the panels in their order; None for all default ones.
+        layout: Layout of the panels; None to choose one by what is there.
         cli_args: ROS arguments for this node, in addition to those of the process.
     """
 
@@ -59,7 +61,7 @@ class Viewer(Node):
         self,
         server: PageServer,
         view: Path | None = None,
-        panels: list[str] | None = None,
+        layout: Layout | None = None,
         cli_args: Sequence[str] | None = None,
     ) -> None:
         super().__init__("rviz", cli_args=cli_args)
@@ -83,7 +85,7 @@ class Viewer(Node):
         self._timer = self.create_timer(1.0 / _UPDATES_PER_S, self._tick, clock=steady)
         self._timer.cancel()
         self._hide_timer = self.create_timer(
-            _HIDDEN_AFTER_S, lambda: self._guarded(self._end_showing), clock=steady
+            _HIDDEN_AFTER_S, lambda: self.guarded(self._end_showing), clock=steady
         )
         self._hide_timer.cancel()
         self.create_timer(CLEANUP_PERIOD_S, MemoryCleanup(server).run, clock=steady)
@@ -92,24 +94,19 @@ class Viewer(Node):
         self.robot_file = RobotFile(self)
         self.create_service(get_service("std_srvs/srv/Empty"), "~/reset_time", self._reset_time)
         self._robot_stop = RobotStopControl(self)
-        self.panels = self._make_panels(panels)
+        self.workspace = Workspace(server, self, layout)
         self.add_graph_callback(lambda: self.call_on_node_thread(self._on_graph_change))
-        server.on_client_connect(self.on_node_thread(lambda _client: self._update_visibility()))
-        server.on_client_disconnect(self.on_node_thread(lambda _client: self._update_visibility()))
+        server.on_client_connect(self.on_node_thread(self._add_client))
+        server.on_client_disconnect(self.on_node_thread(self._remove_client))
         server.clients.on_change(self.on_node_thread(self._update_visibility))
 
-    def _make_panels(self, names: list[str] | None) -> list[Panel]:
-        made: list[Panel] = []
-        tabs = self.gui.add_tab_group()
-        for name in names or plugins.available(plugins.PANELS):
-            kind: type[Panel] = plugins.load(plugins.PANELS, name)
-            if not (names or kind.is_default):
-                continue
-            panel = kind(self)
-            with tabs.add_tab(panel.title, cast("viser.IconName", panel.icon)):
-                panel.build()
-            made.append(panel)
-        return made
+    def _add_client(self, client: viser.ClientHandle) -> None:
+        self.workspace.add_client(client)
+        self._update_visibility()
+
+    def _remove_client(self, client: viser.ClientHandle) -> None:
+        self.workspace.remove_client(client.client_id)
+        self._update_visibility()
 
     # --- for displays and panels --------------------------------------------------------------
 
@@ -124,7 +121,7 @@ class Viewer(Node):
 
         def begin() -> Callable[[], None]:
             subscription = self.create_subscription(
-                get_message(type_name), topic, lambda message: self._guarded(callback, message), qos
+                get_message(type_name), topic, lambda message: self.guarded(callback, message), qos
             )
 
             def end() -> None:
@@ -203,13 +200,12 @@ class Viewer(Node):
         self._hide_timer.cancel()
         if not self._watched:
             self._begin_showing()
+        self.workspace.show_visible(self.server.clients.visible_panels())
 
     def _begin_showing(self) -> None:
         self._watched = True
         self._listener = NamedTransformListener(self.buffer, self)
         self.scene_view.begin()
-        for panel in self.panels:
-            self._guarded(panel.began)
         self._timer.reset()
 
     def _end_showing(self) -> None:
@@ -220,39 +216,38 @@ class Viewer(Node):
             self._listener.unregister()
             self._listener = None
         self.scene_view.end()
-        for panel in self.panels:
-            self._guarded(panel.ended)
+        self.workspace.show_visible(None)
 
     # Any: request and response of RViz's service for its Reset.
     def _reset_time(self, _request: Any, response: Any) -> Any:
-        self._guarded(self.reset)
+        self.guarded(self.reset)
         return response
 
     def _on_graph_change(self) -> None:
         self._types.request_missing()
-        self._guarded(self._robot_stop.graph_changed)
-        for panel in self.panels:
-            self._guarded(panel.graph_changed)
+        self.guarded(self._robot_stop.graph_changed)
+        self.guarded(self.workspace.graph_changed)
 
     def _tick(self) -> None:
         self._updates += 1
         now_ns = self.get_clock().now().nanoseconds
         jumped_back, self._last_time_ns = now_ns < self._last_time_ns, now_ns
         with self.server.atomic():
-            self._guarded(self.frames.update)
-            self._guarded(lambda: self.scene_view.tick(jumped_back=jumped_back))
+            self.guarded(self.frames.update)
+            self.guarded(lambda: self.scene_view.tick(jumped_back=jumped_back))
         if self._updates % _UPDATES_PER_PANEL_TICK == 0:
-            for panel in self.panels:
-                self._guarded(panel.tick)
+            self.workspace.tick()
+        if self._updates % _UPDATES_PER_STORE == 0:
+            self.guarded(self.workspace.store)
 
     def _run_queued(self) -> None:
         # Functions queued by these calls are called at the next trigger, after pending messages.
         for _ in range(len(self._queue)):
-            failure = self._guarded(self._queue.popleft())
+            failure = self.guarded(self._queue.popleft())
             if failure:
                 self.notify("Error", failure, wrong=True)
 
-    def _guarded(self, function: Callable[..., object], *arguments: object) -> str:
+    def guarded(self, function: Callable[..., object], *arguments: object) -> str:
         """Call a function; log its exception, and return its message, empty for none."""
         try:
             function(*arguments)
@@ -267,8 +262,7 @@ class Viewer(Node):
 
     def destroy_node(self) -> None:
         """Close the panels and the page's web server, then destroy the node."""
-        for panel in self.panels:
-            panel.close()
+        self.workspace.close()
         self.robot_file.close()
         self._workers.shutdown(wait=False, cancel_futures=True)
         close_server(self.server)
@@ -281,7 +275,7 @@ def open_viewer(
     token_file: Path | None = None,
     *,
     view: Path | None = None,
-    panels: list[str] | None = None,
+    layout: Layout | None = None,
     cli_args: Sequence[str] | None = None,
 ) -> tuple[Viewer, Address]:
     """Open the page's web server; return the `Viewer` node that serves it, and the page's address.
@@ -291,7 +285,7 @@ def open_viewer(
         port: Port to listen on; see `open_server`.
         token_file: File of the page's token; see `open_page`.
         view: See `Viewer`.
-        panels: See `Viewer`.
+        layout: See `Viewer`.
         cli_args: See `Viewer`.
 
     Returns:
@@ -302,7 +296,7 @@ def open_viewer(
     """
     server, address = open_page(host, port, token_file)
     try:
-        viewer = Viewer(server, view, panels, cli_args)
+        viewer = Viewer(server, view, layout, cli_args)
     except BaseException:
         close_server(server)
         raise

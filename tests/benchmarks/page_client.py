@@ -6,6 +6,7 @@ This client reads all messages at once, so that the page does its maximum of wor
 
 from __future__ import annotations
 
+import http.client
 import re
 import struct
 import threading
@@ -47,13 +48,19 @@ class PageClient:
 
     Args:
         port: TCP port of the page on this machine.
+        storage: The browser's local storage, with what the page has kept in it.
 
     Attributes:
+        storage: See the argument.
+        messages: Messages about viser panels, in their order.
         parts: Properties of the GUI elements, such as buttons, by UUID.
         counts: Numbers of received messages by type; ``data`` counts updates of images and plots.
     """
 
-    def __init__(self, port: int) -> None:
+    def __init__(self, port: int, storage: dict[str, str] | None = None) -> None:
+        self.storage = {} if storage is None else storage
+        self.messages: list[dict[str, Any]] = []
+        self._port, self._browser = port, ""
         self.parts: dict[str, dict[str, Any]] = {}
         self.counts: Counter[str] = Counter()
         self._changed = threading.Condition()
@@ -93,6 +100,32 @@ class PageClient:
         part["value"] = value
         self._send({"type": "GuiUpdateMessage", "uuid": part["uuid"], "updates": {"value": value}})
 
+    def show(self, *panels: str, visibility: str = "visible") -> None:
+        """Report which panels are visible, as the page's script does in a browser.
+
+        Args:
+            panels: Names of the panels.
+            visibility: ``visible`` or ``hidden``, for the whole page.
+        """
+        self.wait_for(lambda: self._browser)
+        connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=LONGEST_WAIT_S)
+        headers = {
+            "Teleopctl-Browser": self._browser,
+            "Teleopctl-Visibility": visibility,
+            "Teleopctl-Panels": " ".join(panels),
+        }
+        connection.request("GET", "/visibility", headers=headers)
+        assert connection.getresponse().status == 200
+        connection.close()
+
+    def tabs(self) -> list[tuple[str, ...]]:
+        """Return the titles of the tabs of each viser panel that the client has now."""
+        return [
+            tuple(part["_tab_labels"])
+            for part in self.parts.values()
+            if part["type"] == "GuiPanelMessage" and part["_tab_labels"]
+        ]
+
     def wait_for(self, check: Callable[[], object]) -> None:
         """Wait until a condition on the received messages is true; fail after a timeout."""
         with self._changed:
@@ -124,6 +157,24 @@ class PageClient:
     def _take(self, message: dict[str, Any]) -> None:
         kind, name = message["type"], message.get("uuid", "")
         self.counts[kind] += 1
+        if "Panel" in kind:
+            self.messages.append(message)
+        if kind == "RunJavascriptMessage":
+            found = re.search(r'const browser = "(\d+)"', message["source"])
+            self._browser = found[1] if found else self._browser
+        elif kind == "LocalStorageSetItemMessage":
+            self.storage[message["key"]] = message["value"]
+        elif kind == "LocalStorageGetItemRequestMessage":
+            self._send(
+                {
+                    "type": "LocalStorageGetItemResponseMessage",
+                    "request_uuid": message["request_uuid"],
+                    "value": self.storage.get(message["key"]),
+                    "error": None,
+                }
+            )
+        elif kind == "GuiPanelRemoveMessage":
+            self.parts.pop(name, None)
         if kind == "GuiUpdateMessage":
             self.counts["data"] += not {"data", "_data"}.isdisjoint(message["updates"])
             self.parts.get(name, {}).update(message["updates"])
@@ -140,7 +191,7 @@ class PageClient:
 
 def show_everything(client: PageClient) -> None:
     """Show the camera, and plot ten numbers of ``/joint_states``, by the page's controls."""
-    client.put(client.find("Show", "Checkbox"), value=True)
+    client.show("camera", "plot", "joints")
     topic = client.find("Topic", "Dropdown", option="/joint_states")
     client.put(topic, "/joint_states")
     field = client.find("Field", "Dropdown")

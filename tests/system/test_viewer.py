@@ -131,16 +131,12 @@ def position_of(message, joint: str) -> float:
     return float(dict(zip(message.name, message.position, strict=False)).get(joint, 0.0))
 
 
-def test_the_page_shows_the_joints_of_the_robot(ros, chromium):
+def test_the_page_shows_the_joints_of_the_robot_and_a_slider_moves_it(ros, chromium):
     page = opened(chromium, launched(ros, "display.yaml"))
     for joint in ("joint_1", "joint_2", "joint_3", "joint_4"):
         expect(page.get_by_text(joint, exact=True)).to_be_visible(timeout=PAGE_WITHIN_MS)
     # joint_5 follows joint_4
     expect(page.get_by_text("joint_5", exact=True)).to_have_count(0)
-
-
-def test_a_slider_that_is_dragged_moves_the_robot(ros, chromium):
-    page = opened(chromium, launched(ros, "display.yaml"))
     slider = slider_of(page, "joint_1")
     state = moved_by_dragging(ros, page, slider, "joint_1")
     # What the page shows, /joint_states, /tf and forward kinematics are one and the same.

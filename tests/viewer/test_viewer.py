@@ -4,9 +4,8 @@ from teleopctl import plugins
 from teleopctl.interfaces import get_message
 from teleopctl.node import QoSProfile, SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S, eventually
-from teleopctl.viewer import Panel, Viewer, open_server, viewer as viewer_module
+from teleopctl.viewer import Layout, Panel, Viewer, open_server, viewer as viewer_module
 from tests.benchmarks.page_client import PageClient
-from tests.viewer.test_server import tell_visibility
 
 String = get_message("std_msgs/msg/String")
 
@@ -39,7 +38,10 @@ def test_a_panel_that_raises_does_not_end_the_page(ros, monkeypatch):
     )
     Careless.heard.clear()
     del ros  # this process is in it
-    with init(args=[]), Viewer(open_server(port=0), panels=["careless"]) as node:
+    with (
+        init(args=[]),
+        Viewer(open_server(port=0), layout=Layout.with_panels(["careless"])) as node,
+    ):
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         publisher = node.create_publisher(String, "/words", 10)
@@ -58,7 +60,7 @@ def test_a_picture_that_cannot_be_drawn_does_not_end_the_page(ros, monkeypatch):
         drawn.append(True)
         raise RuntimeError("drawn")
 
-    with init(args=[]), Viewer(open_server(port=0), panels=["log"]) as node:
+    with init(args=[]), Viewer(open_server(port=0), layout=Layout.with_panels(["log"])) as node:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         assert isinstance(node, Viewer)
@@ -96,7 +98,7 @@ def test_a_browser_that_is_back_at_once_has_not_been_away(ros, monkeypatch):
     )
     Attentive.noted.clear()
     server = open_server(port=0)
-    with init(args=[]), Viewer(server, panels=["attentive"]) as node:
+    with init(args=[]), Viewer(server, layout=Layout.with_panels(["attentive"])) as node:
         assert isinstance(node, Viewer)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
@@ -110,6 +112,7 @@ def test_a_browser_that_is_back_at_once_has_not_been_away(ros, monkeypatch):
 
         for _ in range(2):
             client = PageClient(server.get_port())
+            client.show("attentive")
             spin_until(lambda: node._hide_timer.is_canceled() and Attentive.noted)
             client.close()
             spin_until(lambda: not node._hide_timer.is_canceled())
@@ -128,7 +131,7 @@ def test_a_browser_that_hides_the_page_does_not_look(ros, monkeypatch):
     )
     Attentive.noted.clear()
     server = open_server(port=0)
-    with init(args=[]), Viewer(server, panels=["attentive"]) as node:
+    with init(args=[]), Viewer(server, layout=Layout.with_panels(["attentive"])) as node:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
 
@@ -139,16 +142,17 @@ def test_a_browser_that_hides_the_page_does_not_look(ros, monkeypatch):
 
             eventually(noted)
 
-        clients = [PageClient(server.get_port()), PageClient(server.get_port())]
+        first, second = PageClient(server.get_port()), PageClient(server.get_port())
         eventually(lambda: len(server.get_clients()) == 2)
-        first, second = server.get_clients()
+        first.show("attentive")
+        second.show("attentive")
         spin_until_noted("began")
-        tell_visibility(server.get_port(), first, "hidden")
-        tell_visibility(server.get_port(), second, "hidden")
+        first.show(visibility="hidden")
+        second.show(visibility="hidden")
         spin_until_noted("began", "ended")
-        tell_visibility(server.get_port(), first, "visible")
+        first.show("attentive")
         spin_until_noted("began", "ended", "began")
-        clients[0].close()
+        first.close()
         spin_until_noted("began", "ended", "began", "ended")
-        clients[1].close()
+        second.close()
         executor.shutdown()

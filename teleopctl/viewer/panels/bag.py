@@ -4,13 +4,15 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, to_nanoseconds
 from teleopctl.node import parameter_value_to_python, qos_profile_sensor_data
-from teleopctl.viewer.html import escaped_html, note_html
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.service_calls import ServiceCalls, servers_of
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
 
 _PACKAGE = "rosbag2_interfaces/srv"
 _SEEK = "seek"
@@ -21,7 +23,6 @@ _STEP_S = 0.01
 _DRAGGED_S = 0.5
 # Messages to publish after a seek while paused.
 _SHOWN_MESSAGES = 100
-_NOBODY = "No bag is being played. View one with <code>teleopctl bag view BAG</code>."
 
 # Any: messages, whose classes are created from definitions at run time.
 
@@ -31,7 +32,7 @@ class BagPanel(Panel):
 
     title: ClassVar[str] = "Bag"
     icon = "movie"
-    is_default = False
+    works_hidden = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -40,26 +41,25 @@ class BagPanel(Panel):
         self._start_ns = self._end_ns = 0
         self._now_ns = 0
         self._is_paused = False
+        self._rate = 1.0
         self._dragged_at = 0.0
         self._wanted_s: float | None = None
         self._is_seeking = False
         self._end: Callable[[], None] | None = None
 
+    @classmethod
+    def is_needed(cls, node: Node) -> bool:
+        """Return whether a bag is being played."""
+        return bool(_players(node))
+
     def build(self) -> None:
-        """Add the controls of the player, and a note shown while no bag is played."""
-        self._note = self.gui.add_html(_text(_NOBODY))
-        self._place = self.gui.add_folder(None, visible=False)
-        with self._place:
-            self._state = self.gui.add_html("")
-            self._line: Any = self.gui.add_slider(
-                "Time", 0.0, 1.0, _STEP_S, 0.0, visible=False, hint="Seconds from the bag's start"
-            )
-            self._line.on_update(self.page.on_node_thread(self._drag))
-            self._buttons: Any = self.gui.add_button_group(" ", ("Play", "Pause", "Next"))
-            self._buttons.on_click(self.page.on_node_thread(self._pressed))
-            rates = tuple(_label(rate) for rate in _RATES)
-            self._rate: Any = self.gui.add_dropdown("Rate", rates, initial_value=_label(1.0))
-            self._rate.on_update(self.page.on_node_thread(self._choose_rate))
+        """Add the time line and the row of buttons, whose label is the time."""
+        self._line: Any = self.gui.add_slider(
+            "Time", 0.0, 1.0, _STEP_S, 0.0, visible=False, hint="Seconds from the bag's start"
+        )
+        self._line.on_update(self.page.on_node_thread(self._drag))
+        self._row: Any = self.gui.add_button_group(" ", ("Play", "Next", *map(_label, _RATES)))
+        self._row.on_click(self.page.on_node_thread(self._pressed))
 
     def began(self) -> None:
         """Subscribe to a bag player in the ROS graph, if any; called when the page is shown."""
@@ -71,28 +71,30 @@ class BagPanel(Panel):
 
     def graph_changed(self) -> None:
         """Follow another bag player if the present one has gone, or if there was none."""
-        players = servers_of(self.page.node, _SEEK, f"{_PACKAGE}/Seek")
+        players = _players(self.page.node)
         if self._player not in players:
             self._follow(players[0] if players else "")
 
     def tick(self) -> None:
-        """Show the bag player's state (playing or paused) and the playback time."""
+        """Show the playback time, the rate, and whether the bag is playing."""
         if not self._player:
             return
         passed_s = (self._now_ns - self._start_ns) / NANOSECONDS_PER_SECOND
+        whole = " s"
         if self._line.visible:
             whole = f" of {(self._end_ns - self._start_ns) / NANOSECONDS_PER_SECOND:.2f} s"
             if time.monotonic() - self._dragged_at > _DRAGGED_S:
                 self._line.value = min(max(passed_s, self._line.min), self._line.max)
-        else:
-            whole = " s"
-        word = "paused" if self._is_paused else "playing"
-        content = _text(
-            f"<b>{word}</b> <span style='opacity:.7'>{escaped_html(self._player)}</span><br>"
-            f"<b>{passed_s:.2f}</b>{whole}"
-        )
-        if content != self._state.content:
-            self._state.content = content
+        label = f"{passed_s:.2f}{whole} · {_label(self._rate)}"
+        if label != self._row.label:
+            self._row.label = label
+        self._show_buttons()
+
+    def _show_buttons(self) -> None:
+        play = "Play" if self._is_paused else "Pause"
+        options = (play, "Next", *map(_label, sorted({*_RATES, self._rate})))
+        if options != self._row.options:
+            self._row.options = options
 
     def _follow(self, player: str) -> None:
         if player == self._player:
@@ -102,7 +104,6 @@ class BagPanel(Panel):
             self._end = None
         self._calls.close()
         self._player = player
-        self._note.visible, self._place.visible = not player, bool(player)
         self._line.visible = False
         self._start_ns = self._now_ns = 0
         if not player:
@@ -129,8 +130,7 @@ class BagPanel(Panel):
         self._is_paused = response.paused
 
     def _take_rate(self, response: Any) -> None:
-        self._rate.options = tuple(map(_label, sorted({*_RATES, response.rate})))
-        self._rate.value = _label(response.rate)
+        self._rate = float(response.rate)
 
     def _take_bounds(self, response: Any) -> None:
         """Show the time line; rosbag2's own player has no parameters for its bounds."""
@@ -147,8 +147,12 @@ class BagPanel(Panel):
         what = event.target.value
         if what == "Next":
             self._call("pause", "Pause", lambda _: self._call("play_next", "PlayNext"))
-        else:
+        elif what in ("Pause", "Play"):
             self._call(*(("pause", "Pause") if what == "Pause" else ("resume", "Resume")))
+        else:
+            self._rate = float(what.removesuffix("x"))
+            self._call("set_rate", "SetRate", rate=self._rate)
+            return
         self._is_paused = what != "Play"
 
     def _drag(self, event: Any) -> None:
@@ -181,10 +185,6 @@ class BagPanel(Panel):
         stamp = get_message("builtin_interfaces/msg/Time")(sec=seconds, nanosec=nanoseconds)
         self._call(_SEEK, "Seek", show, done, time=stamp)
 
-    def _choose_rate(self, event: Any) -> None:
-        if event.client is not None:
-            self._call("set_rate", "SetRate", rate=float(event.target.value.removesuffix("x")))
-
     def _call(
         self,
         service: str,
@@ -205,5 +205,5 @@ def _label(rate: float) -> str:
     return f"{rate:g}x"
 
 
-def _text(content: str) -> str:
-    return note_html(content, 1.5)
+def _players(node: Node) -> list[str]:
+    return servers_of(node, _SEEK, f"{_PACKAGE}/Seek")

@@ -1,13 +1,17 @@
 """Base of panels, each a tab beside the 3D view, and the interface of the page that they use.
 
+Data comes only to what is seen: a panel subscribes in `Panel.began`, when a browser shows it, and
+unsubscribes in `Panel.ended`, when no browser does any more.
+
 All methods are called on the node's thread. viser's callbacks arrive on another thread: a panel
 wraps its functions by `Page.on_node_thread`.
 """
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from typing import TYPE_CHECKING, ClassVar, Protocol
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
 if TYPE_CHECKING:
     import viser
@@ -16,6 +20,7 @@ if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
     from teleopctl.viewer.scene.frames import SceneFrames
     from teleopctl.viewer.scene_view import SceneView
+    from teleopctl.viewer.workspace import Workspace
 
 
 class Page(Protocol):
@@ -53,25 +58,42 @@ class Page(Protocol):
     def scene_view(self) -> SceneView:
         """The 3D view, whose displays can be added and removed."""
 
+    @property
+    def workspace(self) -> Workspace:
+        """The panels, and their arrangement in each browser."""
+
+    def guarded(self, function: Callable[..., object], *arguments: object) -> str:
+        """Call a function; log its exception, and return its message, empty for none."""
+
 
 class Panel:
-    """Base class of panels, each a tab beside the 3D view.
+    """Base class of panels, each a tab beside the 3D view, or a row of the bar below it.
 
     Attributes:
         title: Title of the tab.
         icon: Name of the tab's Tabler icon.
-        is_default: Whether the page has the panel if the user selects no panels.
+        works_hidden: Whether the panel works while the page is visible and the panel is not: one
+            that collects what people look back at.
         page: The viewer's node.
         gui: The viser GUI, to add controls.
     """
 
     title: ClassVar[str]
     icon: ClassVar[str] = "square"
-    is_default: ClassVar[bool] = True
+    works_hidden: ClassVar[bool] = False
 
     def __init__(self, page: Page) -> None:
         self.page = page
         self.gui = page.gui
+
+    @classmethod
+    def is_needed(cls, node: Node) -> bool:  # noqa: ARG003 -- for overriding classes
+        """Return whether the panel has something to show; else layouts leave it out. Override.
+
+        Args:
+            node: The viewer's node, whose graph is read.
+        """
+        return True
 
     def build(self) -> None:
         """Add the panel's controls to its tab; called once, before any other method.
@@ -80,16 +102,16 @@ class Panel:
         """
 
     def tick(self) -> None:
-        """Update the controls; called ten times a second while the page is visible. Override."""
+        """Update the controls; called ten times a second while the panel is visible. Override."""
 
     def began(self) -> None:
-        """Subscribe to topics; called when a first browser shows the page.
+        """Subscribe to topics; called when a first browser shows the panel.
 
         Override.
         """
 
     def ended(self) -> None:
-        """Unsubscribe from topics; called when no browser has shown the page for 5 s.
+        """Unsubscribe from topics; called when no browser shows the panel any more.
 
         Override.
         """
@@ -100,5 +122,38 @@ class Panel:
         Override.
         """
 
+    # Any: YAML values.
+    def state(self) -> Any:
+        """Return what was chosen in the panel, as YAML values to keep; None for nothing.
+
+        Override.
+        """
+
+    def restore(self, state: Any) -> None:
+        """Choose again what `state` has returned, perhaps long ago and on another page.
+
+        Override.
+
+        Args:
+            state: YAML values, which may be wrong.
+        """
+
     def close(self) -> None:
         """Release the panel's resources; called once, when the viewer is destroyed. Override."""
+
+
+# Any: viser's handles of a browser and of a modal window.
+@contextmanager
+def dialog(client: Any, title: str) -> Iterator[Any]:
+    """Open a window in one browser, with the controls added in the context and a button to close.
+
+    Args:
+        client: viser's handle of the browser.
+        title: Title of the window.
+
+    Yields:
+        viser's handle of the window, to close it earlier.
+    """
+    with client.gui.add_modal(title) as modal:
+        yield modal
+        client.gui.add_button("Close", color="gray").on_click(lambda _event: modal.close())

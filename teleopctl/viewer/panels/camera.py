@@ -1,17 +1,18 @@
-"""Panel of a camera: its newest image, and its frustum in the scene.
+"""Panel of the cameras: each published image topic, side by side, for as long as it is seen.
 
-Images are the largest messages of a robot, and viser does not report which tab is open, so the
-panel subscribes only while its checkbox is on.
+Images are the largest messages of a robot: they are subscribed to only while the panel is visible,
+and are scaled for the page.
 """
 
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from functools import partial
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
-from teleopctl.node import QoSProfile
+from teleopctl.base.printable import printable_line
 from teleopctl.pictures import COMPRESSED, RAW, Picture, PictureError
 from teleopctl.viewer.displays.sensors.images import (
     ImageFeed,
@@ -19,16 +20,48 @@ from teleopctl.viewer.displays.sensors.images import (
     image_type_by_name,
     set_picture,
 )
-from teleopctl.viewer.html import escaped_markdown
+from teleopctl.viewer.html import escaped_html
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.subscriptions import topic_qos
 
-_NONE = "no camera"
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+    from teleopctl.viewer.displays.base import Display
+
+MOST_SHOWN = 6
+"""Number of cameras that are shown without being chosen."""
+
 _NOTHING = np.zeros((1, 1, 3), np.uint8)
+_WIDTH_PX, _FULL_WIDTH_PX = 640, 4096
+# Pictures stand side by side where they are at least this wide; all else takes the whole width. In
+# a docked panel a picture is at most as high as the panel.
+_STYLE = """<style>
+div:has(> div > .teleopctl-cameras) { display: flex; flex-wrap: wrap; padding-top: 4px }
+div:has(> div > .teleopctl-cameras) > * { flex: 1 1 100% }
+div:has(> div > .teleopctl-cameras) > :has(> * > img) { flex: 1 1 150px }
+div:has(> div > .teleopctl-cameras) img { max-height: max(80px, 100cqh - 40px); margin: auto }
+[data-dock-leaf] [data-scrollarea-viewport]:has(.teleopctl-cameras) { container-type: size }
+</style><span class="teleopctl-cameras"></span>"""
+_NOTE = '<div style="padding:0 10px 4px;font-size:11px;line-height:1.3;opacity:.7">{text}</div>'
+
+# Any: messages, whose classes are created from definitions at run time, and viser's handles.
+
+
+def image_topics(node: Node) -> dict[str, str]:
+    """Return the published image topics, raw and compressed, and the type of each.
+
+    Args:
+        node: Node whose graph is read.
+    """
+    return {
+        topic: next(kind for kind in (RAW, COMPRESSED) if kind in kinds)
+        for topic, kinds in node.get_topic_names_and_types()
+        if not {RAW, COMPRESSED}.isdisjoint(kinds) and node.count_publishers(topic)
+    }
 
 
 class CameraPanel(Panel):
-    """Panel with the newest image of a chosen camera topic."""
+    """Panel with the newest image of each camera."""
 
     title: ClassVar[str] = "Camera"
     icon = "camera"
@@ -36,156 +69,205 @@ class CameraPanel(Panel):
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self._types: dict[str, str] = {}
-        self._topic = ""
-        self._wanted = False
-        self._watched = False
-        self._end: Callable[[], None] | None = None
-        self._feed = ImageFeed(page.stage, self._show_result)
-        self._size = ""
-        # Any: the camera's display in the scene, or None
-        self._in_scene: Any = None
+        self._views: dict[str, _CameraView] = {}
+        # Topics that were chosen or left out by hand, True for chosen.
+        self._chosen: dict[str, bool] = {}
+        self._boxes: dict[str, Any] = {}
+        # The Camera displays in the scene that this panel has added.
+        self._displays: dict[str, Display] = {}
+        self._is_watched = False
+
+    @classmethod
+    def is_needed(cls, node: Node) -> bool:
+        """Return whether images are published."""
+        return bool(image_topics(node))
 
     def build(self) -> None:
-        """Add the choice of an image topic, two checkboxes, the image and a note with its rate."""
-        self._choice: Any = self.gui.add_dropdown("Camera", (_NONE,), disabled=True)
-        self._choice.on_update(self.page.on_node_thread(self._choose))
-        self._switch: Any = self.gui.add_checkbox(
-            "Show", False, disabled=True, hint="Receive the camera's images"
-        )
-        self._switch.on_update(self.page.on_node_thread(self._switched))
-        self._place: Any = self.gui.add_checkbox(
-            "In the scene",
-            False,
-            disabled=True,
-            hint="Draw the camera's frustum with its image in the 3D view",
-        )
-        self._place.on_update(self.page.on_node_thread(self._placed))
-        self._image: Any = self.gui.add_image(_NOTHING, visible=False)
-        self._note: Any = self.gui.add_markdown("No node publishes images.")
-
-    # --- available topics ---------------------------------------------------------------------
-
-    def graph_changed(self) -> None:
-        """Update the offered image topics; called when the ROS graph has changed."""
-        found = {
-            topic: next(kind for kind in (RAW, COMPRESSED) if kind in kinds)
-            for topic, kinds in self.page.node.get_topic_names_and_types()
-            if not {RAW, COMPRESSED}.isdisjoint(kinds) and self.page.node.count_publishers(topic)
-        }
-        if self._wanted and self._topic not in found:
-            # the selection is kept, since the node may be started again
-            found[self._topic] = self._types.get(self._topic, image_type_by_name(self._topic))
-        if found == self._types:
-            return
-        self._types = found
-        topics = tuple(sorted(found, key=lambda topic: (base_topic(topic), topic)))
-        if self._topic not in found:
-            self._topic = topics[0] if topics else ""
-        self._choice.options = topics or (_NONE,)
-        self._choice.value = self._topic or _NONE
-        for handle in (self._choice, self._switch, self._place):
-            handle.disabled = not topics
-        self._show_note()
-
-    def _choose(self, event: Any) -> None:
-        # The event of a value that was set by this process has no client.
-        if event.client is None or event.target.value == self._topic:
-            return
-        self._topic = event.target.value if event.target.value in self._types else ""
-        # Selecting a topic also enables the images.
-        self._wanted = bool(self._topic)
-        self._switch.value = self._wanted
-        self._listen()
-        if self._in_scene is not None:
-            self._in_scene.set_topic(self._topic)
-
-    def _switched(self, event: Any) -> None:
-        if event.client is None:
-            return
-        self._wanted = event.target.value
-        self._listen()
-
-    def _placed(self, event: Any) -> None:
-        if event.client is None:
-            return
-        wanted = event.target.value
-        if self._in_scene not in self.page.scene_view.displays:
-            self._in_scene = None
-        if wanted and self._in_scene is None and self._topic:
-            self._in_scene = self.page.scene_view.add(
-                "Camera", "Camera", {"Topic": {"Value": self._topic}}
+        """Add the pictures, and below them the choice of cameras."""
+        self._style = self.gui.add_html(_STYLE)
+        self._pictures = self.gui.add_folder(None)
+        self._note = self.gui.add_html(_NOTE.format(text="No node publishes images."))
+        self._choice = self.gui.add_folder("Cameras", expand_by_default=False, visible=False)
+        with self._choice:
+            self._full: Any = self.gui.add_checkbox(
+                "Full size", False, hint=f"Send whole pictures, not {_WIDTH_PX} pixels wide ones"
             )
-        elif self._in_scene is not None:
-            self.page.scene_view.enable(self._in_scene, enabled=wanted)
+            self._full.on_update(self.page.on_node_thread(lambda _event: self._show()))
+            self._place: Any = self.gui.add_checkbox(
+                "In the scene", False, hint="Draw the pictures at the cameras' poses in the 3D view"
+            )
+            self._place.on_update(self.page.on_node_thread(lambda _event: self._show_in_scene()))
 
-    # --- the picture --------------------------------------------------------------------------
+    # --- which cameras ------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Subscribe to the chosen image topic if its checkbox is on; called for a first browser."""
-        self._watched = True
+        """Subscribe to the shown cameras; called when a browser shows the panel."""
+        self._is_watched = True
         self.graph_changed()
-        self._listen()
+        self._show()
 
     def ended(self) -> None:
-        """Unsubscribe from the image topic; called when no browser shows the page."""
-        self._watched = False
-        self._listen()
+        """Unsubscribe from all cameras; called when no browser shows the panel any more."""
+        self._is_watched = False
+        self._show()
+
+    def graph_changed(self) -> None:
+        """Show cameras that have come, and drop those that have gone."""
+        if not self._is_watched:
+            return
+        found = image_topics(self.page.node)
+        for topic, chosen in self._chosen.items():
+            # What was chosen stays: the node may be started again.
+            if chosen and topic not in found:
+                found[topic] = self._types.get(topic, image_type_by_name(topic))
+        if found != self._types:
+            self._types = found
+            self._show()
+
+    def shown(self) -> list[str]:
+        """Return the topics that are shown: of each camera one, and what was chosen."""
+        usual: dict[str, str] = {}
+        for topic in sorted(self._types, key=lambda topic: (base_topic(topic), topic)):
+            usual.setdefault(base_topic(topic), topic)
+        first = {topic for topic in usual.values() if self._chosen.get(topic, True)}
+        extra = {topic for topic in self._types if self._chosen.get(topic, False)}
+        some = sorted(first - extra)[: max(0, MOST_SHOWN - len(extra))]
+        return sorted({*some, *extra})
+
+    def _show(self) -> None:
+        shown = self.shown() if self._is_watched else []
+        width = _FULL_WIDTH_PX if self._full.value else _WIDTH_PX
+        for topic in [topic for topic in self._views if topic not in self._types]:
+            self._views.pop(topic).remove()
+        for topic, view in self._views.items():
+            view.listen(self._types[topic] if topic in shown else "", width)
+        for topic in shown:
+            if topic not in self._views:
+                with self._pictures:
+                    self._views[topic] = _CameraView(self.page, topic)
+                self._views[topic].listen(self._types[topic], width)
+        self._note.visible = not shown
+        self._offer()
+        if self._is_watched:
+            self._show_in_scene()
+
+    def _offer(self) -> None:
+        """Add and remove the checkboxes of the cameras."""
+        self._choice.visible = bool(self._types)
+        for topic in [topic for topic in self._boxes if topic not in self._types]:
+            self._boxes.pop(topic).remove()
+        shown = self.shown()
+        for topic in self._types:
+            if topic not in self._boxes:
+                with self._choice:
+                    box: Any = self.gui.add_checkbox(topic, topic in shown)
+                box.on_update(self.page.on_node_thread(partial(self._choose, topic)))
+                self._boxes[topic] = box
+            elif self._boxes[topic].value != (topic in shown):
+                self._boxes[topic].value = topic in shown
+
+    def _choose(self, topic: str, event: Any) -> None:
+        # The event of a value that was set by this process has no client.
+        if event.client is not None:
+            self._chosen[topic] = event.target.value
+            self._show()
+
+    def _show_in_scene(self) -> None:
+        """Add or remove the Camera displays of the shown cameras."""
+        view = self.page.scene_view
+        wanted = set(self.shown()) if self._place.value else set()
+        for topic in self._displays.keys() - wanted:
+            display = self._displays.pop(topic)
+            if display in view.displays:
+                view.remove(display)
+        for topic in sorted(wanted - self._displays.keys()):
+            self._displays[topic] = view.add("Camera", "", {"Topic": {"Value": topic}})
+
+    # --- what is kept -------------------------------------------------------------------------
+
+    def state(self) -> Any:
+        """Return the cameras that were chosen or left out by hand."""
+        return dict(self._chosen)
+
+    def restore(self, state: Any) -> None:
+        """Choose the cameras that `state` has returned."""
+        if isinstance(state, dict):
+            self._chosen = {
+                topic: chosen
+                for topic, chosen in state.items()
+                if isinstance(topic, str) and isinstance(chosen, bool)
+            }
+            self._show()
 
     def tick(self) -> None:
-        """Start decoding the newest image, and update the checkbox and the topic's rate."""
-        self._follow_scene()
-        if self._end is not None:
-            self._feed.tick()
-            self._show_note()
+        """Decode the newest images, and show the rates."""
+        for view in self._views.values():
+            view.tick()
 
-    def _follow_scene(self) -> None:
-        """Update the checkbox by whether the camera's display is still there and enabled."""
-        shown = self._in_scene in self.page.scene_view.displays and self._in_scene.is_drawn
-        if self._place.value != shown:
-            self._place.value = shown
 
-    def _listen(self) -> None:
+class _CameraView:
+    """Picture of one camera, with a line of its topic, size and rate."""
+
+    def __init__(self, page: Page, topic: str) -> None:
+        self._page, self._topic = page, topic
+        self._end: Callable[[], None] | None = None
+        self._kind, self._width = "", 0
+        self._feed = ImageFeed(page.stage, self._take)
+        self._size = self._fault = ""
+        self._image: Any = page.gui.add_image(_NOTHING, label=topic, visible=False)
+        self._note = page.gui.add_html("", visible=False)
+
+    def listen(self, kind: str, width: int) -> None:
+        """Subscribe to the topic as images of a type; unsubscribe and hide for an empty type."""
+        if (kind, width) == (self._kind, self._width):
+            return
+        self._kind, self._width = kind, width
         if self._end is not None:
             self._end()
             self._end = None
         self._feed.clear()
-        self._size = ""
-        self._image.visible = False
-        if self._wanted and self._watched and self._topic:
-            kind = self._types[self._topic]
-            self._end = self.page.stage.subscribe(self._topic, kind, self._feed.add, self._qos())
-        self._show_note()
+        self._feed.width = width
+        self._image.visible = self._note.visible = False
+        if kind:
+            qos = topic_qos(self._page.node, self._topic, {})
+            qos.depth = 1
+            self._end = self._page.stage.subscribe(self._topic, kind, self._feed.add, qos)
+            self._size, self._fault = "", "waiting for the first image…"
+            self._show_text()
 
-    def _qos(self) -> QoSProfile:
-        qos = topic_qos(self.page.node, self._topic, {})
-        qos.depth = 1
-        return qos
+    def tick(self) -> None:
+        """Start decoding the newest image, and show the rate."""
+        if self._end is not None:
+            self._feed.tick()
+            self._show_text()
 
-    def _show_result(self, _message: Any, picture: Picture | PictureError) -> None:
+    def _take(self, _message: Any, picture: Picture | PictureError) -> None:
         if self._end is None:
             return
         if isinstance(picture, PictureError):
-            self._size = f"**Not shown:** {escaped_markdown(picture.message)}"
+            self._fault = f"not shown: {picture.message}"
             self._image.visible = False
         else:
             set_picture(self._image, picture)
+            self._size, self._fault = f"{picture.width} x {picture.height}", picture.left_out
             self._image.visible = True
-            self._size = (
-                f"{picture.width} x {picture.height} · {escaped_markdown(picture.encoding)}"
-            )
-            if picture.left_out:
-                self._size += f" · {picture.left_out}"
-        self._show_note()
+        self._show_text()
 
-    def _show_note(self) -> None:
-        if not self._topic:
-            text = "No node publishes images."
-        elif self._end is None:
-            text = "Switch on **Show** to receive the images." if not self._wanted else ""
-        elif not self._size:
-            text = "Waiting for the first image…"
-        else:
-            rate = self._feed.rate
-            text = f"{self._size} · {rate:.1f} Hz" if rate else f"{self._size} · nothing new"
-        if text != self._note.content:
-            self._note.content = text
+    def _show_text(self) -> None:
+        rate = f"{self._feed.rate:.0f} Hz" if self._feed.rate else ""
+        parts = (printable_line(self._topic), self._size, rate if self._size else "")
+        label = " · ".join(filter(None, parts))
+        if label != self._image.label:
+            self._image.label = label
+        fault = f"{escaped_html(self._topic)}: {escaped_html(self._fault)}" if self._fault else ""
+        content = _NOTE.format(text=fault)
+        if content != self._note.content:
+            self._note.content = content
+        if self._note.visible != bool(fault):
+            self._note.visible = bool(fault)
+
+    def remove(self) -> None:
+        """Unsubscribe, and remove the picture from the page."""
+        self.listen("", 0)
+        self._image.remove()
+        self._note.remove()

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
 from teleopctl.viewer.html import escaped_html, note_html
@@ -14,6 +14,9 @@ from teleopctl.viewer.panels.controller_managers import (
     controller_managers,
 )
 from teleopctl.viewer.service_calls import ServiceCalls
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
 
 # Actions for a controller or a component by its state; the usual one first.
 _CONTROLLER_ACTIONS = {
@@ -61,6 +64,11 @@ class ControllersPanel(Panel):
 
     title: ClassVar[str] = "Controllers"
     icon = "engine"
+
+    @classmethod
+    def is_needed(cls, node: Node) -> bool:
+        """Return whether a controller manager runs."""
+        return bool(controller_managers(node))
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)

@@ -48,6 +48,7 @@ class LogPanel(Panel):
 
     title: ClassVar[str] = "Log"
     icon = "list-details"
+    works_hidden = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)

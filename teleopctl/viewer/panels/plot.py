@@ -38,6 +38,7 @@ class PlotPanel(Panel):
 
     title: ClassVar[str] = "Plot"
     icon = "chart-line"
+    works_hidden = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)

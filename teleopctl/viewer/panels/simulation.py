@@ -1,11 +1,11 @@
-"""Panel of a simulator: time and real-time factor, play, pause, step and reset."""
+"""Panel of a simulator, a row of the bar: time and pace, play, pause, step and reset."""
 
 from __future__ import annotations
 
 import time
 from collections import deque
 from collections.abc import Callable
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.interfaces import to_nanoseconds
 from teleopctl.node import (
@@ -14,9 +14,12 @@ from teleopctl.node import (
     qos_profile_parameter_events,
     qos_profile_sensor_data,
 )
-from teleopctl.viewer.html import escaped_html, note_html
-from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.html import escaped_html
+from teleopctl.viewer.panels.base import Page, Panel, dialog
 from teleopctl.viewer.service_calls import ServiceCalls, servers_of
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
 
 _PACKAGE = "mujoco_ros2_control_msgs/srv"
 _PAUSE = "set_pause"
@@ -31,23 +34,24 @@ _STANDS_S = 0.6
 # The simulator responds to many steps after up to half a minute.
 _TIMEOUT_S = 40.0
 _TICKS_PER_TEXT = 2
-_GREEN, _AMBER = "#2f9e44", "#e0a100"
-_NOBODY = "No simulation is running. Start one with <code>teleopctl launch sim.yaml</code>."
+_STEPS = 10
 
 # Any: messages, whose classes are created from definitions at run time.
 
 
 class SimulationPanel(Panel):
-    """Panel of a simulator: time and real-time factor, play, pause, step and reset."""
+    """Panel of a simulator, a row of the bar: time and pace, play, pause, step and reset."""
 
     title: ClassVar[str] = "Simulation"
     icon = "player-play"
+    works_hidden = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self._calls = ServiceCalls(page)
         self._simulator = ""
-        self._factor = 1.0
+        self._factor: float | None = None
+        self._steps = _STEPS
         # Wall time and simulated time of the last messages of /clock, in seconds.
         self._clock: deque[tuple[float, float]] = deque(maxlen=1000)
         self._is_paused = False
@@ -56,23 +60,15 @@ class SimulationPanel(Panel):
         self._ticks = 0
         self._ends: list[Callable[[], None]] = []
 
+    @classmethod
+    def is_needed(cls, node: Node) -> bool:
+        """Return whether a simulator runs."""
+        return bool(_simulators(node))
+
     def build(self) -> None:
-        """Add the controls of the simulator, and a note shown while no simulator runs."""
-        self._note = self.gui.add_html(_note(_NOBODY))
-        self._place = self.gui.add_folder(None, visible=False)
-        with self._place:
-            self._text = self.gui.add_html("")
-            self._time: Any = self.gui.add_button_group("Time", ("Play", "Pause", "Step"))
-            self._time.on_click(self.page.on_node_thread(self._pressed))
-            self._steps: Any = self.gui.add_number(
-                "Steps", 10, min=1, max=1_000_000, step=1, hint="Physics steps of one Step"
-            )
-            self._pace: Any = self.gui.add_dropdown(
-                "Pace", (_label(1.0),), visible=False, hint="Real-time factor"
-            )
-            self._pace.on_update(self.page.on_node_thread(self._choose_pace))
-            self._reset: Any = self.gui.add_button_group("World", ("Reset",))
-            self._reset.on_click(self.page.on_node_thread(lambda _event: self._reset_world()))
+        """Add the row of buttons, whose label is the simulated time."""
+        self._row: Any = self.gui.add_button_group(" ", ("Play", "Step", "Reset", "Pace"))
+        self._row.on_click(self.page.on_node_thread(self._pressed))
 
     def began(self) -> None:
         """Follow a simulator in the ROS graph, if any; called when the page is shown."""
@@ -90,7 +86,7 @@ class SimulationPanel(Panel):
             self._look()
 
     def _look(self) -> None:
-        simulators = servers_of(self.page.node, _PAUSE, f"{_PACKAGE}/SetPause")
+        simulators = _simulators(self.page.node)
         if self._simulator not in simulators:
             self._follow(simulators[0] if simulators else "")
 
@@ -103,7 +99,7 @@ class SimulationPanel(Panel):
         self._calls.close()
         self._clock.clear()
         self._simulator, self._is_paused = simulator, False
-        self._note.visible, self._place.visible = not simulator, bool(simulator)
+        self._factor = None
         if not simulator:
             return
         stage = self.page.stage
@@ -118,11 +114,10 @@ class SimulationPanel(Panel):
                 qos_profile_parameter_events,
             ),
         ]
-        self._offer_pace(None)
         self._calls.call(
             f"{simulator}/get_parameters",
             "rcl_interfaces/srv/GetParameters",
-            lambda response: self._offer_pace(response.values[0] if response.values else None),
+            lambda response: self._take_pace(response.values[0] if response.values else None),
             lambda _reason: None,
             names=[_FACTOR],
         )
@@ -176,22 +171,31 @@ class SimulationPanel(Panel):
         if self.is_running and time.monotonic() - self._paused_s > _STANDS_S:
             # Another program has resumed the simulation. Messages just after the pause are ignored.
             self._is_paused = False
-        color = _GREEN if self.is_running else _AMBER
-        word = "running" if self.is_running else "paused" if self._is_paused else "stopped"
-        now = f"{self._clock[-1][1]:.2f} s" if self._clock else "-"
-        content = _note(
-            f'<span style="color:{color}">●</span> <b>{word}</b> '
-            f'<span style="opacity:.7">{escaped_html(self._simulator)}</span><br>'
-            f"Simulated time <b>{now}</b>, {self.measured_factor():.2f}x real time"
-        )
-        if content != self._text.content:
-            self._text.content = content
+        now = f"{self._clock[-1][1]:.2f} s" if self._clock else "no /clock"
+        measured = f"{self.measured_factor():.2f}x" if self.is_running else self.state_word
+        label = f"{now} · {measured}"
+        if label != self._row.label:
+            self._row.label = label
+        options = ("Pause" if self.is_running else "Play", "Step", "Reset", "Pace")
+        if options != self._row.options:
+            self._row.options = options
+            self._row.hint = f"Simulated time of {escaped_html(self._simulator)}"
+
+    @property
+    def state_word(self) -> str:
+        """Whether the simulation is running, paused by this page, or stopped, in one word."""
+        return "running" if self.is_running else "paused" if self._is_paused else "stopped"
 
     # --- input of the user --------------------------------------------------------------------
 
     def _pressed(self, event: Any) -> None:
-        if event.target.value != "Step":
-            self._pause(event.target.value == "Pause", lambda: None)
+        what = event.target.value
+        if what == "Reset":
+            self._reset_world()
+        elif what == "Pace":
+            self._open_pace(event.client)
+        elif what != "Step":
+            self._pause(what == "Pause", lambda: None)
         elif self.is_running:
             # Steps require a paused simulation.
             self._pause(True, self._step)
@@ -217,7 +221,7 @@ class SimulationPanel(Panel):
             "step_simulation",
             "StepSimulation",
             lambda: None,
-            steps=max(1, int(self._steps.value)),
+            steps=self._steps,
         )
 
     def _reset_world(self) -> None:
@@ -250,22 +254,37 @@ class SimulationPanel(Panel):
         if event.node == self._simulator:
             for one in (*event.new_parameters, *event.changed_parameters):
                 if one.name == _FACTOR:
-                    self._offer_pace(one.value)
+                    self._take_pace(one.value)
 
-    def _offer_pace(self, value: Any) -> None:
-        """Offer real-time factors, or none if the simulator has no such parameter."""
+    def _take_pace(self, value: Any) -> None:
+        """Take the simulator's real-time factor; None if it has no such parameter."""
         number = None if value is None else parameter_value_to_python(value)
-        self._pace.visible = isinstance(number, int | float) and not isinstance(number, bool)
-        if isinstance(number, int | float) and self._pace.visible:
-            self._factor = float(number)
-            factors = sorted({*_FACTORS, self._factor} - {0.0})
-            self._pace.options = (*(_label(factor) for factor in factors), _FASTEST)
-            self._pace.value = _label(self._factor)
+        is_number = isinstance(number, int | float) and not isinstance(number, bool)
+        self._factor = float(number) if is_number else None  # type: ignore[arg-type]
 
-    def _choose_pace(self, event: Any) -> None:
-        chosen = event.target.value
-        # The event of a value that was set by this process has no client.
-        if event.client is None or chosen == _label(self._factor):
+    def _open_pace(self, client: Any) -> None:
+        """Open the choice of pace and steps in one browser."""
+        on = self.page.on_node_thread
+        with dialog(client, "Simulation"):
+            if self._factor is not None:
+                factors = sorted({*_FACTORS, self._factor} - {0.0})
+                pace = client.gui.add_dropdown(
+                    "Pace",
+                    (*(_label(factor) for factor in factors), _FASTEST),
+                    initial_value=_label(self._factor),
+                    hint="Real-time factor",
+                )
+                pace.on_update(on(lambda event: self._set_pace(event.target.value)))
+            steps = client.gui.add_number(
+                "Steps", self._steps, min=1, max=1_000_000, step=1, hint="Physics steps of one Step"
+            )
+            steps.on_update(on(self._set_steps))
+
+    def _set_steps(self, event: Any) -> None:
+        self._steps = max(1, int(event.target.value))
+
+    def _set_pace(self, chosen: str) -> None:
+        if self._factor is None or chosen == _label(self._factor):
             return
         factor = 0.0 if chosen == _FASTEST else float(chosen.removesuffix("x"))
 
@@ -277,7 +296,6 @@ class SimulationPanel(Panel):
                 fail(result.reason)
 
         def fail(reason: str) -> None:
-            self._pace.value = _label(self._factor)
             self.page.notify("The real-time factor was not set", reason, wrong=True)
 
         self._calls.call(
@@ -289,9 +307,9 @@ class SimulationPanel(Panel):
         )
 
 
+def _simulators(node: Node) -> list[str]:
+    return servers_of(node, _PAUSE, f"{_PACKAGE}/SetPause")
+
+
 def _label(factor: float) -> str:
     return f"{factor:g}x" if factor else _FASTEST
-
-
-def _note(content: str) -> str:
-    return note_html(content, 1.5)

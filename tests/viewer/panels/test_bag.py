@@ -40,39 +40,29 @@ def player(tmp_path) -> Iterator[Player]:
         yield player
 
 
-def text(panel):
-    return re.sub("<[^>]*>", "", panel._state.content)
-
-
-def test_where_nothing_is_played_one_sentence_says_how_to(panel):
-    assert panel._note.visible
-    assert "teleopctl bag view" in panel._note.content
-    assert not panel._place.visible
-
-
 def test_time_is_shown_dragged_paused_and_paced(live, panel, player):
     live.until(lambda: panel._line.visible)
     assert panel._line.max == LONG_S
     live.until(lambda: panel._line.value > 0.2)
-    assert re.search(r"playing /player\d+\.\d\d of 4\.00 s", text(panel))
+    live.until(lambda: re.fullmatch(r"\d\.\d\d of 4\.00 s · 1x", panel._row.label))
 
-    live.choose(panel._buttons, "Pause")
+    live.choose(panel._row, "Pause")
     live.until(lambda: player.is_paused)
     live.choose(panel._line, 3.0)
     # What is shown of that moment are the messages behind it.
     live.until(lambda: 3.0 <= (player.position_ns - player.start_ns) * 1e-9 < 3.2)
-    live.until(lambda: "paused" in text(panel) and "3.0" in text(panel))
+    live.until(lambda: panel._row.label.startswith("3.0") and panel._row.options[0] == "Play")
     assert player.is_paused
 
     before_ns = player.position_ns
-    live.choose(panel._buttons, "Next")
+    live.choose(panel._row, "Next")
     live.until(lambda: player.position_ns > before_ns)
 
-    live.choose(panel._rate, "0.5x")
+    live.choose(panel._row, "0.5x")
     live.until(lambda: player.rate == 0.5)
     live.choose(panel._line, 0.5)
     live.until(lambda: (player.position_ns - player.start_ns) * 1e-9 < 0.7)
-    live.choose(panel._buttons, "Play")
+    live.choose(panel._row, "Play")
     live.until(lambda: not player.is_paused)
     live.until(lambda: panel._line.value > 0.8)
     assert live.told == []
@@ -80,14 +70,15 @@ def test_time_is_shown_dragged_paused_and_paced(live, panel, player):
 
 def test_many_places_in_one_go_end_at_the_last_one(live, panel, player):
     live.until(lambda: panel._line.visible)
-    live.choose(panel._buttons, "Pause")
+    live.choose(panel._row, "Pause")
     live.until(lambda: player.is_paused)
     for place in (1.0, 3.5, 0.2, 2.0):
         live.choose(panel._line, place)
     live.until(lambda: 2.0 <= (player.position_ns - player.start_ns) * 1e-9 < 2.2)
 
 
-def test_a_player_that_has_gone_leaves_the_sentence(live, panel, player):
+def test_a_player_that_has_gone_is_not_followed_any_more(live, panel, player):
     live.until(lambda: panel._line.visible)
     player.close()
-    live.until(lambda: panel._note.visible)
+    live.until(lambda: not panel._line.visible)
+    assert not BagPanel.is_needed(live.node)

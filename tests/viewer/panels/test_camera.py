@@ -1,10 +1,10 @@
-"""The Camera tab: choose one, see it, and nothing is listened to that nobody switched on."""
+"""The cameras: each that is published is shown while the panel is seen, and no other."""
 
 import pytest
 
 from teleopctl.interfaces import get_message
 from teleopctl.viewer.displays.sensors.images import CameraDisplay
-from teleopctl.viewer.panels.camera import CameraPanel
+from teleopctl.viewer.panels.camera import MOST_SHOWN, CameraPanel
 from teleopctl.viewer.scene_view import SceneView
 
 IMAGE = get_message("sensor_msgs/msg/Image")
@@ -12,17 +12,17 @@ COMPRESSED = get_message("sensor_msgs/msg/CompressedImage")
 TOPICS = {
     "/cam/image_raw": [IMAGE.TYPE_NAME],
     "/cam/image_raw/compressed": [COMPRESSED.TYPE_NAME],
+    "/depth/image": [COMPRESSED.TYPE_NAME, IMAGE.TYPE_NAME],
     "/chatter": ["std_msgs/msg/String"],
 }
 
 
 def picture(value=90, encoding="mono8"):
-    return IMAGE(width=400, height=300, encoding=encoding, step=400, data=bytes([value]) * 120_000)
+    return IMAGE(width=800, height=300, encoding=encoding, step=800, data=bytes([value]) * 240_000)
 
 
-def cameras(stage):
-    """Those that are in the picture."""
-    return [display for display in stage.scene_view.displays if isinstance(display, CameraDisplay)]
+def heard(stage):
+    return [topic for topic in TOPICS if stage.listens_to(topic)]
 
 
 @pytest.fixture
@@ -31,79 +31,92 @@ def panel(stage):
     stage.scene_view.begin()
     stage.node.topics.update(TOPICS)
     panel = CameraPanel(stage)
-    with stage.gui.add_tab_group().add_tab(panel.title):
-        panel.build()
+    panel.build()
     panel.began()
     return panel
 
 
-def test_raw_and_compressed_topics_are_offered_and_the_first_is_ready(panel, stage):
-    assert panel._choice.options == ("/cam/image_raw", "/cam/image_raw/compressed")
-    assert panel._choice.value == "/cam/image_raw"
-    assert not any(stage.listens_to(topic) for topic in TOPICS)
-
-
-def test_the_switch_brings_the_picture_and_takes_it_away(panel, stage):
-    stage.choose(panel._switch, True)
-    assert stage.listens_to("/cam/image_raw")
+def test_of_each_camera_one_topic_is_shown_without_a_click_as_long_as_it_is_seen(panel, stage):
+    assert heard(stage) == ["/cam/image_raw", "/depth/image"]
+    view = panel._views["/cam/image_raw"]
     stage.publish("/cam/image_raw", picture())
     panel.tick()
-    assert panel._image.visible
-    assert panel._image._data.startswith(b"\xff\xd8")
-    assert "400 x 300 · mono8" in panel._note.content
-    stage.choose(panel._switch, False)
-    assert not stage.listens_to("/cam/image_raw")
-    assert not panel._image.visible
-
-
-def test_whoever_chooses_a_camera_sees_it(panel, stage):
-    stage.choose(panel._choice, "/cam/image_raw/compressed")
-    assert panel._switch.value
-    assert stage.listens_to("/cam/image_raw/compressed")
-    assert not stage.listens_to("/cam/image_raw")
-
-
-def test_nobody_looks_and_nothing_is_listened_to_until_somebody_does(panel, stage):
-    stage.choose(panel._switch, True)
+    assert view._image.visible
+    assert view._image._data.startswith(b"\xff\xd8")
+    assert view._image.label.startswith("/cam/image_raw · 800 x 300")
     panel.ended()
-    assert not stage.listens_to("/cam/image_raw")
+    assert not heard(stage)
+    assert not view._image.visible
     panel.began()
-    assert stage.listens_to("/cam/image_raw")
+    assert heard(stage) == ["/cam/image_raw", "/depth/image"]
+    # Of both types the raw one.
+    assert panel._types["/depth/image"] == IMAGE.TYPE_NAME
 
 
-def test_a_camera_that_goes_away_stays_chosen_until_it_is_back(panel, stage):
-    stage.choose(panel._switch, True)
+def test_what_is_chosen_by_hand_is_kept(panel, stage):
+    stage.choose(panel._boxes["/cam/image_raw"], False)
+    stage.choose(panel._boxes["/cam/image_raw/compressed"], True)
+    assert heard(stage) == ["/cam/image_raw/compressed", "/depth/image"]
+    again = CameraPanel(stage)
+    again.build()
+    again.restore(panel.state())
+    panel.ended()
+    again.began()
+    assert heard(stage) == ["/cam/image_raw/compressed", "/depth/image"]
+    again.ended()
+    for wrong in ([], {"/a": 1, 2: True}, "text", None):
+        again.restore(wrong)
+
+
+def test_a_camera_that_goes_away_goes_and_a_chosen_one_waits(panel, stage):
+    stage.choose(panel._boxes["/cam/image_raw/compressed"], True)
     stage.node.topics.clear()
     panel.graph_changed()
-    assert panel._choice.value == "/cam/image_raw"
-    stage.choose(panel._switch, False)
+    assert heard(stage) == ["/cam/image_raw/compressed"]
+    stage.choose(panel._boxes["/cam/image_raw/compressed"], False)
     panel.graph_changed()
-    assert panel._choice.disabled
+    assert not heard(stage)
+    assert panel._note.visible
+    assert not CameraPanel.is_needed(stage.node)
 
 
-def test_a_topic_of_both_types_of_image_is_taken_as_raw(panel, stage):
-    stage.node.topics["/cam/image_raw"] = [COMPRESSED.TYPE_NAME, IMAGE.TYPE_NAME]
-    panel.graph_changed()
-    assert panel._types["/cam/image_raw"] == IMAGE.TYPE_NAME
+def test_of_many_cameras_the_first_are_shown(stage):
+    stage.node.topics.update({f"/c{n:03}/image": [IMAGE.TYPE_NAME] for n in range(200)})
+    panel = CameraPanel(stage)
+    panel.build()
+    panel.began()
+    assert sum(stage.listens_to(topic) for topic in stage.node.topics) == MOST_SHOWN
 
 
 def test_what_cannot_be_shown_is_told_without_its_markup(panel, stage):
-    stage.choose(panel._switch, True)
     stage.publish("/cam/image_raw", picture(encoding="<b>x</b>"))
     panel.tick()
-    assert "<b>" not in panel._note.content
-    assert "Not shown" in panel._note.content
+    note = panel._views["/cam/image_raw"]._note
+    assert note.visible
+    assert "not shown" in note.content
+    assert "<b>" not in note.content
 
 
-def test_the_frustum_is_switched_on_in_the_scene_and_follows_the_choice(panel, stage):
+def test_pictures_are_small_for_the_page_and_whole_on_demand(panel, stage):
+    def shown():
+        stage.publish("/cam/image_raw", picture())
+        panel._views["/cam/image_raw"]._feed._due = 0.0
+        panel.tick()
+        return len(panel._views["/cam/image_raw"]._image._data)
+
+    small = shown()
+    stage.choose(panel._full, True)
+    assert shown() > small
+
+
+def test_pictures_stand_in_the_scene_while_they_are_wanted_there(panel, stage):
+    def cameras():
+        return [d.topic for d in stage.scene_view.displays if isinstance(d, CameraDisplay)]
+
     stage.choose(panel._place, True)
-    (display,) = cameras(stage)
-    assert (display.topic, display.is_drawn) == ("/cam/image_raw", True)
-    stage.choose(panel._choice, "/cam/image_raw/compressed")
-    assert display.topic == "/cam/image_raw/compressed"
+    assert cameras() == ["/cam/image_raw", "/depth/image"]
+    stage.choose(panel._boxes["/depth/image"], False)
+    assert cameras() == ["/cam/image_raw"]
+    stage.scene_view.remove(stage.scene_view.displays[-1])
     stage.choose(panel._place, False)
-    assert not display.is_drawn
-    stage.scene_view.remove(display)
-    panel.tick()
-    stage.choose(panel._place, True)
-    assert len(cameras(stage)) == 1
+    assert cameras() == []

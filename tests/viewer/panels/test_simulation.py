@@ -35,12 +35,8 @@ def simulator(live, ros):
     return ros.spawn("run mujoco_sim mujoco_sim")
 
 
-def text(panel):
-    return re.sub("<[^>]*>", "", panel._text.content)
-
-
 def simulated_s(panel: Any) -> float:
-    found = re.search(r"time ([\d.]+) s", text(panel))
+    found = re.match(r"([\d.]+) s", panel._row.label)
     return float(found[1]) if found else 0.0
 
 
@@ -55,70 +51,55 @@ def take_what_is_under_way(live):
 
 
 def press(live, panel, what):
-    live.choose(panel._time, what)
-
-
-def test_where_nothing_is_simulated_one_sentence_says_how_to_start(live, panel):
-    del live
-    assert panel._note.visible
-    assert "teleopctl launch sim.yaml" in panel._note.content
-    assert not panel._place.visible
+    live.choose(panel._row, what)
 
 
 def test_time_is_played_paused_stepped_and_paced(live, panel, simulator):
-    live.until(lambda: panel._place.visible)
+    assert not SimulationPanel.is_needed(live.node)
+    live.until(lambda: SimulationPanel.is_needed(live.node))
     live.until(lambda: simulated_s(panel) > 0.5)
-    assert "running" in text(panel)
+    assert panel.state_word == "running"
     live.until(lambda: 0.8 < panel.measured_factor() < 1.2)
-    assert panel._pace.value == "1x"
+    assert panel._factor == 1.0
     press(live, panel, "Pause")
-    live.until(lambda: "paused" in text(panel))
+    live.until(lambda: panel.state_word == "paused" and "paused" in panel._row.label)
+    assert panel._row.options[0] == "Play"
     live.until(lambda: panel.measured_factor() == 0.0)
     take_what_is_under_way(live)
     stood = simulated_s(panel)
     # A millisecond each.
-    live.choose(panel._steps, 50)
+    panel._steps = 50
     press(live, panel, "Step")
     live.until(lambda: simulated_s(panel) == pytest.approx(stood + 0.05))
     press(live, panel, "Play")
     live.until(lambda: panel.is_running)
-    live.choose(panel._pace, "5x")
+    panel._set_pace("5x")
     live.until(lambda: 4 < panel.measured_factor() < 6)
-    live.choose(panel._pace, "as fast as possible")
+    panel._set_pace("as fast as possible")
     live.until(lambda: panel.measured_factor() > 6)
     # Steps are of a paused simulation: it is paused first.
     press(live, panel, "Step")
     live.until(lambda: not panel.is_running)
     assert live.told == []
     simulator.interrupt()
-    live.until(lambda: panel._note.visible)
+    live.until(lambda: not SimulationPanel.is_needed(live.node))
 
 
-def test_the_pace_that_others_set_is_shown(live, panel, simulator, ros):
+def test_what_others_set_is_taken_and_nothing_is_listened_to_unseen(live, panel, simulator, ros):
     del simulator
-    live.until(lambda: panel._pace.visible)
+    live.until(lambda: panel._factor == 1.0)
     assert ros.run("param set /mujoco_sim real_time_factor 0.3").returncode == 0
-    live.until(lambda: panel._pace.value == "0.3x")
-    assert "0.3x" in panel._pace.options
-
-
-def test_nobody_looks_and_nothing_is_listened_to(live, panel, simulator):
-    del simulator
-    live.until(lambda: simulated_s(panel) > 0.0)
+    live.until(lambda: panel._factor == 0.3)
+    press(live, panel, "Reset")
+    press(live, panel, "Pause")
+    live.until(lambda: panel.state_word == "paused")
+    assert live.told == []
+    panel._call("Reset the world", "reset_world", "ResetWorld", lambda: None, keyframe="home")
+    live.until(lambda: live.told)
+    assert "home" in live.told[0][1]
+    press(live, panel, "Play")
     panel.ended()
     panel.graph_changed()
     live.until(lambda: live.node.count_subscribers("/clock") == 0)
     panel.began()
     live.until(lambda: panel.is_running)
-
-
-def test_the_world_is_reset_and_a_refusal_is_told(live, panel, simulator):
-    del simulator
-    live.until(lambda: simulated_s(panel) > 0.1)
-    live.click(panel._reset)
-    press(live, panel, "Pause")
-    live.until(lambda: "paused" in text(panel))
-    assert live.told == []
-    panel._call("Reset the world", "reset_world", "ResetWorld", lambda: None, keyframe="home")
-    live.until(lambda: live.told)
-    assert "home" in live.told[0][1]

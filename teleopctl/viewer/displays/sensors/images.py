@@ -32,6 +32,10 @@ class ImageFeed:
         stage: The viewer's node.
         show: Function called on the node's thread with the message, and its picture or the error.
         width: Largest width of the picture in pixels.
+
+    Attributes:
+        width: See the argument.
+        scaling: Scaling of grey and depth images to grey.
     """
 
     def __init__(
@@ -43,7 +47,7 @@ class ImageFeed:
         self.scaling = GreyScaling()
         self._stage = stage
         self._show = show
-        self._width = width
+        self.width = width
         self._newest: Any = None
         self._last: Any = None
         self._busy = False
@@ -84,7 +88,7 @@ class ImageFeed:
         message, self._newest = self._newest, None
         self._last, self._busy, turn = message, True, self._turn
         self._stage.run_in_background(
-            lambda: picture_of(message, self._width, self.scaling),
+            lambda: picture_of(message, self.width, self.scaling),
             lambda result: self._done(turn, message, result),
         )
 
