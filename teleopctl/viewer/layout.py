@@ -165,7 +165,9 @@ def _folder() -> Path:
 
 
 def _others() -> list[str]:
-    return [name for name in plugins.available(plugins.PANELS) if name not in plugins.PANELS.builtin]
+    return [
+        name for name in plugins.available(plugins.PANELS) if name not in plugins.PANELS.builtin
+    ]
 
 
 def load_layout(named: str | Path) -> Layout:
