@@ -118,6 +118,12 @@ class PageClient:
         assert connection.getresponse().status == 200
         connection.close()
 
+    @property
+    def number(self) -> int:
+        """The browser's ID in viser."""
+        self.wait_for(lambda: self._browser)
+        return int(self._browser)
+
     def tabs(self) -> list[tuple[str, ...]]:
         """Return the titles of the tabs of each viser panel that the client has now."""
         return [

@@ -133,8 +133,8 @@ def position_of(message, joint: str) -> float:
 
 def test_the_page_shows_the_joints_of_the_robot_and_a_slider_moves_it(ros, chromium):
     page = opened(chromium, launched(ros, "display.yaml"))
-    for joint in ("joint_1", "joint_2", "joint_3", "joint_4"):
-        expect(page.get_by_text(joint, exact=True)).to_be_visible(timeout=PAGE_WITHIN_MS)
+    for name in ("joint_1", "joint_2", "joint_3", "joint_4"):
+        expect(page.get_by_text(name, exact=True)).to_be_visible(timeout=PAGE_WITHIN_MS)
     # joint_5 follows joint_4
     expect(page.get_by_text("joint_5", exact=True)).to_have_count(0)
     slider = slider_of(page, "joint_1")

@@ -93,6 +93,7 @@ class FakePage:
         self.robot_folder: Any = None
         self.displays: list[Any] = []
         self.scene_view: Any = None
+        self.workspace: Any = None
         self.client = FakeClient()
         self.subscribed: dict[str, list[Callable[[Any], object]]] = {}
         self.told: list[tuple[str, str]] = []
@@ -137,6 +138,10 @@ class FakePage:
             function(*arguments)
 
         return call
+
+    def guarded(self, function: Callable[..., object], *arguments: object) -> str:
+        function(*arguments)
+        return ""
 
     def reset(self) -> None:
         self.resets += 1

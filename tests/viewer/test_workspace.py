@@ -35,10 +35,8 @@ class Session:
 
     @contextmanager
     def browser(self, *, storage=None, tabs=("Joints", "Log")) -> Iterator[PageClient]:
-        before = set(self.viewer.server.get_clients())
         client = PageClient(self.viewer.server.get_port(), storage)
         self.until(lambda: tabs in client.tabs())
-        (client.number,) = set(self.viewer.server.get_clients()) - before
         yield client
         client.close()
 

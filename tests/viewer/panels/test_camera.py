@@ -64,7 +64,8 @@ def test_what_is_chosen_by_hand_is_kept(panel, stage):
     again.began()
     assert heard(stage) == ["/cam/image_raw/compressed", "/depth/image"]
     again.ended()
-    for wrong in ([], {"/a": 1, 2: True}, "text", None):
+    states: list[object] = [[], {"/a": 1, 2: True}, "text", None]
+    for wrong in states:
         again.restore(wrong)
 
 
