@@ -18,8 +18,8 @@ if TYPE_CHECKING:
     )
     from teleopctl.viewer.displays.properties import Property as Property
     from teleopctl.viewer.layout import (
-        Layout as Layout,
         LayoutError as LayoutError,
+        PageLayout as PageLayout,
         layout_of as layout_of,
         load_layout as load_layout,
         presets as presets,

@@ -50,7 +50,7 @@ class LayoutError(TeleopctlError):
 
 
 @dataclass(frozen=True)
-class Column:
+class PanelColumn:
     """Column of panels at the left or right edge of the page.
 
     Attributes:
@@ -74,7 +74,7 @@ class Column:
 
 
 @dataclass(frozen=True)
-class Layout:
+class PageLayout:
     """Arrangement of the page's panels, and what was chosen in them.
 
     Attributes:
@@ -88,21 +88,21 @@ class Layout:
     """
 
     title: str = ""
-    left: Column = field(default_factory=Column)
-    right: Column = field(default_factory=Column)
+    left: PanelColumn = field(default_factory=PanelColumn)
+    right: PanelColumn = field(default_factory=PanelColumn)
     bar: tuple[str, ...] = ()
     robot: str = ""
     view: View | None = None
     states: Mapping[str, Any] = field(default_factory=dict)
 
     @classmethod
-    def with_panels(cls, names: Iterable[str]) -> Layout:
+    def with_panels(cls, names: Iterable[str]) -> PageLayout:
         """Return a layout with these panels as tabs of one column.
 
         Args:
             names: Names of the panels.
         """
-        return cls(right=Column((tuple(names),)))
+        return cls(right=PanelColumn((tuple(names),)))
 
     def names(self) -> list[str]:
         """Return the names of all panels of the layout, in order."""
@@ -129,7 +129,7 @@ class Layout:
 
         return yaml.safe_dump(self.document(), sort_keys=False, default_flow_style=None)
 
-    def changed(self, shown: Iterable[str], hidden: Iterable[str]) -> Layout:
+    def changed(self, shown: Iterable[str], hidden: Iterable[str]) -> PageLayout:
         """Return the layout with some panels added as tabs of the last stack, and some left out.
 
         Args:
@@ -170,7 +170,7 @@ def _others() -> list[str]:
     ]
 
 
-def load_layout(named: str | Path) -> Layout:
+def load_layout(named: str | Path) -> PageLayout:
     """Return the layout of a preset's name or of a file.
 
     Args:
@@ -197,7 +197,7 @@ def load_layout(named: str | Path) -> Layout:
     return layout_of(document, str(path))
 
 
-def layout_of(document: object, origin: str) -> Layout:
+def layout_of(document: object, origin: str) -> PageLayout:
     """Return the layout that YAML values describe.
 
     Args:
@@ -237,10 +237,10 @@ def layout_of(document: object, origin: str) -> Layout:
             seen.add(name)
         return tuple(names)
 
-    def column_of(side: str) -> Column:
+    def column_of(side: str) -> PanelColumn:
         value = document.get(side)
         if value is None:
-            return Column()
+            return PanelColumn()
         if not isinstance(value, Mapping) or value.keys() - {"width", "panels", "minimized"}:
             raise fault(f"{side!r} is a mapping with 'width', 'panels' and 'minimized'")
         width, stacks = value.get("width", _USUAL_WIDTH_PX), value.get("panels", [])
@@ -254,14 +254,14 @@ def layout_of(document: object, origin: str) -> Layout:
             raise fault(f"'minimized' of {side!r} is {minimized!r}, neither true nor false")
         if not isinstance(stacks, list) or len(stacks) > _MOST_STACKED:
             raise fault(f"'panels' of {side!r} is a list of at most {_MOST_STACKED} lists")
-        return Column(
+        return PanelColumn(
             tuple(names_of(one, f"'panels' of {side!r}") for one in stacks), width, minimized
         )
 
     states = document.get("panels", {})
     if not isinstance(states, Mapping):
         raise fault("'panels' is a mapping from panels to what was chosen in them")
-    return Layout(
+    return PageLayout(
         title=str(document.get("title", "")),
         left=column_of("left"),
         right=column_of("right"),

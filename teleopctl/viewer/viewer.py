@@ -18,7 +18,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import NamedTransformListener, Transform
-from teleopctl.viewer.layout import Layout
+from teleopctl.viewer.layout import PageLayout
 from teleopctl.viewer.page_server import (
     CLEANUP_PERIOD_S,
     MemoryCleanup,
@@ -30,7 +30,7 @@ from teleopctl.viewer.robot_stop import RobotStopControl
 from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
 from teleopctl.viewer.scene_view import SceneView
 from teleopctl.viewer.subscriptions import UnknownTypes
-from teleopctl.viewer.workspace import Workspace
+from teleopctl.viewer.workspace import PageWorkspace
 
 if TYPE_CHECKING:
     import viser
@@ -61,7 +61,7 @@ class Viewer(Node):
         self,
         server: PageServer,
         view: Path | None = None,
-        layout: Layout | None = None,
+        layout: PageLayout | None = None,
         cli_args: Sequence[str] | None = None,
     ) -> None:
         super().__init__("rviz", cli_args=cli_args)
@@ -94,7 +94,7 @@ class Viewer(Node):
         self.robot_file = RobotFile(self)
         self.create_service(get_service("std_srvs/srv/Empty"), "~/reset_time", self._reset_time)
         self._robot_stop = RobotStopControl(self)
-        self.workspace = Workspace(server, self, layout)
+        self.workspace = PageWorkspace(server, self, layout)
         self.add_graph_callback(lambda: self.call_on_node_thread(self._on_graph_change))
         server.on_client_connect(self.on_node_thread(self._add_client))
         server.on_client_disconnect(self.on_node_thread(self._remove_client))
@@ -275,7 +275,7 @@ def open_viewer(
     token_file: Path | None = None,
     *,
     view: Path | None = None,
-    layout: Layout | None = None,
+    layout: PageLayout | None = None,
     cli_args: Sequence[str] | None = None,
 ) -> tuple[Viewer, Address]:
     """Open the page's web server; return the `Viewer` node that serves it, and the page's address.

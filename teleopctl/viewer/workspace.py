@@ -18,7 +18,7 @@ from typing import TYPE_CHECKING, Any
 from teleopctl import plugins
 from teleopctl.errors import TeleopctlError
 from teleopctl.viewer.client_tracker import panel_mark
-from teleopctl.viewer.layout import Column, Layout, layout_of, load_layout
+from teleopctl.viewer.layout import PageLayout, PanelColumn, layout_of, load_layout
 from teleopctl.viewer.panels.base import Panel
 from teleopctl.viewer.rviz_file import View
 
@@ -63,18 +63,18 @@ class _Desk:
     """
 
     client: viser.ClientHandle
-    layout: Layout
+    layout: PageLayout
     opened: set[str] = field(default_factory=set)
     closed: set[str] = field(default_factory=set)
     stacks: tuple[list[_Stack], list[_Stack]] = field(default_factory=lambda: ([], []))
     stored: str = ""
 
-    def arrangement(self) -> Layout:
+    def arrangement(self) -> PageLayout:
         """Return the layout with the panels that were opened and closed by hand."""
         return self.layout.changed(sorted(self.opened), self.closed)
 
 
-class Workspace:
+class PageWorkspace:
     """The panels of the page, each built when a browser's layout first needs it.
 
     Args:
@@ -86,7 +86,7 @@ class Workspace:
         panels: The panels that are built, by name.
     """
 
-    def __init__(self, server: PageServer, page: Page, layout: Layout | None) -> None:
+    def __init__(self, server: PageServer, page: Page, layout: PageLayout | None) -> None:
         self.panels: dict[str, Panel] = {}
         self._server, self._page = server, page
         self._layout = layout
@@ -123,7 +123,7 @@ class Workspace:
         kind: type[Panel] = plugins.load(plugins.PANELS, name)
         return kind.is_needed(self._page.node)
 
-    def usual_layout(self) -> Layout:
+    def usual_layout(self) -> PageLayout:
         """Return the layout that a browser starts with: the given one, or one by what is there."""
         if self._layout is not None:
             return self._layout
@@ -204,7 +204,7 @@ class Workspace:
             self._page.scene_view.frame_usual(client.camera)
         self._place(desk)
 
-    def _stored_layout(self, text: str) -> Layout | None:
+    def _stored_layout(self, text: str) -> PageLayout | None:
         """Return the layout of a browser's local storage, if it fits this page and robot."""
         if not text:
             return None
@@ -225,7 +225,7 @@ class Workspace:
         """
         self._desks.pop(client_id, None)
 
-    def arrange(self, client: viser.ClientHandle, layout: Layout) -> None:
+    def arrange(self, client: viser.ClientHandle, layout: PageLayout) -> None:
         """Arrange the panels of one browser by a layout.
 
         Args:
@@ -242,7 +242,7 @@ class Workspace:
                 self.panels[name].restore(state)
         self._place(desk)
 
-    def layout_in(self, client_id: int) -> Layout:
+    def layout_in(self, client_id: int) -> PageLayout:
         """Return the layout of one browser, with the panels opened and closed by hand.
 
         Args:
@@ -318,7 +318,7 @@ class Workspace:
                     self._show(desk, side, column, number, shown)
 
     @staticmethod
-    def _regrouped(stacks: list[_Stack], column: Column) -> list[_Stack]:
+    def _regrouped(stacks: list[_Stack], column: PanelColumn) -> list[_Stack]:
         """Return stacks for a column, which keep viser's panels of stacks that share a panel."""
         rest = list(stacks)
         made = []
@@ -336,7 +336,7 @@ class Workspace:
         return made
 
     def _show(
-        self, desk: _Desk, side: int, column: Column, number: int, shown: tuple[str, ...]
+        self, desk: _Desk, side: int, column: PanelColumn, number: int, shown: tuple[str, ...]
     ) -> None:
         stack, is_new = desk.stacks[side][number], False
         stack.shown = shown
@@ -353,7 +353,7 @@ class Workspace:
         if is_new:
             self._dock(desk, side, column, number)
 
-    def _dock(self, desk: _Desk, side: int, column: Column, number: int) -> None:
+    def _dock(self, desk: _Desk, side: int, column: PanelColumn, number: int) -> None:
         stacks = desk.stacks[side]
         handle = stacks[number].handle
         assert handle is not None
@@ -377,7 +377,7 @@ class Workspace:
         states = {**self._states, **built}
         return {name: state for name, state in states.items() if state not in (None, {}, [])}
 
-    def layout_to_save(self, client: viser.ClientHandle) -> Layout:
+    def layout_to_save(self, client: viser.ClientHandle) -> PageLayout:
         """Return all that a browser's person has arranged: panels, camera, choices in panels.
 
         Args:

@@ -5,8 +5,8 @@ import re
 import pytest
 
 from teleopctl import plugins
-from teleopctl.viewer import Layout, LayoutError, layout_of, load_layout, presets
-from teleopctl.viewer.layout import Column
+from teleopctl.viewer import LayoutError, PageLayout, layout_of, load_layout, presets
+from teleopctl.viewer.layout import PanelColumn
 from teleopctl.viewer.rviz_file import View
 
 SMALL = {"version": 1, "title": "Mine", "right": {"width": 300, "panels": [["joints"], ["log"]]}}
@@ -21,10 +21,10 @@ def test_each_preset_names_panels_that_exist_and_a_whole_page_has_them_all():
 
 
 def test_what_is_saved_is_read_again(tmp_path):
-    layout = Layout(
+    layout = PageLayout(
         "Mine",
-        left=Column((("scene",),), 200, is_minimized=True),
-        right=Column((("joints", "plot"), ("camera",))),
+        left=PanelColumn((("scene",),), 200, is_minimized=True),
+        right=PanelColumn((("joints", "plot"), ("camera",))),
         bar=("simulation",),
         robot="arm",
         view=View((1.0, 2.0, 3.0), (0.0, 0.0, 0.5)),
@@ -39,7 +39,7 @@ def test_panels_are_added_to_the_last_stack_and_left_out_anywhere():
     layout = layout_of(SMALL, "here")
     assert layout.changed(["plot"], ["joints"]).right.stacks == (("log", "plot"),)
     assert layout.changed(["log"], []).right.stacks == layout.right.stacks
-    assert Layout().changed(["plot"], []).right.stacks == (("plot",),)
+    assert PageLayout().changed(["plot"], []).right.stacks == (("plot",),)
 
 
 @pytest.mark.parametrize(

@@ -12,7 +12,7 @@ from websockets.typing import Subprotocol
 
 from teleopctl.node import SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S, eventually
-from teleopctl.viewer import Layout, Viewer, open_server, viewer as viewer_module
+from teleopctl.viewer import PageLayout, Viewer, open_server, viewer as viewer_module
 from teleopctl.viewer.page_server import MemoryCleanup
 
 PROTOCOL = Subprotocol(f"viser-v{viser.__version__}")
@@ -57,7 +57,7 @@ def test_what_is_drawn_under_ever_new_names_leaves_nothing_when_it_is_gone(ros, 
     del ros  # this process is in it
     monkeypatch.setattr(viewer_module, "CLEANUP_PERIOD_S", 0.01)
     kept = page._websock_server._broadcast_buffer.message_from_id
-    with init(args=[]), Viewer(page, layout=Layout.with_panels(["log"])) as node, browser(page):
+    with init(args=[]), Viewer(page, layout=PageLayout.with_panels(["log"])) as node, browser(page):
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         before = len(kept)

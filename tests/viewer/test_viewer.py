@@ -4,7 +4,7 @@ from teleopctl import plugins
 from teleopctl.interfaces import get_message
 from teleopctl.node import QoSProfile, SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S, eventually
-from teleopctl.viewer import Layout, Panel, Viewer, open_server, viewer as viewer_module
+from teleopctl.viewer import PageLayout, Panel, Viewer, open_server, viewer as viewer_module
 from tests.benchmarks.page_client import PageClient
 
 String = get_message("std_msgs/msg/String")
@@ -40,7 +40,7 @@ def test_a_panel_that_raises_does_not_end_the_page(ros, monkeypatch):
     del ros  # this process is in it
     with (
         init(args=[]),
-        Viewer(open_server(port=0), layout=Layout.with_panels(["careless"])) as node,
+        Viewer(open_server(port=0), layout=PageLayout.with_panels(["careless"])) as node,
     ):
         executor = SingleThreadedExecutor()
         executor.add_node(node)
@@ -60,7 +60,7 @@ def test_a_picture_that_cannot_be_drawn_does_not_end_the_page(ros, monkeypatch):
         drawn.append(True)
         raise RuntimeError("drawn")
 
-    with init(args=[]), Viewer(open_server(port=0), layout=Layout.with_panels(["log"])) as node:
+    with init(args=[]), Viewer(open_server(port=0), layout=PageLayout.with_panels(["log"])) as node:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
         assert isinstance(node, Viewer)
@@ -98,7 +98,7 @@ def test_a_browser_that_is_back_at_once_has_not_been_away(ros, monkeypatch):
     )
     Attentive.noted.clear()
     server = open_server(port=0)
-    with init(args=[]), Viewer(server, layout=Layout.with_panels(["attentive"])) as node:
+    with init(args=[]), Viewer(server, layout=PageLayout.with_panels(["attentive"])) as node:
         assert isinstance(node, Viewer)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
@@ -131,7 +131,7 @@ def test_a_browser_that_hides_the_page_does_not_look(ros, monkeypatch):
     )
     Attentive.noted.clear()
     server = open_server(port=0)
-    with init(args=[]), Viewer(server, layout=Layout.with_panels(["attentive"])) as node:
+    with init(args=[]), Viewer(server, layout=PageLayout.with_panels(["attentive"])) as node:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
 

@@ -8,7 +8,7 @@ import pytest
 
 from teleopctl.node import SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S
-from teleopctl.viewer import Layout, Viewer, layout_of, load_layout, open_server
+from teleopctl.viewer import PageLayout, Viewer, layout_of, load_layout, open_server
 from tests.benchmarks.page_client import PageClient
 
 LAYOUT = {
@@ -142,4 +142,4 @@ def test_without_a_layout_what_is_there_decides(session, monkeypatch):
         assert workspace.usual_layout().title != title
         there.add(panel)
         assert workspace.usual_layout().title == title
-    assert Layout.with_panels(["log"]).names() == ["log"]
+    assert PageLayout.with_panels(["log"]).names() == ["log"]

@@ -18,9 +18,32 @@ if TYPE_CHECKING:
 
     from teleopctl.node import Node
     from teleopctl.viewer.displays.base import Stage
+    from teleopctl.viewer.layout import PageLayout
     from teleopctl.viewer.scene.frames import SceneFrames
     from teleopctl.viewer.scene_view import SceneView
-    from teleopctl.viewer.workspace import Workspace
+
+
+# Any: viser's handle of a browser.
+class Arrangements(Protocol):
+    """Interface of `PageWorkspace` that panels use: how each browser arranges the panels."""
+
+    def arrange(self, client: Any, layout: PageLayout) -> None:
+        """Arrange the panels of one browser by a layout."""
+
+    def layout_in(self, client_id: int) -> PageLayout:
+        """Return the layout of one browser, with the panels opened and closed by hand."""
+
+    def is_open(self, client_id: int, name: str) -> bool:
+        """Return whether one browser has a panel."""
+
+    def set_open(self, client_id: int, name: str, *, is_open: bool) -> None:
+        """Open or close a panel in one browser."""
+
+    def layout_to_save(self, client: Any) -> PageLayout:
+        """Return all that a browser's person has arranged: panels, camera, choices in panels."""
+
+    def forget(self, client_id: int) -> None:
+        """Return a browser to the layout that it started with, and drop what it has stored."""
 
 
 class Page(Protocol):
@@ -59,7 +82,7 @@ class Page(Protocol):
         """The 3D view, whose displays can be added and removed."""
 
     @property
-    def workspace(self) -> Workspace:
+    def workspace(self) -> Arrangements:
         """The panels, and their arrangement in each browser."""
 
     def guarded(self, function: Callable[..., object], *arguments: object) -> str:

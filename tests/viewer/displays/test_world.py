@@ -13,7 +13,7 @@ from teleopctl.packages import package_share
 from teleopctl.robot import RobotDescription, read_world
 from teleopctl.sim.world_markers import WORLD_MARKERS_TOPIC, world_markers
 from teleopctl.tf import Transform
-from teleopctl.viewer import Layout, Viewer, open_server
+from teleopctl.viewer import PageLayout, Viewer, open_server
 from teleopctl.viewer.scene_view import SceneView
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import SECOND, put_frame
@@ -106,7 +106,9 @@ def test_the_page_of_a_simulation_knows_that_it_is_one(ros) -> None:
     del ros  # this process is in it
     for words, shown in ((["--ros-args", "-p", "use_sim_time:=true"], True), ([], False)):
         with init(args=[]):
-            viewer = Viewer(open_server(port=0), layout=Layout.with_panels(["log"]), cli_args=words)
+            viewer = Viewer(
+                open_server(port=0), layout=PageLayout.with_panels(["log"]), cli_args=words
+            )
             with viewer:
                 names = [display.name for display in viewer.scene_view.displays]
                 assert ("World" in names) == shown
