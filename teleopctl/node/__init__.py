@@ -125,6 +125,10 @@ if TYPE_CHECKING:
     from teleopctl.node.node import Node as Node
     from teleopctl.node.node_endpoints import BareNode as BareNode
     from teleopctl.node.node_options import NodeOptions as NodeOptions
+    from teleopctl.node.node_services import (
+        LoggerService as LoggerService,
+        start_type_description_service as start_type_description_service,
+    )
     from teleopctl.node.parameters.client import (
         AsyncParameterClient as AsyncParameterClient,
         call_parameter_services as call_parameter_services,
@@ -134,6 +138,7 @@ if TYPE_CHECKING:
         ParameterEventCallbackHandle as ParameterEventCallbackHandle,
         ParameterEventHandler as ParameterEventHandler,
     )
+    from teleopctl.node.parameters.service import ParameterService as ParameterService
     from teleopctl.node.robot_stop import (
         RELEASE_SERVICE as RELEASE_SERVICE,
         RELEASE_TYPE as RELEASE_TYPE,
@@ -179,7 +184,11 @@ if TYPE_CHECKING:
         TimeoutException as TimeoutException,
         TimerCancelledError as TimerCancelledError,
     )
-    from teleopctl.node.values.future import Future as Future, Task as Task
+    from teleopctl.node.values.future import (
+        AnyFuture as AnyFuture,
+        Future as Future,
+        Task as Task,
+    )
     from teleopctl.node.values.handle import Handle as Handle
     from teleopctl.node.values.log_once import LogOnce as LogOnce
     from teleopctl.node.values.logging import (
@@ -230,12 +239,14 @@ if TYPE_CHECKING:
         InvalidQoSProfileException as InvalidQoSProfileException,
         LivelinessPolicy as LivelinessPolicy,
         QoSCompatibility as QoSCompatibility,
+        QoSPolicyEnum as QoSPolicyEnum,
         QoSPresetProfiles as QoSPresetProfiles,
         QoSProfile as QoSProfile,
         ReliabilityPolicy as ReliabilityPolicy,
         qos_check_compatible as qos_check_compatible,
         qos_profile_action_status_default as qos_profile_action_status_default,
         qos_profile_best_available as qos_profile_best_available,
+        qos_profile_default as qos_profile_default,
         qos_profile_latched as qos_profile_latched,
         qos_profile_parameter_events as qos_profile_parameter_events,
         qos_profile_parameters as qos_profile_parameters,
@@ -249,6 +260,8 @@ if TYPE_CHECKING:
     from teleopctl.node.values.signals import (
         SignalHandlerOptions as SignalHandlerOptions,
         get_current_signal_handlers_options as get_current_signal_handlers_options,
+        install_for_all_contexts as install_for_all_contexts,
+        uninstall_for_all_contexts as uninstall_for_all_contexts,
     )
     from teleopctl.node.values.time import (
         ClockType as ClockType,

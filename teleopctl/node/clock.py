@@ -259,13 +259,17 @@ class Clock:
             raise ValueError("until's clock type does not match this clock's type")
         return self._sleep(self.nanoseconds, until.nanoseconds, context)
 
-    def sleep_for(self, duration: Duration, context: Context | None = None) -> bool:
+    def sleep_for(self, rel_time: Duration, context: Context | None = None) -> bool:
         """Sleep for a duration by the clock; False on shutdown or a change of time source.
+
+        Args:
+            rel_time: Duration of the sleep.
+            context: Context whose shutdown ends the sleep; the default context if None.
 
         Raises:
             NotInitializedException: The context is not running.
         """
-        return self._sleep(self.elapsed_ns, self.elapsed_ns() + duration.nanoseconds, context)
+        return self._sleep(self.elapsed_ns, self.elapsed_ns() + rel_time.nanoseconds, context)
 
     def _sleep(self, count_ns: Callable[[], int], end_ns: int, context: Context | None) -> bool:
         """Sleep until a count of this clock reaches its end."""

@@ -83,6 +83,15 @@ class Context:
                 cls._default = cls()
             return cls._default
 
+    @classmethod
+    def release_default(cls) -> Context:
+        """Return the default context; the next use of the default creates a new one (ours)."""
+        context = cls.default()
+        with cls._default_lock:
+            if cls._default is context:
+                cls._default = None
+        return context
+
     def init(
         self,
         args: Sequence[str] | None = None,

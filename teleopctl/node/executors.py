@@ -21,13 +21,14 @@ from teleopctl.node.values.exceptions import (
     ShutdownException,
     TimeoutException,
 )
-from teleopctl.node.values.future import Future, ResultT, Task
+from teleopctl.node.values.future import Future, ResultT, Task, WatchedFuture
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
 
     from teleopctl.node.endpoints.timer import Timer
     from teleopctl.node.node_endpoints import NodeEndpoints
+    from teleopctl.node.values.future import AnyFuture
 
     Ready = tuple[Task[Any], QueuingEntity | Timer | None, NodeEndpoints | None]
 
@@ -65,14 +66,11 @@ class SpinGuard:
             self._lock.release()
 
     @contextlib.contextmanager
-    def until(self, future: Future[ResultT], wake: Callable[[], object]) -> Iterator[None]:
+    def until(self, future: AnyFuture, wake: Callable[[], object]) -> Iterator[WatchedFuture]:
         """Return a context manager that holds the lock, and calls ``wake`` when the future ends."""
-        with self:
-            future.on_end(wake)
-            try:
-                yield
-            finally:
-                future.forget_on_end(wake)
+        watched = WatchedFuture(future)
+        with self, watched.waking(wake):
+            yield watched
 
 
 # Limited on Windows, where Ctrl-C cannot interrupt a blocked wait.
@@ -161,6 +159,10 @@ class Executor:
     def get_nodes(self) -> list[NodeEndpoints]:
         """Return the nodes of the executor."""
         return list(self._nodes)
+
+    def can_execute(self, entity: QueuingEntity | Timer) -> bool:
+        """Return whether the callback of an entity may start now: it is not waiting or running."""
+        return entity not in self._queued and entity.callback_group.can_execute(entity)
 
     # -- from other threads ----------------------------------------------------------------------
 
@@ -259,21 +261,26 @@ class Executor:
         raise ShutdownException if self._is_shutdown else TimeoutException
 
     def spin_once_until_future_complete(
-        self, future: Future[ResultT], timeout_sec: float | None = None
+        self, future: AnyFuture, timeout_sec: float | None = None
     ) -> None:
         """Wait for one callback and run it; return when a future is done or the timeout expires."""
-        with self._spin_guard.until(future, self.wake):
-            self._spin_once(_deadline(timeout_sec), future)
+        with self._spin_guard.until(future, self.wake) as watched:
+            self._spin_once(_deadline(timeout_sec), watched)
         self._raise_if_ended_by_signal()
 
     def spin_until_future_complete(
-        self, future: Future[ResultT], timeout_sec: float | None = None
+        self, future: AnyFuture, timeout_sec: float | None = None
     ) -> None:
-        """Run callbacks until a future ends, the timeout expires, or the context is shut down."""
+        """Run callbacks until a future ends, the timeout expires, or the context is shut down.
+
+        Args:
+            future: Future of rclpy, asyncio or ``concurrent.futures``.
+            timeout_sec: Longest wait in seconds of wall time; None or negative waits forever.
+        """
         deadline = _deadline(timeout_sec)
-        with self._spin_guard.until(future, self.wake):
-            while self._context.ok() and not future.ended() and not self._is_shutdown:
-                self._spin_once(deadline, future)
+        with self._spin_guard.until(future, self.wake) as watched:
+            while self._context.ok() and not watched.ended() and not self._is_shutdown:
+                self._spin_once(deadline, watched)
                 if deadline is not None and time.monotonic() >= deadline:
                     break
         self._raise_if_ended_by_signal()
@@ -291,7 +298,9 @@ class Executor:
         if self._context.ended_by_signal:
             raise ExternalShutdownException
 
-    def _spin_once(self, deadline: float | None = None, future: Future[Any] | None = None) -> None:
+    def _spin_once(
+        self, deadline: float | None = None, future: WatchedFuture | None = None
+    ) -> None:
         """Run one callback; return without one at the deadline, on shutdown or if a future ends."""
         while self._context.ok() and not self._is_shutdown:
             if future is not None and future.ended():

@@ -15,7 +15,7 @@ from teleopctl.node.values.signals import SignalHandlerOptions
 if TYPE_CHECKING:
     from teleopctl.node.context import SessionMode
     from teleopctl.node.node import Node
-    from teleopctl.node.values.future import Future, ResultT
+    from teleopctl.node.values.future import AnyFuture
 
 _executor: Executor | None = None
 _executor_lock = threading.RLock()
@@ -66,9 +66,14 @@ def try_shutdown(*, context: Context | None = None, uninstall_handlers: bool | N
     (context or Context.default()).try_shutdown()
 
 
-def get_default_context() -> Context:
-    """Return the default context of the process."""
-    return Context.default()
+def get_default_context(*, shutting_down: bool = False) -> Context:
+    """Return the default context of the process.
+
+    Args:
+        shutting_down: Whether the context is to be shut down by the caller; the next call then
+            returns a new one.
+    """
+    return Context.release_default() if shutting_down else Context.default()
 
 
 def get_global_executor() -> Executor:
@@ -130,11 +135,18 @@ def spin_once(
 
 def spin_until_future_complete(
     node: Node,
-    future: Future[ResultT],
+    future: AnyFuture,
     executor: Executor | None = None,
     timeout_sec: float | None = None,
 ) -> None:
-    """Run a node's callbacks until a future ends, the timeout expires or the context shuts down."""
+    """Run a node's callbacks until a future ends, the timeout expires or the context shuts down.
+
+    Args:
+        node: Node whose callbacks run.
+        future: Future of rclpy, asyncio or ``concurrent.futures``.
+        executor: Executor of the callbacks; the global executor if None.
+        timeout_sec: Longest wait in seconds of wall time; None or negative waits forever.
+    """
     with _served(node, executor) as chosen:
         chosen.spin_until_future_complete(future, timeout_sec)
 

@@ -8,6 +8,7 @@ from teleopctl.base.typed import TYPE_CHECKING, Literal, TypeAlias
 from teleopctl.interfaces import get_message
 from teleopctl.node.node_endpoints import NodeEndpoints
 from teleopctl.node.parameters.store import (
+    PARAM_REL_TOL,
     OnSetCallback,
     ParameterStore,
     PostSetCallback,
@@ -35,6 +36,8 @@ if TYPE_CHECKING:
 
 class NodeParameters(NodeEndpoints):
     """Base of nodes with the methods for parameters."""
+
+    PARAM_REL_TOL = PARAM_REL_TOL
 
     def _start_parameters(
         self, given: Iterable[Parameter], *, allow_undeclared: bool, start_services: bool
@@ -163,7 +166,7 @@ class NodeParameters(NodeEndpoints):
             ParameterNotDeclaredException: The parameter is undeclared, which is not allowed.
             ParameterUninitializedException: The parameter is statically typed and has no value.
         """
-        return self._parameters.get(name)
+        return self._parameters.readable(name)
 
     def get_parameters(self, names: Iterable[str]) -> list[Parameter]:
         """Return several parameters by name; raises as `get_parameter`."""

@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from rcl_interfaces.msg import SetParametersResult
     from rosgraph_msgs.msg import Clock
 
+    from teleopctl.node.endpoints.service import Service
     from teleopctl.node.endpoints.subscription import Subscription
     from teleopctl.node.node_endpoints import NodeEndpoints
     from teleopctl.node.node_parameters import NodeParameters
@@ -176,14 +177,14 @@ class LoggerService:
 _PARAMETER = "start_type_description_service"
 
 
-def start_type_description_service(node: NodeParameters) -> None:
-    """Start a node's ``~/get_type_description`` service unless its parameter disables it."""
+def start_type_description_service(node: NodeParameters) -> Service[Any, Any] | None:
+    """Start and return a node's ``~/get_type_description``; None if its parameter disables it."""
     descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")(
         description="Start the ~/get_type_description service for this node.", read_only=True
     )
     if not node.declare_parameter(_PARAMETER, True, descriptor).value:
-        return
-    node.create_service(
+        return None
+    return node.create_service(
         get_service("type_description_interfaces/srv/GetTypeDescription"),
         "~/get_type_description",
         _answer,

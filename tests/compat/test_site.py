@@ -20,12 +20,13 @@ launch_pytest launch_testing launch_testing_ros
 
 RCLPY = """
 rclpy.action rclpy.action.client rclpy.action.graph rclpy.action.server rclpy.callback_groups
-rclpy.client rclpy.clock rclpy.clock_type rclpy.constants rclpy.context rclpy.duration
+rclpy.client rclpy.clock rclpy.clock_type rclpy.constants rclpy.context rclpy.destroyable rclpy.duration
 rclpy.event_handler rclpy.exceptions rclpy.executors rclpy.expand_topic_name rclpy.experimental
 rclpy.experimental.events_executor rclpy.guard_condition rclpy.impl
 rclpy.impl.implementation_singleton rclpy.impl.logging_severity rclpy.impl.rcutils_logger
 rclpy.lifecycle rclpy.lifecycle.managed_entity rclpy.lifecycle.node rclpy.lifecycle.publisher
-rclpy.logging rclpy.node rclpy.parameter rclpy.parameter_client rclpy.parameter_event_handler
+rclpy.logging rclpy.logging_service rclpy.node rclpy.parameter rclpy.parameter_client
+rclpy.parameter_event_handler rclpy.parameter_service
 rclpy.publisher rclpy.qos rclpy.qos_event rclpy.qos_overriding_options rclpy.serialization
 rclpy.service rclpy.service_introspection rclpy.signals rclpy.subscription
 rclpy.subscription_content_filter_options rclpy.task rclpy.time rclpy.time_source rclpy.timer

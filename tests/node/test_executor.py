@@ -1,5 +1,8 @@
 """Executors under load: fairness, bounds, destruction, exceptions, shutdown."""
 
+import asyncio
+import concurrent.futures
+import contextlib
 import threading
 from typing import Any
 
@@ -12,6 +15,7 @@ from teleopctl.node import (
     MutuallyExclusiveCallbackGroup,
     Node,
     SingleThreadedExecutor,
+    get_default_context,
     spin,
 )
 from teleopctl.node.values.exceptions import (
@@ -419,3 +423,61 @@ def test_shutdown_waits_for_callbacks_that_run_as_long_as_it_is_told(context):
     assert executor.shutdown(20)
     assert ended.is_set()
     spinning.join(20)
+
+
+@pytest.mark.parametrize("make", [asyncio.new_event_loop, concurrent.futures.Future, Future])
+def test_an_executor_spins_until_a_future_of_any_kind_ends(make_node, executor, make):
+    node = make_node()
+    with contextlib.ExitStack() as stack:
+        made = make()
+        if isinstance(made, asyncio.AbstractEventLoop):
+            # Its loop does not run: what ends it is a callback of the executor.
+            stack.callback(made.close)
+            made = made.create_future()
+        node.create_timer(0.001, lambda: made.done() or made.set_result(3))
+        executor.spin_until_future_complete(made, 10.0)
+        assert made.result() == 3
+
+
+def test_a_future_that_a_pool_of_another_thread_ends_wakes_the_executor(make_node, executor):
+    make_node()
+    with concurrent.futures.ThreadPoolExecutor(1) as pool:
+        begun = threading.Event()
+        future = pool.submit(begun.wait, 10.0)
+        executor.enqueue(begun.set)
+        executor.spin_until_future_complete(future, 10.0)
+        assert future.result()
+    cancelled: concurrent.futures.Future[None] = concurrent.futures.Future()
+    cancelled.cancel()
+    executor.spin_until_future_complete(cancelled, 10.0)
+
+
+def test_the_default_context_that_is_shut_down_makes_room_for_a_new_one():
+    first = get_default_context(shutting_down=True)
+    second = get_default_context()
+    assert second is not first
+    assert get_default_context() is second
+
+
+def test_the_parameters_of_a_node_are_a_mapping(make_node):
+    node = make_node(allow_undeclared_parameters=True)
+    node.declare_parameter("teleop.walk.type", "topic")
+    assert sorted(node._parameters.keys()) == [
+        "start_type_description_service",
+        "teleop.walk.type",
+        "use_sim_time",
+    ]
+    assert node._parameters["teleop.walk.type"].value == "topic"
+    assert node._parameters.get("unknown") is None
+
+
+def test_a_request_is_found_by_its_number_until_its_response(make_node, spin_until):
+    node = make_node()
+    node.create_service(ADD, "add", lambda _, response: response)
+    client = node.create_client(ADD, "add")
+    assert client.wait_for_service(10.0)
+    number, future = client.send(ADD.Request())
+    assert client.get_pending_request(number) is future
+    spin_until(future.done)
+    with pytest.raises(KeyError):
+        client.get_pending_request(number)

@@ -49,7 +49,7 @@ class Bell(Waitable):
         self.callback(taken_data)
 
     def get_num_entities(self) -> NumberOfEntities:
-        return NumberOfEntities(num_guards=1)
+        return NumberOfEntities(num_gcs=1)
 
 
 @pytest.fixture(params=[SingleThreadedExecutor, MultiThreadedExecutor])
@@ -242,5 +242,5 @@ def test_checks_of_one_waitable_do_not_overlap(make_node, spin_until):
 
 
 def test_numbers_of_entities_add_up():
-    total = NumberOfEntities(1, 2, 3, 4, 5, 6) + NumberOfEntities(num_guards=1, num_events=2)
+    total = NumberOfEntities(1, 2, 3, 4, 5, 6) + NumberOfEntities(num_gcs=1, num_events=2)
     assert repr(total) == "NumberOfEntities(1, 3, 3, 4, 5, 8)"

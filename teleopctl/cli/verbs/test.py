@@ -54,11 +54,14 @@ def test(
 
     The exit status is 0 if all tests pass, else 1.
     """
+    from teleopctl.compat.activation import activate_children
     from teleopctl.compat.launch_test import free_domain, run_launch_test
 
     file, *arguments = words
     if not Path(file).is_file():
         raise UsageError(f"There is no launch test {file}")
+    # Commands of the test run with what `launch` gives to its own.
+    activate_children()
     with contextlib.ExitStack() as reserved:
         if not show_args and not disable_isolation and "ROS_DOMAIN_ID" not in os.environ:
             domain = reserved.enter_context(free_domain())

@@ -167,7 +167,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         self.callback_group = callback_group
         self._sequence = itertools.count(1)
         self._lock = threading.Lock()
-        self._pending: set[Future[ResponseT]] = set()
+        self._pending: dict[Future[ResponseT], int] = {}  # their sequence numbers
         self._callbacks: collections.deque[Callable[[], object]] = collections.deque()
         self._news = False
         self.refusals = InvalidMessageCounter(f"an answer of '{name}'", node.get_logger().error)
@@ -222,9 +222,9 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
             raise TypeError(f"Expected {self.srv_type.Request}, got {type(request)}")
         payload = serialize(request)
         future: ResponseFuture[ResponseT] = self.make_future()
-        with self._lock:
-            self._pending.add(future)
         sequence = next(self._sequence)
+        with self._lock:
+            self._pending[future] = sequence
         # Published first: a server of this process may receive the request before this continues.
         if self._introspection is not None:
             self._introspection.request_sent(self.gid, sequence, request)
@@ -296,10 +296,22 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         except IndexError:
             return _do_nothing if news else None
 
+    def get_pending_request(self, sequence_number: int) -> Future[ResponseT]:
+        """Return the future of a request that has no response yet.
+
+        Raises:
+            KeyError: No request of this sequence number waits for a response.
+        """
+        with self._lock:
+            for future, sequence in self._pending.items():
+                if sequence == sequence_number:
+                    return future
+        raise KeyError(sequence_number)
+
     def remove_pending_request(self, future: Future[Any]) -> None:
         """Cancel the future of a request, so that its response is dropped."""
         with self._lock:
-            self._pending.discard(future)
+            self._pending.pop(future, None)
         future.cancel()
 
     def _receive(self, reply: zenoh.Reply, sequence: int, future: Future[ResponseT]) -> None:
@@ -316,7 +328,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
             self.refusals.refuse(error.message)
             return
         with self._lock:
-            self._pending.discard(future)
+            self._pending.pop(future, None)
         if self._introspection is not None:
             self._introspection.response_received(self.gid, sequence, response)
         self._settle(future, response, ServiceInfo(meta, time.time_ns()))
@@ -334,6 +346,6 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         if self._introspection is not None:
             self._introspection.close()
         with self._lock:
-            pending, self._pending = self._pending, set()
+            pending, self._pending = self._pending, {}
         for future in pending:
             future.cancel()

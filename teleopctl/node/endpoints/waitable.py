@@ -17,14 +17,14 @@ class NumberOfEntities:
     def __init__(
         self,
         num_subs: int = 0,
-        num_guards: int = 0,
+        num_gcs: int = 0,
         num_timers: int = 0,
         num_clients: int = 0,
         num_services: int = 0,
         num_events: int = 0,
     ) -> None:
         self.num_subscriptions = num_subs
-        self.num_guard_conditions = num_guards
+        self.num_guard_conditions = num_gcs
         self.num_timers = num_timers
         self.num_clients = num_clients
         self.num_services = num_services

@@ -184,14 +184,23 @@ class AsyncParameterClient:
         callback: Callable[[ParameterEvent], object],
         qos_profile: QoSProfile = qos_profile_services_default,
         callback_group: CallbackGroup | None = None,
+        **options: Any,  # Any: create_subscription checks them
     ) -> Subscription[ParameterEvent]:
-        """Subscribe to ``/parameter_events`` of all nodes; return the subscription."""
+        """Subscribe to ``/parameter_events`` of all nodes; return the subscription.
+
+        Args:
+            callback: Called with each event.
+            qos_profile: QoS profile of the subscription.
+            callback_group: Callback group of the callback; the node's default group if None.
+            options: Further options of ``Node.create_subscription``, such as ``raw``.
+        """
         return self._node.create_subscription(
             get_message("rcl_interfaces/msg/ParameterEvent"),
             "/parameter_events",
             callback,
             qos_profile,
             callback_group=callback_group,
+            **options,
         )
 
     def _send(

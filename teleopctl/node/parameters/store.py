@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import threading
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING, TypeAlias
 from teleopctl.interfaces import get_message
@@ -24,24 +24,31 @@ if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 
 
+PARAM_REL_TOL = 1e-6
+"""Relative error within which a float is at an end or a step of its range, as in rclpy."""
+
+
 def range_problem(name: str, value: object, descriptor: ParameterDescriptor) -> str | None:
     """Return why a value violates its descriptor's range or step; None if it does not."""
     ranges = descriptor.integer_range if isinstance(value, int) else descriptor.floating_point_range
     if isinstance(value, bool) or not isinstance(value, int | float) or not ranges:
         return None
     allowed = ranges[0]
+    tolerance = PARAM_REL_TOL if isinstance(value, float) else 0.0
     if value < allowed.from_value or value > allowed.to_value:
         # With rounding errors, a value may exceed the ends themselves.
         ends = (allowed.from_value, allowed.to_value)
-        if not any(math.isclose(value, end, rel_tol=1e-9) for end in ends):
+        if not any(math.isclose(value, end, rel_tol=tolerance) for end in ends):
             return (
                 f"Parameter {name} out of range. Min: {allowed.from_value}, "
                 f"Max: {allowed.to_value}, value: {value}"
             )
     if allowed.step:
         steps = (value - allowed.from_value) / allowed.step
-        on_end = math.isclose(value, allowed.to_value, rel_tol=1e-9)
-        if not on_end and not math.isclose(steps, round(steps), abs_tol=1e-9):
+        nearest = allowed.from_value + round(steps) * allowed.step
+        if not any(
+            math.isclose(value, good, rel_tol=tolerance) for good in (allowed.to_value, nearest)
+        ):
             return f"The parameter value for {name} is not a valid step. Step: {allowed.step}"
     return None
 
@@ -86,8 +93,11 @@ def _invalid_answer(callback: Callable[..., object], answer: object, expected: s
     return reason
 
 
-class ParameterStore:
+class ParameterStore(Mapping[str, Parameter]):
     """Declared parameters of a node, with the rules and callbacks that check changes.
+
+    As a mapping it has the declared parameters by name, which programs read as rclpy's
+    ``Node._parameters``.
 
     Args:
         overrides: Parameters from the command line and from files, by name; they replace the
@@ -112,6 +122,15 @@ class ParameterStore:
         self._lock = threading.RLock()
         self._parameters: dict[str, Parameter] = {}
         self._descriptors: dict[str, ParameterDescriptor] = {}
+
+    def __getitem__(self, name: str) -> Parameter:
+        return self._parameters[name]
+
+    def __iter__(self) -> Iterator[str]:
+        return iter(tuple(self._parameters))
+
+    def __len__(self) -> int:
+        return len(self._parameters)
 
     def names(self) -> list[str]:
         """Return the names of the declared parameters, in the order of their declaration."""
@@ -235,7 +254,7 @@ class ParameterStore:
             del self._descriptors[name]
         self._on_change([], [], [parameter])
 
-    def get(self, name: str) -> Parameter:
+    def readable(self, name: str) -> Parameter:
         """Return a parameter; raise if statically typed but unset, or undeclared unless allowed.
 
         Raises:

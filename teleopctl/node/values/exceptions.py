@@ -11,10 +11,17 @@ if TYPE_CHECKING:
 
 
 class NotInitializedException(TeleopctlError):
-    """A context was used before ``init()`` or after ``shutdown()``."""
+    """A context was used before ``init()`` or after ``shutdown()``.
 
-    def __init__(self, what: str = "rclpy.init()") -> None:
-        super().__init__(f"{what} has not been called", hint="call rclpy.init() first")
+    Args:
+        message: Further description, or None.
+    """
+
+    def __init__(self, message: str | None = None) -> None:
+        further = f". msg:{message}" if message else ""
+        super().__init__(
+            f"rclpy.init() has not been called{further}", hint="call rclpy.init() first"
+        )
 
 
 class ExternalShutdownException(Exception):
@@ -83,18 +90,19 @@ class NameValidationException(TeleopctlError):
 
     Args:
         name: The invalid name.
-        reason: Rule that the name violates.
-        index: Position of the first offending character.
+        error_msg: Rule that the name violates.
+        invalid_index: Position of the first offending character.
     """
 
     kind: ClassVar[str] = "name"
 
-    def __init__(self, name: str, reason: str, index: int) -> None:
-        super().__init__(f"Invalid {self.kind}: {reason}:\n  '{name}'\n   {' ' * index}^")
+    def __init__(self, name: str, error_msg: str, invalid_index: int) -> None:
+        mark = " " * invalid_index
+        super().__init__(f"Invalid {self.kind}: {error_msg}:\n  '{name}'\n   {mark}^")
         self.name_type = self.kind
         self.name = name
-        self.error_msg = reason
-        self.invalid_index = index
+        self.error_msg = error_msg
+        self.invalid_index = invalid_index
 
 
 class InvalidNodeNameException(NameValidationException):
@@ -137,12 +145,12 @@ class ParameterException(TeleopctlError):
     """Base of exceptions about parameters.
 
     Args:
-        message: Description of the problem, without the names.
+        error_msg: Description of the problem, without the names.
         parameters: Name or names of the parameters.
     """
 
-    def __init__(self, message: str, parameters: str | list[str] | tuple[str, ...]) -> None:
-        super().__init__(f"{message}: {parameters}")
+    def __init__(self, error_msg: str, parameters: str | list[str] | tuple[str, ...]) -> None:
+        super().__init__(f"{error_msg}: {parameters}")
         self.parameters = parameters
 
 
@@ -163,41 +171,41 @@ class ParameterAlreadyDeclaredException(ParameterException):
 class ParameterUninitializedException(ParameterException):
     """A parameter was read that was declared by type only and has no value."""
 
-    def __init__(self, parameters: str | list[str]) -> None:
-        super().__init__(f"The parameter '{parameters}' is not initialized", parameters)
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__(f"The parameter '{parameter_name}' is not initialized", parameter_name)
 
 
 class ParameterImmutableException(ParameterException):
     """A read-only parameter was undeclared, or its descriptor replaced."""
 
-    def __init__(self, parameters: str | list[str]) -> None:
-        super().__init__("Attempted to modify read-only parameter", parameters)
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__("Attempted to modify read-only parameter", parameter_name)
 
 
 class InvalidParameterException(ParameterException):
     """A parameter name is invalid: it is empty."""
 
-    def __init__(self, parameters: str | list[str]) -> None:
-        super().__init__("Invalid parameter name", parameters)
+    def __init__(self, parameter_name: str) -> None:
+        super().__init__("Invalid parameter name", parameter_name)
 
 
 class InvalidParameterTypeException(ParameterException):
     """A value has another type than its parameter was declared with."""
 
-    def __init__(self, parameter: Parameter, expected_type: str) -> None:
-        value = shortened(str(parameter.value))
+    def __init__(self, desired_parameter: Parameter, expected_type: str) -> None:
+        value = shortened(str(desired_parameter.value))
         super().__init__(
-            f"Trying to set parameter '{parameter.name}' to '{value}' of type "
-            f"'{parameter.type_.name}', expecting type '{expected_type}'",
-            parameter.name,
+            f"Trying to set parameter '{desired_parameter.name}' to '{value}' of type "
+            f"'{desired_parameter.type_.name}', expecting type '{expected_type}'",
+            desired_parameter.name,
         )
 
 
 class InvalidParameterValueException(ParameterException):
     """A parameter value is out of range, or a callback rejected it."""
 
-    def __init__(self, name: str, value: object, reason: str) -> None:
+    def __init__(self, parameter: str, value: object, reason: str) -> None:
         super().__init__(
             f"Invalid parameter value ({shortened(str(value))}) for parameter. Reason: {reason}",
-            name,
+            parameter,
         )

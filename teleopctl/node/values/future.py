@@ -5,10 +5,10 @@ from __future__ import annotations
 import contextlib
 import sys
 import threading
-from collections.abc import Callable, Coroutine, Generator, Mapping, Sequence
+from collections.abc import Callable, Coroutine, Generator, Iterator, Mapping, Sequence
 from types import CoroutineType
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, TypeVar, cast
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
 
 if TYPE_CHECKING:
     import asyncio
@@ -159,6 +159,56 @@ class Future(Generic[ResultT]):
 
         self.on_end(tell_loop)
         return ended
+
+
+class AnyFuture(Protocol):
+    """Interface of the futures that an executor can wait for: rclpy's, asyncio's, a pool's."""
+
+    def done(self) -> bool:
+        """Return whether the future has a result or an exception."""
+
+    # Any: each kind calls back with itself.
+    def add_done_callback(self, callback: Callable[[Any], object], /) -> object:
+        """Register a callback for the end of the future."""
+
+
+class WatchedFuture:
+    """Future of any kind, as executors wait for it.
+
+    An asyncio future calls its callbacks by its loop, which may not run while an executor spins; so
+    its end is also noticed after each callback of the executor.
+    """
+
+    def __init__(self, future: AnyFuture) -> None:
+        self._future = future
+
+    def ended(self) -> bool:
+        """Return whether the future has ended."""
+        if isinstance(self._future, Future):
+            return self._future.ended()
+        return self._future.done()
+
+    @contextlib.contextmanager
+    def waking(self, wake: Callable[[], object]) -> Iterator[None]:
+        """Return a context manager during which the end of the future calls a function."""
+        if isinstance(self._future, Future):
+            self._future.on_end(wake)
+            try:
+                yield
+            finally:
+                self._future.forget_on_end(wake)
+            return
+        waits = True
+
+        def end(_: object) -> None:
+            if waits:
+                wake()
+
+        self._future.add_done_callback(end)
+        try:
+            yield
+        finally:
+            waits = False
 
 
 class _Stepping(threading.local):

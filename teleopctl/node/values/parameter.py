@@ -154,10 +154,10 @@ class Parameter:
         return self._value
 
     @classmethod
-    def from_parameter_msg(cls, message: ParameterMessage) -> Parameter:
+    def from_parameter_msg(cls, param_msg: ParameterMessage) -> Parameter:
         """Return the parameter that a ``rcl_interfaces/msg/Parameter`` describes."""
-        type_ = ParameterType(message.value.type)
-        return cls(message.name, type_, parameter_value_to_python(message.value))
+        type_ = ParameterType(param_msg.value.type)
+        return cls(param_msg.name, type_, parameter_value_to_python(param_msg.value))
 
     def get_parameter_value(self) -> ParameterValue:
         """Return the value as a ``rcl_interfaces/msg/ParameterValue``."""

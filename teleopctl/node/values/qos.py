@@ -31,7 +31,7 @@ class _PolicyType(enum.EnumMeta):
             return cls[member]
 
 
-class _Policy(enum.IntEnum, metaclass=_PolicyType):
+class QoSPolicyEnum(enum.IntEnum, metaclass=_PolicyType):
     """Base of policies whose members have short names, as on the command line (``best_effort``)."""
 
     @classmethod
@@ -65,7 +65,7 @@ class _Policy(enum.IntEnum, metaclass=_PolicyType):
             ) from None
 
 
-class ReliabilityPolicy(_Policy):
+class ReliabilityPolicy(QoSPolicyEnum):
     """QoS policy: reliable or best effort."""
 
     SYSTEM_DEFAULT = 0
@@ -75,7 +75,7 @@ class ReliabilityPolicy(_Policy):
     BEST_AVAILABLE = 4
 
 
-class DurabilityPolicy(_Policy):
+class DurabilityPolicy(QoSPolicyEnum):
     """QoS policy: whether late subscriptions receive earlier messages."""
 
     SYSTEM_DEFAULT = 0
@@ -85,7 +85,7 @@ class DurabilityPolicy(_Policy):
     BEST_AVAILABLE = 4
 
 
-class HistoryPolicy(_Policy):
+class HistoryPolicy(QoSPolicyEnum):
     """QoS policy: number of messages kept, the last ones or all."""
 
     SYSTEM_DEFAULT = 0
@@ -94,7 +94,7 @@ class HistoryPolicy(_Policy):
     UNKNOWN = 3
 
 
-class LivelinessPolicy(_Policy):
+class LivelinessPolicy(QoSPolicyEnum):
     """QoS policy: way in which a publisher asserts its liveliness."""
 
     SYSTEM_DEFAULT = 0
@@ -363,7 +363,7 @@ class QoSCompatibility(enum.IntEnum):
 
 
 # For each policy: a value requested by the subscription, and an insufficient publisher's value.
-_INSUFFICIENT_VALUES: tuple[tuple[str, _Policy, _Policy], ...] = (
+_INSUFFICIENT_VALUES: tuple[tuple[str, QoSPolicyEnum, QoSPolicyEnum], ...] = (
     ("reliability", ReliabilityPolicy.RELIABLE, ReliabilityPolicy.BEST_EFFORT),
     ("durability", DurabilityPolicy.TRANSIENT_LOCAL, DurabilityPolicy.VOLATILE),
     ("liveliness", LivelinessPolicy.MANUAL_BY_TOPIC, LivelinessPolicy.AUTOMATIC),

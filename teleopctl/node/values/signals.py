@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import enum
 import threading
+from _weakrefset import WeakSet  # as `threading` does: `weakref` takes longer to import
 from types import FrameType
 
 from teleopctl.base.interrupts import is_swallowed, resend_signal, wake_on_signals
@@ -45,12 +46,15 @@ _SIGNALS = {
     SignalHandlerOptions.ALL: (signal.SIGINT, signal.SIGTERM),
 }
 
+# Contexts that were initialized, for handlers that a program installs itself.
+_initialized: WeakSet[Endable] = WeakSet()
 _contexts: dict[int, set[Endable]] = {signal.SIGINT: set(), signal.SIGTERM: set()}
 _previous: dict[int, signal._HANDLER] = {}
 
 
 def install_signal_handlers(context: Endable, options: SignalHandlerOptions) -> None:
     """Install signal handlers that end a context; has no effect outside the main thread."""
+    _initialized.add(context)
     if threading.current_thread() is not threading.main_thread():
         return
     if _SIGNALS[options]:
@@ -59,6 +63,21 @@ def install_signal_handlers(context: Endable, options: SignalHandlerOptions) -> 
         if signal.getsignal(number) is not _end_contexts:
             _previous[number] = signal.signal(number, _end_contexts)
         _contexts[number].add(context)
+
+
+def install_for_all_contexts(
+    options: SignalHandlerOptions = SignalHandlerOptions.ALL,
+) -> None:
+    """Install signal handlers that end all contexts of the process that are initialized."""
+    for context in _initialized:
+        if context.ok():
+            install_signal_handlers(context, options)
+
+
+def uninstall_for_all_contexts() -> None:
+    """Stop ending contexts on signals, and restore the handlers from before."""
+    for context in _initialized:
+        uninstall_signal_handlers(context)
 
 
 def uninstall_signal_handlers(context: Endable) -> None:

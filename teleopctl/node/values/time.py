@@ -42,6 +42,10 @@ class Duration:
             raise OverflowError("Total nanoseconds value is too large to store in C duration.")
         self.nanoseconds = total
 
+    def get_c_duration(self) -> Duration:
+        """Return the duration itself: it has the one attribute of rclpy's C object."""
+        return self
+
     @property
     def seconds(self) -> float:
         """Duration in seconds (ours)."""

@@ -33,12 +33,14 @@ __all__ = [
     "get_global_executor",
     "get_rmw_implementation_identifier",
     "init",
+    "install_signal_handlers",
     "ok",
     "shutdown",
     "spin",
     "spin_once",
     "spin_until_future_complete",
     "try_shutdown",
+    "uninstall_signal_handlers",
 ]
 
 
@@ -62,6 +64,20 @@ def init(
         domain_id=domain_id,
         signal_handler_options=signal_handler_options,
     )
+
+
+def install_signal_handlers(options: SignalHandlerOptions = SignalHandlerOptions.ALL) -> None:
+    """Install signal handlers that end all contexts of the process that are initialized."""
+    from teleopctl.node import install_for_all_contexts
+
+    install_for_all_contexts(options)
+
+
+def uninstall_signal_handlers() -> None:
+    """Stop ending contexts on signals, and restore the handlers from before."""
+    from teleopctl.node import uninstall_for_all_contexts
+
+    uninstall_for_all_contexts()
 
 
 def get_rmw_implementation_identifier() -> str:

@@ -1,5 +1,7 @@
 """``rclpy.context``. Contexts."""
 
-from teleopctl.node import Context
+from teleopctl.node import Context, Handle
 
-__all__ = ["Context"]
+__all__ = ["Context", "ContextHandle"]
+
+ContextHandle = Handle

@@ -2,4 +2,6 @@
 
 from teleopctl.node import Duration, Infinite
 
-__all__ = ["Duration", "Infinite"]
+__all__ = ["Duration", "DurationType", "Infinite"]
+
+DurationType = Duration

@@ -8,6 +8,7 @@ from teleopctl.node import (
     InvalidQoSProfileException,
     LivelinessPolicy,
     QoSCompatibility,
+    QoSPolicyEnum,
     QoSPolicyKind,
     QoSPresetProfiles,
     QoSProfile,
@@ -15,6 +16,7 @@ from teleopctl.node import (
     qos_check_compatible,
     qos_profile_action_status_default,
     qos_profile_best_available,
+    qos_profile_default,
     qos_profile_parameter_events,
     qos_profile_parameters,
     qos_profile_sensor_data,
@@ -29,13 +31,16 @@ __all__ = [
     "InvalidQoSProfileException",
     "LivelinessPolicy",
     "QoSCompatibility",
+    "QoSPolicyEnum",
     "QoSPolicyKind",
     "QoSPresetProfiles",
     "QoSProfile",
     "ReliabilityPolicy",
     "qos_check_compatible",
+    "qos_policy_name_from_kind",
     "qos_profile_action_status_default",
     "qos_profile_best_available",
+    "qos_profile_default",
     "qos_profile_parameter_events",
     "qos_profile_parameters",
     "qos_profile_sensor_data",
@@ -43,6 +48,12 @@ __all__ = [
     "qos_profile_system_default",
     "qos_profile_unknown",
 ]
+
+
+def qos_policy_name_from_kind(policy_kind: QoSPolicyKind | int) -> str:
+    """Return the name of a QoS policy by its kind or the kind's number."""
+    return QoSPolicyKind(policy_kind).name
+
 
 DeadlineBestAvailable = Duration(nanoseconds=BEST_AVAILABLE_NS)
 LivelinessLeaseDurationeBestAvailable = DeadlineBestAvailable  # spelt so in rclpy

@@ -1,19 +1,21 @@
-"""``rclpy.signals``. Which signals a context heeds, and waits that end with it."""
+"""``rclpy.signals``. Signals that end contexts, and waits that end with a context."""
 
 from teleopctl.node import (
     Context,
     GuardHandle,
     SignalHandlerOptions,
     get_current_signal_handlers_options,
+    install_for_all_contexts as install_signal_handlers,
+    uninstall_for_all_contexts as uninstall_signal_handlers,
 )
 
 __all__ = [
     "SignalHandlerGuardCondition",
     "SignalHandlerOptions",
     "get_current_signal_handlers_options",
+    "install_signal_handlers",
+    "uninstall_signal_handlers",
 ]
-
-get_current_signal_handlers_options = get_current_signal_handlers_options
 
 
 class SignalHandlerGuardCondition(GuardHandle):

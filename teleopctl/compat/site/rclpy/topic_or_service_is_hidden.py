@@ -1,8 +1,10 @@
 """``rclpy.topic_or_service_is_hidden``. Names that lists leave out."""
 
-__all__ = ["topic_or_service_is_hidden"]
+__all__ = ["HIDDEN_TOPIC_PREFIX", "topic_or_service_is_hidden"]
+
+HIDDEN_TOPIC_PREFIX = "_"
 
 
 def topic_or_service_is_hidden(name: str) -> bool:
     """Tell whether a part of a name begins with an underscore."""
-    return any(part.startswith("_") for part in name.split("/"))
+    return any(part.startswith(HIDDEN_TOPIC_PREFIX) for part in name.split("/"))
