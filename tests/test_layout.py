@@ -31,7 +31,7 @@ ALLOWED = {
     "control": {"interfaces", "node", "robot", "tf"},
     "launch": {"interfaces", "node", "robot", "wire"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
-    "compat": {"control", "interfaces", "launch", "node", "robot", "tf"},
+    "compat": {"bag", "control", "interfaces", "launch", "node", "robot", "tf"},
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},
     "nodes": {
         *("bag", "commander", "compat", "control", "diagram", "interfaces", "kinematics"),

@@ -56,14 +56,19 @@ if TYPE_CHECKING:
         BagFile as BagFile,
         BagMetadata as BagMetadata,
         format_metadata as format_metadata,
+        parse_metadata as parse_metadata,
         read_metadata as read_metadata,
+        write_metadata as write_metadata,
     )
     from teleopctl.bag.player.options import (
         PlayOptions as PlayOptions,
         PlaySelection as PlaySelection,
     )
     from teleopctl.bag.player.player import Player as Player
-    from teleopctl.bag.qos_profiles import read_qos_overrides as read_qos_overrides
+    from teleopctl.bag.qos_profiles import (
+        parse_offered_profiles as parse_offered_profiles,
+        read_qos_overrides as read_qos_overrides,
+    )
     from teleopctl.bag.recorder.losses import Losses as Losses
     from teleopctl.bag.recorder.options import RecorderOptions as RecorderOptions
     from teleopctl.bag.recorder.recorder import (
@@ -75,6 +80,7 @@ if TYPE_CHECKING:
         read_static_topics as read_static_topics,
     )
     from teleopctl.bag.records import (
+        NO_TIME_NS as NO_TIME_NS,
         BagAttachment as BagAttachment,
         BagMessage as BagMessage,
         BagTopic as BagTopic,
@@ -95,6 +101,10 @@ if TYPE_CHECKING:
         ServiceCounts as ServiceCounts,
         is_service_event as is_service_event,
         service_of as service_of,
+    )
+    from teleopctl.bag.type_definitions import (
+        known_definition as known_definition,
+        known_hash as known_hash,
     )
     from teleopctl.bag.verify.comparison import (
         ComparedStream as ComparedStream,

@@ -42,13 +42,13 @@ def format_offered_profiles(profiles: Sequence[EndpointQos]) -> str:
         return ""
     listed = [
         {
-            "history": profile.history,
-            "depth": profile.depth,
-            "reliability": profile.reliability,
-            "durability": profile.durability,
+            "history": int(profile.history),
+            "depth": int(profile.depth),
+            "reliability": int(profile.reliability),
+            "durability": int(profile.durability),
             "deadline": _format_duration(profile.deadline_ns),
             "lifespan": _format_duration(profile.lifespan_ns),
-            "liveliness": profile.liveliness,
+            "liveliness": int(profile.liveliness),
             "liveliness_lease_duration": _format_duration(profile.lease_ns),
             "avoid_ros_namespace_conventions": False,
         }

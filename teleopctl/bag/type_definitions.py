@@ -36,6 +36,14 @@ def known_definition(type_name: str, required_hash: str = "") -> TypeText | None
         return None
 
 
+def known_hash(type_name: str) -> str:
+    """Return the hash (``RIHS01_…``) of a type that this process knows; empty if unknown."""
+    try:
+        return "" if known_types().find(type_name) is None else type_hash(type_name)
+    except TeleopctlError:
+        return ""
+
+
 def register_types(topic: BagTopic) -> None:
     """Add a bag topic's types to this process's known types; known ones are not replaced.
 

@@ -4,6 +4,6 @@
 no code imports them through this package. A finder provides the message packages, one for each
 package with interface definitions. ``activation`` installs both.
 
-May import `control`, `interfaces`, `launch`, `node`, `robot` and `tf`, and what every package may:
-`base`, `errors`, `packages` and `plugins`.
+May import `bag`, `control`, `interfaces`, `launch`, `node`, `robot` and `tf`, and what every
+package may: `base`, `errors`, `packages` and `plugins`.
 """

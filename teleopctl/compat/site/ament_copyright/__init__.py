@@ -1,0 +1,1 @@
+"""``ament_copyright``. Checks of copyright headers, which are skipped here."""

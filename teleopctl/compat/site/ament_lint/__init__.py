@@ -1,0 +1,1 @@
+"""``ament_lint``. What the linters of ament packages share."""

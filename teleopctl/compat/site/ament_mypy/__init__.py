@@ -1,0 +1,1 @@
+"""``ament_mypy``. Checks of types by mypy, where it is installed."""

@@ -1,0 +1,1 @@
+"""``ament_xmllint``. Checks that XML files are well-formed."""

@@ -1,0 +1,251 @@
+"""``rosbag2_py._reader``. Reading of bags, message by message."""
+
+import collections
+import re
+from collections.abc import Iterator
+from pathlib import Path
+from types import TracebackType
+from typing import Self
+
+from rosbag2_py._storage import (
+    STORAGES,
+    BagMetadata,
+    ConverterOptions,
+    MessageDefinition,
+    ReadOrder,
+    ReadOrderSortBy,
+    StorageFilter,
+    StorageOptions,
+    TopicMetadata,
+    errors_of_rosbag2,
+    metadata_of,
+    topics_of,
+)
+from teleopctl import bag
+
+__all__ = ["SequentialCompressionReader", "SequentialReader", "get_registered_readers"]
+
+# Time that is read at once in reverse order, whose messages are in memory.
+_WINDOW_NS = 10 * 10**9
+
+
+class SequentialReader:
+    """Reader of the messages of a bag by time, as bytes.
+
+    Example:
+        >>> reader = SequentialReader()
+        >>> reader.open(StorageOptions(uri="session"), ConverterOptions())
+        >>> while reader.has_next():
+        ...     topic, data, time_ns = reader.read_next()
+    """
+
+    def __init__(self) -> None:
+        self._bag: bag.Bag | None = None
+        self._path = Path()
+        self._options = StorageOptions(uri="")
+        self._filter = StorageFilter()
+        self._reverse = False
+        self._start_ns = 0
+        self._end_ns = bag.NO_TIME_NS
+        self._messages: Iterator[bag.BagMessage] | None = None
+        self._next: bag.BagMessage | None = None
+        # Topics of the messages read at the time of the last one: after a change of the filter,
+        # reading goes on behind them.
+        self._read_ns: int | None = None
+        self._read_then: collections.Counter[str] = collections.Counter()
+
+    def open(
+        self,
+        storage_options: StorageOptions,
+        converter_options: ConverterOptions | None = None,  # noqa: ARG002 -- checked when made
+    ) -> None:
+        """Open a bag.
+
+        Raises:
+            RuntimeError: There is no bag, or it cannot be read.
+        """
+        self.close()
+        self._options = storage_options
+        self._path = Path(storage_options.uri)
+        with errors_of_rosbag2():
+            self._bag = bag.open_bag(self._path, storage_options.storage_id or None)
+        self._start_ns = max(0, storage_options.start_time_ns)
+        end_ns = storage_options.end_time_ns
+        self._end_ns = end_ns + 1 if end_ns >= 0 else bag.NO_TIME_NS
+        self._begin()
+
+    def open_uri(self, uri: str) -> None:
+        """Open a bag by its path; raises as `open`."""
+        self.open(StorageOptions(uri=uri))
+
+    def close(self) -> None:
+        """Close the bag."""
+        if self._bag is not None:
+            self._bag.close()
+        self._bag = self._messages = self._next = None
+
+    def __enter__(self) -> Self:
+        return self
+
+    def __exit__(
+        self,
+        exc_type: type[BaseException] | None,
+        exc_val: BaseException | None,
+        exc_tb: TracebackType | None,
+    ) -> None:
+        self.close()
+
+    def has_next(self) -> bool:
+        """Return whether there is another message.
+
+        Raises:
+            RuntimeError: No bag is open, or the bag is damaged at this place.
+        """
+        if self._next is None:
+            if self._messages is None:
+                self._messages = self._iterate()
+            with errors_of_rosbag2():
+                self._next = next(self._messages, None)
+        return self._next is not None
+
+    def read_next(self) -> tuple[str, bytes, int]:
+        """Return topic, bytes and time of receipt in nanoseconds of the next message.
+
+        Raises:
+            RuntimeError: There is no further message, or no bag is open.
+        """
+        if not self.has_next() or self._next is None:
+            raise RuntimeError("Bag is at end. No next message.")
+        message, self._next = self._next, None
+        if message.log_time_ns != self._read_ns:
+            self._read_ns = message.log_time_ns
+            self._read_then.clear()
+        self._read_then[message.topic] += 1
+        return message.topic, bytes(message.data), message.log_time_ns
+
+    def get_metadata(self) -> BagMetadata:
+        """Return the metadata of the bag."""
+        return metadata_of(self._opened().metadata, self._path)
+
+    def get_all_topics_and_types(self) -> list[TopicMetadata]:
+        """Return the topics of the bag."""
+        return [one.topic_metadata for one in topics_of(self._opened().metadata)]
+
+    def get_all_message_definitions(self) -> list[MessageDefinition]:
+        """Return the definitions of the topics' types, each once."""
+        found = {}
+        for topic, _ in self._opened().metadata.topics:
+            definition = topic.definition
+            if not definition.text:
+                definition = bag.known_definition(topic.type_name, topic.type_hash) or definition
+            found[topic.type_name] = MessageDefinition(
+                topic.type_name, definition.encoding, definition.text, topic.type_hash
+            )
+        return list(found.values())
+
+    def set_filter(self, storage_filter: StorageFilter) -> None:
+        """Read only some topics from now on, behind the messages that were read.
+
+        Raises:
+            RuntimeError: A regular expression is invalid.
+        """
+        for pattern in (storage_filter.regex, storage_filter.regex_to_exclude):
+            try:
+                re.compile(pattern)
+            except re.error as error:
+                raise RuntimeError(f"'{pattern}' is not a regular expression: {error}") from error
+        self._filter = storage_filter
+        self._messages = self._next = None
+
+    def reset_filter(self) -> None:
+        """Read all topics from now on."""
+        self.set_filter(StorageFilter())
+
+    def seek(self, timestamp: int) -> None:
+        """Go to the first message at a time or later; in reverse order, at a time or earlier.
+
+        Args:
+            timestamp: Nanoseconds since the epoch.
+        """
+        if self._reverse:
+            self._end_ns = timestamp + 1
+        else:
+            self._start_ns = timestamp
+        self._begin()
+
+    def set_read_order(self, read_order: ReadOrder) -> bool:
+        """Set the order of reading; return False for an order that is not possible.
+
+        Messages are read by their times of receipt, forwards or in reverse.
+        """
+        if read_order.sort_by is not ReadOrderSortBy.ReceivedTimestamp:
+            return False
+        self._reverse = read_order.reverse
+        self._begin()
+        return True
+
+    def _opened(self) -> bag.Bag:
+        if self._bag is None:
+            raise RuntimeError("Bag is not open. Call open() before reading.")
+        return self._bag
+
+    def _begin(self) -> None:
+        self._messages = self._next = self._read_ns = None
+        self._read_then.clear()
+
+    def _iterate(self) -> Iterator[bag.BagMessage]:
+        """Yield the messages that are to be read behind those that were read."""
+        source = self._opened()
+        topics = [topic.name for topic, _ in source.metadata.topics if self._chooses(topic.name)]
+        start_ns, end_ns = self._start_ns, self._end_ns
+        left_out = collections.Counter(self._read_then)
+        if self._read_ns is not None:
+            if self._reverse:
+                end_ns = self._read_ns + 1
+            else:
+                start_ns = self._read_ns
+        found = (
+            _reversed(source, topics, start_ns, end_ns)
+            if self._reverse
+            else source.messages(topics, start_ns, end_ns)
+        )
+        for message in found:
+            if message.log_time_ns == self._read_ns and left_out[message.topic] > 0:
+                left_out[message.topic] -= 1
+                continue
+            yield message
+
+    def _chooses(self, topic: str) -> bool:
+        chosen = self._filter
+        if topic in chosen.exclude_topics or topic in chosen.exclude_service_events:
+            return False
+        if chosen.regex_to_exclude and re.fullmatch(chosen.regex_to_exclude, topic):
+            return False
+        if not (chosen.topics or chosen.services_events or chosen.regex):
+            return True
+        return (
+            topic in chosen.topics
+            or topic in chosen.services_events
+            or bool(chosen.regex and re.fullmatch(chosen.regex, topic))
+        )
+
+
+def _reversed(
+    source: bag.Bag, topics: list[str], start_ns: int, end_ns: int
+) -> Iterator[bag.BagMessage]:
+    """Yield messages from the last to the first, some seconds at once."""
+    first_ns = max(start_ns, source.metadata.start_ns)
+    end_ns = min(end_ns, source.metadata.end_ns + 1)
+    while end_ns > first_ns:
+        begin_ns = max(first_ns, end_ns - _WINDOW_NS)
+        yield from reversed(list(source.messages(topics, begin_ns, end_ns)))
+        end_ns = begin_ns
+
+
+class SequentialCompressionReader(SequentialReader):
+    """Reader of compressed bags, which `SequentialReader` reads as well."""
+
+
+def get_registered_readers() -> set[str]:
+    """Return the storage formats that can be read."""
+    return set(STORAGES)
