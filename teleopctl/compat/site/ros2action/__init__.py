@@ -1,0 +1,1 @@
+"""``ros2action``. Functions of the command line about actions."""

@@ -1,0 +1,1 @@
+"""``ros2lifecycle``. Functions of the command line about lifecycle nodes."""

@@ -1,0 +1,1 @@
+"""``ros2node``. Functions of the command line about nodes."""

@@ -1,0 +1,1 @@
+"""``ros2param``. Functions of the command line about parameters."""

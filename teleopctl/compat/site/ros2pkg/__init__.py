@@ -1,0 +1,1 @@
+"""``ros2pkg``. Functions of the command line about packages."""

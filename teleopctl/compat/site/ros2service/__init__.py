@@ -1,0 +1,1 @@
+"""``ros2service``. Functions of the command line about services."""

@@ -1,0 +1,1 @@
+"""``ros2topic``. Functions of the command line about topics."""
