@@ -47,6 +47,7 @@ if TYPE_CHECKING:
         RequestT as RequestT,
         ResponseT as ResponseT,
     )
+    from teleopctl.interfaces.parser import parse as parse, split_sections as split_sections
     from teleopctl.interfaces.protocols import (
         ActionType as ActionType,
         FeedbackMessage as FeedbackMessage,

@@ -1,0 +1,1 @@
+"""``rosidl_adapter``. Definitions of messages, services and actions, as values."""
