@@ -16,13 +16,16 @@ rclpy_components ros2_numpy rosidl_parser rosidl_runtime_py sensor_msgs_py
 tf2_geometry_msgs tf2_py tf2_ros tf2_sensor_msgs tf_transformations
 controller_manager launch_param_builder moveit_configs_utils nav2_common ros_gz_bridge ros_gz_sim
 launch_pytest launch_testing launch_testing_ros
+ament_copyright ament_flake8 ament_lint ament_mypy ament_pep257 ament_xmllint
+ros2action ros2cli ros2lifecycle ros2node ros2param ros2pkg ros2service ros2topic
+rosbag2_py rosidl_adapter
 """
 
 RCLPY = """
 rclpy.action rclpy.action.client rclpy.action.graph rclpy.action.server rclpy.callback_groups
-rclpy.client rclpy.clock rclpy.clock_type rclpy.constants rclpy.context rclpy.destroyable rclpy.duration
-rclpy.event_handler rclpy.exceptions rclpy.executors rclpy.expand_topic_name rclpy.experimental
-rclpy.experimental.events_executor rclpy.guard_condition rclpy.impl
+rclpy.client rclpy.clock rclpy.clock_type rclpy.constants rclpy.context rclpy.destroyable
+rclpy.duration rclpy.event_handler rclpy.exceptions rclpy.executors rclpy.expand_topic_name
+rclpy.experimental rclpy.experimental.events_executor rclpy.guard_condition rclpy.impl
 rclpy.impl.implementation_singleton rclpy.impl.logging_severity rclpy.impl.rcutils_logger
 rclpy.lifecycle rclpy.lifecycle.managed_entity rclpy.lifecycle.node rclpy.lifecycle.publisher
 rclpy.logging rclpy.logging_service rclpy.node rclpy.parameter rclpy.parameter_client
@@ -89,6 +92,18 @@ def test_the_packages_know_each_other_by_their_public_names():
         "from rclpy.logging import get_logging_directory",
         "from rclpy.clock import ClockChange, JumpHandle, JumpThreshold, TimeJump",
         "from rclpy.time_source import TimeSource",
+        "from rclpy.signals import install_signal_handlers, uninstall_signal_handlers",
+        "from rclpy.executors import WaitableEntityType, TaskData, TimeoutObject, await_or_execute",
+        "from rclpy.qos import qos_policy_name_from_kind as name; assert name(4) == 'DEADLINE'",
+        "from rclpy.qos import QoSPolicyEnum, qos_profile_default",
+        "from rclpy.parameter_service import ParameterService",
+        "from rclpy.logging_service import LoggingService",
+        "from rclpy.type_description_service import TypeDescriptionService",
+        "from rclpy.topic_or_service_is_hidden import HIDDEN_TOPIC_PREFIX",
+        "from rclpy.clock import JumpHandlePreCallbackType, TimeJumpDictionary",
+        "from rclpy.qos_overriding_options import QosCallbackType, QoSProfileAttributes",
+        "from ros2cli.node.strategy import NodeStrategy, add_arguments",
+        "from ros2lifecycle.api import call_change_states, call_get_states, get_node_names",
         "from message_filters import ApproximateTimeSynchronizer, Cache, Subscriber",
         "from message_filters import TimeSynchronizer",
         "from rosidl_parser.definition import NamespacedType, UnboundedSequence",
@@ -106,7 +121,7 @@ def test_the_packages_know_each_other_by_their_public_names():
     ],
 )
 def test_programs_find_the_names_where_ros_2_has_them(code):
-    assert output(code) == ""
+    exec(code, {})
 
 
 def test_a_package_that_is_really_installed_is_used_as_a_whole(tmp_path):

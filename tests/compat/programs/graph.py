@@ -6,9 +6,11 @@ import rclpy
 import rclpy.context
 import rclpy.utilities
 from action_msgs.srv import CancelGoal, CancelGoal_Response
+from rcl_interfaces.srv import GetParameters
 from rclpy.event_handler import PublisherEventCallbacks, SubscriptionEventCallbacks
 from rclpy.impl.rcutils_logger import RcutilsLogger
 from rclpy.node import NodeNameNonExistentError
+from rclpy.parameter import Parameter
 from rclpy.qos import DurabilityPolicy, QoSPresetProfiles, QoSProfile, QoSReliabilityPolicy
 from rclpy.qos_event import PublisherEventCallbacks as OldName
 from rclpy.qos_overriding_options import QoSOverridingOptions
@@ -16,6 +18,12 @@ from rclpy.serialization import deserialize_message, serialize_message
 from rclpy.topic_endpoint_info import TopicEndpointTypeEnum
 from rclpy.type_support import check_for_type_support
 from rclpy.wait_for_message import wait_for_message
+from ros2action.api import get_action_names
+from ros2cli.node.strategy import NodeStrategy
+from ros2node.api import NodeName, get_node_names, get_publisher_info, parse_node_name
+from ros2param.api import call_get_parameters, call_set_parameters, get_value
+from ros2service.api import get_service_class
+from ros2topic.api import get_msg_class, get_topic_names, qos_profile_from_short_keys
 from std_msgs.msg import String
 
 
@@ -30,6 +38,29 @@ def in_a_context_of_its_own(latched):
     assert wait_for_message(String, node, "silent", time_to_wait=0.05) == (False, None)
     node.destroy_node()
     rclpy.shutdown(context=context)
+
+
+def as_tools_of_ros2cli_do(node):
+    assert parse_node_name("deep/asker").namespace == "/deep"
+    assert NodeName("renamed", "/other", "/other/renamed") in get_node_names(node=node)
+    (info,) = get_publisher_info(node=node, remote_node_name="/other/renamed")[:1]
+    assert (info.name, info.types) == ("/other/spoken", ["std_msgs/msg/String"])
+    assert "/other/spoken" in get_topic_names(node=node)
+    assert get_msg_class(node, "spoken") is String
+    assert get_msg_class(node, "/other/spoken") is String
+    assert get_service_class(node, "/other/renamed/get_parameters", False) is GetParameters
+    assert qos_profile_from_short_keys("sensor_data", depth=3).depth == 3
+    assert get_action_names(node=node) == []
+    call_set_parameters(
+        node=node, node_name="/other/renamed", parameters=[Parameter("use_sim_time", value=False)]
+    )
+    (value,) = call_get_parameters(
+        node=node, node_name="/other/renamed", parameter_names=["use_sim_time"]
+    ).values
+    assert get_value(parameter_value=value) is False
+    with NodeStrategy(None) as tool:
+        assert "/other/spoken" in get_topic_names(node=tool)
+    assert rclpy.ok()
 
 
 def main():
@@ -79,6 +110,7 @@ def main():
     check_for_type_support(String)
     assert QoSPresetProfiles.SENSOR_DATA.value.depth == 5
     assert isinstance(node.get_logger(), RcutilsLogger)
+    as_tools_of_ros2cli_do(node)
     print("done")
     # No destroy_node, no shutdown: the process must still end without errors.
 

@@ -92,6 +92,9 @@ def check_files(
         UnavailableError: Ruff is not installed, or cannot check; a running test is skipped where it
             is not installed.
     """
+    paths = [path for path in paths if str(Path(path).resolve()) not in excludes]
+    if not paths:
+        return []
     command = [
         *(*_ruff(), "check", "--isolated", "--no-cache", "--exit-zero", "--quiet"),
         *("--no-respect-gitignore", "--output-format", "json"),

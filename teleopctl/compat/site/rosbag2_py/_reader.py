@@ -1,6 +1,5 @@
 """``rosbag2_py._reader``. Reading of bags, message by message."""
 
-import collections
 import re
 from collections.abc import Iterator
 from pathlib import Path
@@ -49,10 +48,10 @@ class SequentialReader:
         self._end_ns = bag.NO_TIME_NS
         self._messages: Iterator[bag.BagMessage] | None = None
         self._next: bag.BagMessage | None = None
-        # Topics of the messages read at the time of the last one: after a change of the filter,
-        # reading goes on behind them.
-        self._read_ns: int | None = None
-        self._read_then: collections.Counter[str] = collections.Counter()
+        # The last message that was read, by its time, its topic, and its number among the messages
+        # of both: after a change of the filter, reading goes on behind it.
+        self._read: tuple[int, str, int] | None = None
+        self._read_then: dict[str, int] = {}
 
     def open(
         self,
@@ -117,10 +116,10 @@ class SequentialReader:
         if not self.has_next() or self._next is None:
             raise RuntimeError("Bag is at end. No next message.")
         message, self._next = self._next, None
-        if message.log_time_ns != self._read_ns:
-            self._read_ns = message.log_time_ns
+        if self._read is None or self._read[0] != message.log_time_ns:
             self._read_then.clear()
-        self._read_then[message.topic] += 1
+        number = self._read_then[message.topic] = self._read_then.get(message.topic, 0) + 1
+        self._read = message.log_time_ns, message.topic, number
         return message.topic, bytes(message.data), message.log_time_ns
 
     def get_metadata(self) -> BagMetadata:
@@ -190,30 +189,37 @@ class SequentialReader:
         return self._bag
 
     def _begin(self) -> None:
-        self._messages = self._next = self._read_ns = None
+        self._messages = self._next = self._read = None
         self._read_then.clear()
 
     def _iterate(self) -> Iterator[bag.BagMessage]:
         """Yield the messages that are to be read behind those that were read."""
-        source = self._opened()
-        topics = [topic.name for topic, _ in source.metadata.topics if self._chooses(topic.name)]
         start_ns, end_ns = self._start_ns, self._end_ns
-        left_out = collections.Counter(self._read_then)
-        if self._read_ns is not None:
-            if self._reverse:
-                end_ns = self._read_ns + 1
-            else:
-                start_ns = self._read_ns
-        found = (
-            _reversed(source, topics, start_ns, end_ns)
-            if self._reverse
-            else source.messages(topics, start_ns, end_ns)
-        )
-        for message in found:
-            if message.log_time_ns == self._read_ns and left_out[message.topic] > 0:
-                left_out[message.topic] -= 1
-                continue
-            yield message
+        if self._read is not None:
+            read_ns, topic, number = self._read
+            then = list(self._messages_of(None, read_ns, read_ns + 1))
+            read = [place for place, message in enumerate(then) if message.topic == topic]
+            for message in then[read[number - 1] + 1 :]:
+                if self._chooses(message.topic):
+                    yield message
+            start_ns, end_ns = (start_ns, read_ns) if self._reverse else (read_ns + 1, end_ns)
+        topics = [one.name for one, _ in self._opened().metadata.topics if self._chooses(one.name)]
+        yield from self._messages_of(topics, start_ns, end_ns)
+
+    def _messages_of(
+        self, topics: list[str] | None, start_ns: int, end_ns: int
+    ) -> Iterator[bag.BagMessage]:
+        """Yield messages in the order of reading; in reverse, some seconds are read at once."""
+        source = self._opened()
+        if not self._reverse:
+            yield from source.messages(topics, start_ns, end_ns)
+            return
+        first_ns = max(start_ns, source.metadata.start_ns)
+        end_ns = min(end_ns, source.metadata.end_ns + 1)
+        while end_ns > first_ns:
+            begin_ns = max(first_ns, end_ns - _WINDOW_NS)
+            yield from reversed(list(source.messages(topics, begin_ns, end_ns)))
+            end_ns = begin_ns
 
     def _chooses(self, topic: str) -> bool:
         chosen = self._filter
@@ -228,18 +234,6 @@ class SequentialReader:
             or topic in chosen.services_events
             or bool(chosen.regex and re.fullmatch(chosen.regex, topic))
         )
-
-
-def _reversed(
-    source: bag.Bag, topics: list[str], start_ns: int, end_ns: int
-) -> Iterator[bag.BagMessage]:
-    """Yield messages from the last to the first, some seconds at once."""
-    first_ns = max(start_ns, source.metadata.start_ns)
-    end_ns = min(end_ns, source.metadata.end_ns + 1)
-    while end_ns > first_ns:
-        begin_ns = max(first_ns, end_ns - _WINDOW_NS)
-        yield from reversed(list(source.messages(topics, begin_ns, end_ns)))
-        end_ns = begin_ns
 
 
 class SequentialCompressionReader(SequentialReader):
