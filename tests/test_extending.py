@@ -110,7 +110,7 @@ def test_a_strangers_filter_is_part_of_a_chain(tmp_path, monkeypatch):
     group = {plugins.FILTERS.group: project["entry-points"][plugins.FILTERS.group]}
     install(tmp_path, project["name"], group, {"my_filters.py": files["my_filters.py"]})
     monkeypatch.syspath_prepend(str(tmp_path))
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
     stack = ControlStack(serial_robot(1, initial=(0.25,)))
     stack.load_controller(
         "calm",
@@ -126,7 +126,7 @@ def test_a_strangers_filter_is_part_of_a_chain(tmp_path, monkeypatch):
     stack.activate("calm")
     stack.step()
     assert stack.state("calm/calm") == 0.0
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
 
 
 def test_a_strangers_controller_moves_a_joint(ros, use):

@@ -27,10 +27,10 @@ CONTROLLER = """
 def site(tmp_path, monkeypatch):
     """A folder on the path for distributions; the registry reads the entry points anew."""
     monkeypatch.syspath_prepend(str(tmp_path))
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
     before = set(sys.modules)
     yield tmp_path
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
     for name in set(sys.modules) - before:
         if name.startswith("strange"):
             del sys.modules[name]

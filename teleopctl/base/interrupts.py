@@ -23,20 +23,19 @@ import os
 import sys
 import time
 from _frozen_importlib_external import ExtensionFileLoader
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from types import CodeType, FrameType
 
 from teleopctl.base.typed import TYPE_CHECKING, Any, TypeVar
 
 if TYPE_CHECKING:
     import signal
+    from collections.abc import Callable
     from sys import UnraisableHookArgs
+    from types import CodeType, FrameType
 else:
     # The C module behind signal, without the enumerations that take a millisecond to import.
     import _signal as signal
 
-_Function = TypeVar("_Function", bound=Callable[..., object])
+_Function = TypeVar("_Function", bound="Callable[..., object]")
 
 # Delay before an interrupt is raised again. Callbacks of imports and of Zenoh, which must not be
 # interrupted, take microseconds, imports of extension modules milliseconds.
@@ -91,21 +90,21 @@ def install_sigint_handler() -> None:
         signal.pthread_sigmask(signal.SIG_UNBLOCK, {signal.SIGINT})
 
 
-@contextmanager
-def blocked_for_children() -> Iterator[None]:
-    """Block SIGINT in processes started in the block until they call `install_sigint_handler`.
+# A class, as below, since contextlib takes a millisecond to import.
+class blocked_for_children:  # noqa: N801 -- used as a function
+    """Block SIGINT in processes started in a ``with`` block until `install_sigint_handler`.
 
     Only for programs that call it: child processes inherit the mask, and without that call SIGINT
     would never interrupt them.
     """
-    if sys.platform == "win32":
-        yield
-        return
-    before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
-    try:
-        yield
-    finally:
-        signal.pthread_sigmask(signal.SIG_SETMASK, before)
+
+    def __enter__(self) -> None:
+        if sys.platform != "win32":
+            self._before = signal.pthread_sigmask(signal.SIG_BLOCK, {signal.SIGINT})
+
+    def __exit__(self, *_: object) -> None:
+        if sys.platform != "win32":
+            signal.pthread_sigmask(signal.SIG_SETMASK, self._before)
 
 
 # Any: arguments of `subprocess.Popen` have many types.
@@ -121,24 +120,26 @@ def own_group() -> dict[str, Any]:
     return {"process_group": 0}
 
 
-@contextmanager
-def delayed_interrupt() -> Iterator[None]:
+class delayed_interrupt:  # noqa: N801 -- used as a function
     """Delay a SIGINT that arrives during a ``with`` block until its end.
 
     Use it where an interrupt would lose a reference, such as that to a process just started. A
     signal mask would not be enough, since the system may deliver the signal to a thread of Zenoh.
     """
-    came: list[int] = []
-    try:
-        before = signal.signal(signal.SIGINT, lambda signum, _frame: came.append(signum))
-    except ValueError:
-        before = None  # not the main thread, which alone is interrupted
-    try:
-        yield
-    finally:
-        if before is not None:
-            signal.signal(signal.SIGINT, before)
-        if came:
+
+    def __enter__(self) -> None:
+        self._came: list[int] = []
+        try:
+            self._before = signal.signal(
+                signal.SIGINT, lambda signum, _frame: self._came.append(signum)
+            )
+        except ValueError:
+            self._before = None  # not the main thread, which alone is interrupted
+
+    def __exit__(self, *_: object) -> None:
+        if self._before is not None:
+            signal.signal(signal.SIGINT, self._before)
+        if self._came:
             signal.raise_signal(signal.SIGINT)
 
 

@@ -1,7 +1,8 @@
-"""Stand-ins for names of ``typing`` that are needed at run time, without importing it.
+"""Stand-ins for names of ``typing`` and of other modules, which run without importing these.
 
 The import of ``typing`` takes 6 ms, as long as a query of the graph, for objects that only type
-checkers read. This module replaces the few names that are used at run time; type checkers see the
+checkers read; ``collections``, ``contextlib``, ``enum`` and ``functools`` take 3 ms for a few small
+functions. This module replaces the names that short commands use at run time; type checkers see the
 real ones.
 """
 
@@ -9,6 +10,17 @@ from __future__ import annotations
 
 TYPE_CHECKING = False
 if TYPE_CHECKING:
+    from collections.abc import (
+        Callable as Callable,
+        Collection as Collection,
+        Iterable as Iterable,
+        Iterator as Iterator,
+        Mapping as Mapping,
+        Sequence as Sequence,
+    )
+    from contextlib import contextmanager as contextmanager
+    from enum import IntEnum as IntEnum, StrEnum as StrEnum
+    from functools import cache as cache
     from typing import (
         Annotated as Annotated,
         Any as Any,
@@ -21,18 +33,29 @@ if TYPE_CHECKING:
         Self as Self,
         TypeAlias as TypeAlias,
         TypedDict as TypedDict,
+        TypeGuard as TypeGuard,
         TypeVar as TypeVar,
         cast as cast,
         overload as overload,
     )
 else:
-    from operator import itemgetter
+    # Python has loaded these modules; it has not loaded operator, and collections above its abc.
+    from _collections_abc import (
+        Callable as Callable,
+        Collection as Collection,
+        Iterable as Iterable,
+        Iterator as Iterator,
+        Mapping as Mapping,
+        Sequence as Sequence,
+    )
+    from _functools import _lru_cache_wrapper
+    from _operator import itemgetter
 
     class Any:
         """Any value."""
 
     # Used in annotations only, which are not read at run time.
-    ClassVar = Final = Literal = Self = TypeAlias = Any
+    ClassVar = Final = Literal = Self = TypeAlias = TypeGuard = Any
 
     class Annotated:
         """A type with metadata: ``Annotated[bool, Option("--all", help="…")]``."""
@@ -113,6 +136,89 @@ else:
         """Tuple with named fields; its module must postpone annotations."""
 
     TypedDict = dict
+
+    class _EnumerationMaker(type):
+        """Metaclass of enumerations, whose members are instances of the class, one per value."""
+
+        def __new__(cls, name: str, bases: tuple[type, ...], body: dict[str, object]) -> type:
+            values = {} if bases[0] in (int, str) else body
+            values = {key: value for key, value in values.items() if key.isupper()}
+            made = super().__new__(cls, name, bases, body)
+            made._by_value = {}
+            for key, value in values.items():
+                member = made._by_value[value] = made.__new__(made, value)
+                member.name, member.value = key, value
+                setattr(made, key, member)
+            return made
+
+        def __call__(cls, value: object) -> object:
+            """Return the member with a value; ValueError if there is none."""
+            if value not in cls._by_value:
+                raise ValueError(f"{value!r} is not a valid {cls.__name__}")
+            return cls._by_value[value]
+
+        def __iter__(cls) -> object:
+            return iter(cls._by_value.values())
+
+    def _repr(member: object) -> str:
+        return f"<{type(member).__name__}.{member.name}: {member.value!r}>"
+
+    def _reduce(member: object, _protocol: int) -> tuple[type, tuple[object]]:
+        return type(member), (member.value,)
+
+    class IntEnum(int, metaclass=_EnumerationMaker):
+        """Enumeration of integers; the names of its members are in capitals."""
+
+        __str__ = int.__repr__
+        __repr__, __reduce_ex__ = _repr, _reduce
+
+    class StrEnum(str, metaclass=_EnumerationMaker):
+        """Enumeration of texts; the names of its members are in capitals."""
+
+        __repr__, __reduce_ex__ = _repr, _reduce
+
+    def _named_after(function: object, copy: object) -> object:
+        for name in ("__module__", "__name__", "__qualname__", "__doc__"):
+            setattr(copy, name, getattr(function, name))
+        copy.__wrapped__ = function
+        return copy
+
+    def cache(function: object) -> object:
+        """Return a function that calls another one once for each tuple of arguments."""
+        return _named_after(function, _lru_cache_wrapper(function, None, False, tuple))
+
+    class _BlockOfGenerator:
+        """Context manager of a generator, whose code behind ``yield`` ends a ``with`` block."""
+
+        def __init__(self, generator: object) -> None:
+            self._generator = generator
+
+        def __enter__(self) -> object:
+            return next(self._generator)
+
+        def __exit__(self, _kind: object, error: object, traceback: object) -> bool:
+            if error is None:
+                for _ in self._generator:
+                    raise RuntimeError("generator didn't stop")
+                return False
+            try:
+                self._generator.throw(error)
+            except StopIteration as end:
+                return end is not error
+            except BaseException as raised:
+                if raised is not error:
+                    raise
+                error.__traceback__ = traceback
+                return False
+            raise RuntimeError("generator didn't stop after throw()")
+
+    def contextmanager(function: object) -> object:
+        """Return a function whose call gives the context manager of a generator function."""
+
+        def enter(*arguments: object, **named: object) -> _BlockOfGenerator:
+            return _BlockOfGenerator(function(*arguments, **named))
+
+        return _named_after(function, enter)
 
     def cast(_type: object, value: object) -> object:
         """Return the value unchanged; type checkers treat it as being of the type."""

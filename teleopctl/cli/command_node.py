@@ -3,10 +3,16 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterable, Iterator, Sequence
-from contextlib import contextmanager
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, Literal
+from teleopctl.base.typed import (
+    TYPE_CHECKING,
+    Any,
+    Iterable,
+    Iterator,
+    Literal,
+    Sequence,
+    contextmanager,
+)
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
-
-from teleopctl.base.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING, Iterable, Sequence
 from teleopctl.errors import NotFoundError
 from teleopctl.wire import RouterNotRunning, open_session, query_graph
 

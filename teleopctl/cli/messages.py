@@ -2,10 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
-
-from teleopctl.base.typed import TYPE_CHECKING, Any
+from teleopctl.base.typed import TYPE_CHECKING, Any, Callable, Iterator, Mapping, contextmanager
 from teleopctl.cli.graph_lookup import learn_type
 from teleopctl.errors import InvalidMessageError, UsageError
 

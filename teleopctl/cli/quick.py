@@ -8,9 +8,7 @@ accepts, Typer would return the same values.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator, Sequence
-
-from teleopctl.base.typed import Any
+from teleopctl.base.typed import Any, Callable, Iterator, Sequence
 from teleopctl.cli.verb import Argument, Option, Verb, VerbParameter, parameters
 
 _NUMBER_CHARACTERS = frozenset("0123456789.")

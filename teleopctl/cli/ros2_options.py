@@ -7,8 +7,6 @@ that stamp or measure; ``control`` also finds a controller manager with a hidden
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
 from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable
 
-from teleopctl.base.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING, Callable
 from teleopctl.cli import console
 from teleopctl.errors import UsageError
 

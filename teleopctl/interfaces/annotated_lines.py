@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from teleopctl.base.typed import NamedTuple
+from teleopctl.base.typed import Iterator, NamedTuple
 from teleopctl.interfaces.parser import message_type_of_line, strip_comment
 from teleopctl.interfaces.store import definition_text, known_types
 from teleopctl.interfaces.typenames import normalize, split

@@ -10,12 +10,13 @@ are numpy arrays.
 
 from __future__ import annotations
 
-import array
 import sys
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, TypeAlias
+from teleopctl.base.typed import TYPE_CHECKING, Any, Iterable, TypeAlias, TypeGuard
 
 if TYPE_CHECKING:
+    import array
+
     import numpy as np
     import numpy.typing as npt
 
@@ -67,15 +68,27 @@ def byteswapped(base: str, data: memoryview) -> Any:
     code = BLOCK_CODES[base]
     if ITEM_SIZES[code] == 1:
         return as_block(base, data)
-    block: array.array[Any] = array.array(code)
+    block = new_array(code)
     block.frombytes(data)
     block.byteswap()
     return block
 
 
+def new_array(code: str, values: Iterable[Any] = ()) -> array.array[Any]:
+    """Return an ``array.array``, whose module takes a millisecond to import."""
+    from array import array
+
+    return array(code, values)
+
+
+def is_array(value: object) -> TypeGuard[array.array[Any]]:
+    """Return whether a value is an ``array.array``, without importing its module."""
+    return isinstance(value, getattr(sys.modules.get("array"), "array", ()))
+
+
 def to_array(code: str, block: Any) -> array.array[Any]:
     """Return a copy of a memoryview or numpy array of numbers as an ``array.array``."""
-    copy: array.array[Any] = array.array(code)
+    copy = new_array(code)
     copy.frombytes(memoryview(block).cast("B"))
     return copy
 
@@ -119,7 +132,7 @@ def is_numpy_bool(value: object) -> bool:
 
 def equal(one: Any, other: Any) -> bool:
     """Return whether two stored field values are equal, even if only one of them is a list."""
-    if type(one) is type(other) and isinstance(one, _PLAIN):
+    if type(one) is type(other) and (isinstance(one, _PLAIN) or is_array(one)):
         return bool(one == other)
     if isinstance(one, list) or isinstance(other, list):
         return bool(_listed(one) == _listed(other))
@@ -133,7 +146,7 @@ def equal(one: Any, other: Any) -> bool:
     return first.tobytes() == second.tobytes()
 
 
-_PLAIN = (str, int, float, bytes, array.array)
+_PLAIN = (str, int, float, bytes)
 
 
 def _listed(value: Any) -> Any:
@@ -141,4 +154,4 @@ def _listed(value: Any) -> Any:
 
 
 def _is_block(value: object) -> bool:
-    return isinstance(value, memoryview | array.array) or is_numpy_array(value)
+    return isinstance(value, memoryview) or is_array(value) or is_numpy_array(value)

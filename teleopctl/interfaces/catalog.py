@@ -4,9 +4,8 @@ from __future__ import annotations
 
 import os
 from _thread import RLock
-from collections.abc import Iterable, Iterator
 
-from teleopctl.base.typed import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING, Iterable, Iterator
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.definition import Definition
 from teleopctl.interfaces.standard import StandardTypes, distribution

@@ -8,28 +8,29 @@ name before the text. Sequences of numbers are stored in the type in which they 
 
 from __future__ import annotations
 
-import array
-import math
-import operator
-from collections.abc import Callable, Iterable
-from functools import cache
+from _operator import index as to_int
 
-from teleopctl.base.typed import TYPE_CHECKING, Any
+from teleopctl.base.typed import TYPE_CHECKING, Any, Callable, Iterable, cache
 from teleopctl.interfaces.blocks import (
     ITEM_SIZES,
     TYPE_CODES,
     as_block,
+    is_array,
     is_numpy_array,
     is_numpy_bool,
+    new_array,
     numpy_type,
 )
 from teleopctl.interfaces.definition import FLOATS, INTEGER_RANGES, STRINGS, FieldType, Shape
 
 if TYPE_CHECKING:
+    import array
+
     from teleopctl.interfaces.blocks import NumberArray
 
 Converter = Callable[[Any], Any]
 
+_INFINITY = float("inf")
 _FLOAT32_MAX = 3.4028234663852886e38
 _SHOWN = 60
 
@@ -78,7 +79,7 @@ def _integer(kind: FieldType) -> Converter:
     def convert(value: Any) -> int:
         if type(value) is not int:
             try:
-                value = operator.index(value)
+                value = to_int(value)
             except TypeError:
                 raise TypeError(expected(kind, value)) from None
         if not low <= value <= high:
@@ -89,7 +90,7 @@ def _integer(kind: FieldType) -> Converter:
 
 
 def _float(kind: FieldType) -> Converter:
-    limit = _FLOAT32_MAX if kind.base == "float32" else math.inf
+    limit = _FLOAT32_MAX if kind.base == "float32" else _INFINITY
 
     def convert(value: Any) -> float:
         if type(value) is not float:
@@ -99,7 +100,7 @@ def _float(kind: FieldType) -> Converter:
                 value = float(value)
             except OverflowError:
                 raise ValueError(expected(kind, value)) from None
-        if not -limit <= value <= limit and math.isfinite(value):
+        if not -limit <= value <= limit and -_INFINITY < value < _INFINITY:
             raise ValueError(f"{expected(kind, value)}, which is out of range")
         return float(value)
 
@@ -139,7 +140,7 @@ def _byte(value: Any) -> bytes:
             return bytes(value)
     elif not (isinstance(value, bool) or is_numpy_bool(value)):
         try:
-            return bytes((operator.index(value),))
+            return bytes((to_int(value),))
         except (TypeError, ValueError):
             pass
     raise ValueError(expected("byte", value))
@@ -202,7 +203,7 @@ def _numbers(kind: FieldType) -> Converter:
 
     def convert(value: Any) -> array.array[Any] | memoryview | NumberArray:
         stored: array.array[Any] | memoryview | NumberArray
-        if isinstance(value, array.array) and value.typecode == code:
+        if is_array(value) and value.typecode == code:
             stored = value
         elif isinstance(value, list | tuple):
             stored = _collect(kind, value, code)
@@ -244,14 +245,14 @@ def _fixed_numbers(kind: FieldType) -> Converter:
 def _collect(kind: FieldType, values: Iterable[Any], code: str) -> array.array[Any]:
     given = values if isinstance(values, list | tuple) else list(values)
     try:
-        stored = array.array(code, given)
+        stored = new_array(code, given)
         # array converts values out of float32's range to infinity without an error.
-        if code != "f" or not (math.inf in stored or -math.inf in stored):
+        if code != "f" or not (_INFINITY in stored or -_INFINITY in stored):
             return stored
     except (TypeError, ValueError, OverflowError):
         pass
     check = _float(kind.element) if kind.base in FLOATS else _integer(kind.element)
-    converted = array.array(code)
+    converted = new_array(code)
     for index, element in enumerate(given):
         try:
             converted.append(check(element))

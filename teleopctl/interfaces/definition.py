@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import keyword
-from enum import IntEnum
 
-from teleopctl.base.typed import NamedTuple
+from teleopctl.base.typed import IntEnum, NamedTuple
 from teleopctl.interfaces.typenames import KINDS
 
 PLACEHOLDER = "structure_needs_at_least_one_member"

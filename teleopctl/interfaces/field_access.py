@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Sequence
-
-from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple
+from teleopctl.base.typed import TYPE_CHECKING, Any, Callable, NamedTuple, Sequence
 from teleopctl.errors import InvalidMessageError, UsageError
 from teleopctl.interfaces.definition import Shape
 

@@ -2,11 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
-
 from teleopctl.base.lazy import import_module
-from teleopctl.base.typed import Any
+from teleopctl.base.typed import Any, Callable, cache
 from teleopctl.interfaces.definition import Definition, Field
 
 NOT_SUPPORTED = "TypeHashNotSupported"

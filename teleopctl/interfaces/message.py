@@ -2,12 +2,16 @@
 
 from __future__ import annotations
 
-import array
-from collections.abc import Callable
-from types import MemberDescriptorType
-
-from teleopctl.base.typed import TYPE_CHECKING, Any, ClassVar, TypeAlias, TypeVar, cast
-from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, equal, to_array, to_own_numpy
+from teleopctl.base.typed import TYPE_CHECKING, Any, Callable, ClassVar, TypeAlias, TypeVar, cast
+from teleopctl.interfaces.blocks import (
+    BLOCK_CODES,
+    ITEM_SIZES,
+    equal,
+    is_array,
+    new_array,
+    to_array,
+    to_own_numpy,
+)
 from teleopctl.interfaces.convert import converter
 from teleopctl.interfaces.definition import (
     FLOATS,
@@ -24,6 +28,8 @@ from teleopctl.interfaces.field_errors import field_error, unknown_fields_error
 from teleopctl.interfaces.typenames import module_name, split
 
 if TYPE_CHECKING:
+    from types import MemberDescriptorType
+
     from teleopctl.interfaces.slot_types import AbstractType
 
 ClassLookup = Callable[[str], type["Message"]]
@@ -199,7 +205,7 @@ def _getter(kind: FieldType, slot: MemberDescriptorType) -> Callable[[Any], Any]
 
         def get_numpy(self: Message) -> Any:
             value = get(self)
-            if isinstance(value, memoryview | array.array):
+            if isinstance(value, memoryview) or is_array(value):
                 value = to_own_numpy(kind.base, value)
                 put(self, value)
             return value
@@ -210,7 +216,7 @@ def _getter(kind: FieldType, slot: MemberDescriptorType) -> Callable[[Any], Any]
 
     def get_array(self: Message) -> Any:
         value = get(self)
-        if not isinstance(value, array.array):
+        if not is_array(value):
             value = to_array(code, value)
             put(self, value)
         return value
@@ -252,7 +258,7 @@ def _default(field: Field, lookup: ClassLookup, check: Callable[[], None]) -> Ca
     if kind.is_numeric:
         code = BLOCK_CODES[kind.base]
         if kind.shape is not Shape.ARRAY:
-            return lambda: array.array(code)
+            return lambda: new_array(code)
         return _zeros(code, kind.capacity, check)
     if kind.shape is not Shape.ARRAY:
         return list
@@ -274,7 +280,7 @@ def _zeros(code: str, count: int, check: Callable[[], None]) -> Callable[[], Any
         if not zeros:
             check()
             zeros = bytes(count * ITEM_SIZES[code])
-        return array.array(code, zeros)
+        return new_array(code, zeros)
 
     return make
 
@@ -297,6 +303,6 @@ def constant_value(constant: Constant) -> object:
 
 
 def _field_repr(value: object) -> str:
-    if isinstance(value, array.array):
+    if is_array(value):
         return repr(value.tolist())
     return repr(value)

@@ -10,11 +10,10 @@ from __future__ import annotations
 import marshal
 import os
 import sys
-from functools import cache
 
 from teleopctl.base.folders import cache_dir
 from teleopctl.base.lazy import import_module
-from teleopctl.base.typed import TYPE_CHECKING, Any
+from teleopctl.base.typed import TYPE_CHECKING, Any, cache
 from teleopctl.errors import UsageError
 from teleopctl.interfaces.definition import (
     PLACEHOLDER,

@@ -9,11 +9,8 @@ from __future__ import annotations
 import copyreg
 import os
 from _thread import RLock  # importing threading would double the import time
-from collections.abc import Callable, Mapping
-from functools import cache
-from types import SimpleNamespace
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, ClassVar
+from teleopctl.base.typed import TYPE_CHECKING, Any, Callable, ClassVar, Mapping, cache
 from teleopctl.errors import InvalidMessageError, InvalidTypeNameError
 from teleopctl.interfaces import hashing
 from teleopctl.interfaces.catalog import Catalog
@@ -151,6 +148,8 @@ def get_action(type_name: str) -> type[Any]:
         if name not in _classes:
             _definition(name)
             parts = {part: get_message(f"{name}_{part}") for part in ("Goal", "Result", "Feedback")}
+            from types import SimpleNamespace
+
             implementation = SimpleNamespace(
                 SendGoalService=get_service(f"{name}_SendGoal"),
                 GetResultService=get_service(f"{name}_GetResult"),

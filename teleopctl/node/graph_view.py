@@ -44,15 +44,15 @@ class GraphView(abc.ABC):
         for callback in self._graph_callbacks:
             self._context.forget_on_graph_change(callback)
 
-    def matched(self, kind: EntityKind, name: str, type_name: str) -> list[EndpointToken]:
-        """Return the graph's endpoints of a kind with exactly a given name and type (ours)."""
+    def matched(self, kind: EntityKind, name: str, type_name: str | None) -> list[EndpointToken]:
+        """Return the endpoints of a kind with a name and a type; None for any type (ours)."""
         return self._context.watcher.matching(kind, name, type_name)
 
     def wait_for_match(
         self,
         kind: EntityKind,
         name: str,
-        type_name: str,
+        type_name: str | None,
         count: int,
         timeout_s: float | None,
     ) -> bool:

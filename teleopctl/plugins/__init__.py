@@ -7,9 +7,9 @@ distribution adds a plug-in with an entry in its ``pyproject.toml``:
     "my_controllers/Gripper" = "my_controllers.gripper:Gripper"
 
 Entry points are read from the metadata of every installed distribution, which takes tens of
-milliseconds. So teleopctl's own plug-ins are in the tables below, and the entry points are read
-only to find a name that is in no table, or to list all names. teleopctl's own plug-ins have
-precedence over others of the same name.
+milliseconds. So teleopctl's own plug-ins are in tables in the modules of this package, and the
+entry points are read only to find a name that is in no table, or to list all names. teleopctl's own
+plug-ins have precedence over others of the same name.
 
 A plug-in is imported when it is first used, so that a broken plug-in has no other effects.
 
@@ -18,425 +18,41 @@ May import `base` and `errors` only.
 
 from __future__ import annotations
 
-from teleopctl.plugins import programs
-from teleopctl.plugins.lookup import (
-    Kind as Kind,
-    Plugin as Plugin,
-    available as available,
-    find as find,
-    import_object as import_object,
-    load as load,
-)
-from teleopctl.plugins.reloading import (
-    Reloaded as Reloaded,
-    reload as reload,
-    remember_sources as remember_sources,
-    source_files as source_files,
-)
+from teleopctl.base.typed import TYPE_CHECKING
 
-_VERBS = {
-    "run": ("run:VERB", "Start one node."),
-    "python": ("python:VERB", "Start Python with rclpy to import."),
-    "launch": ("launch:VERB", "Start nodes from a launch file."),
-    "test": ("test:VERB", "Run launch tests."),
-    "ps": ("ps:VERB", "List background processes."),
-    "logs": ("logs:VERB", "Show the output of a background process."),
-    "stop": ("stop:VERB", "Stop background processes."),
-    "top": ("top:VERB", "Watch processes, topics, controllers and the log."),
-    "topic": ("topic:GROUP", "List, print, measure and publish topics."),
-    "node": ("node:GROUP", "List nodes and their endpoints."),
-    "graph": ("graph:VERB", "Draw the graph of nodes and topics."),
-    "bag": ("bag:GROUP", "Record, play and inspect bags."),
-    "param": ("param:GROUP", "Read and change parameters of nodes."),
-    "service": ("service:GROUP", "List, call and watch services."),
-    "action": ("action:GROUP", "List actions, send goals and watch them."),
-    "pkg": ("pkg:GROUP", "Find packages."),
-    "component": ("component:GROUP", "Load nodes into containers."),
-    "lifecycle": ("lifecycle:GROUP", "Manage the states of managed nodes."),
-    "control": ("control:GROUP", "Manage controllers and hardware."),
-    "robot": ("robot:GROUP", "Check robots' files."),
-    "move": ("move:VERB", "Move an arm, or its gripper."),
-    "kinematics": ("kinematics:GROUP", "Compute poses and joint positions of arms."),
-    "sim": ("sim:GROUP", "Run simulations."),
-    "camera": ("camera:GROUP", "Save pictures of cameras."),
-    "tf": ("tf:GROUP", "Watch transforms between frames."),
-    "interface": ("interface:GROUP", "Use definitions of messages, services and actions."),
-    "doctor": ("doctor:GROUP", "Check the setup for problems."),
-    "wtf": ("doctor:GROUP", "Alias of doctor."),
-    "multicast": ("multicast:GROUP", "Send and receive datagrams to many machines."),
-    "plugin": ("extensions:PLUGIN", "List plug-ins by their packages."),
-    "extensions": ("extensions:EXTENSIONS", "List plug-ins, built-in and installed ones."),
-    "extension_points": ("extensions:EXTENSION_POINTS", "List the kinds of plug-ins."),
-    "daemon": ("daemon:GROUP", "Manage the router through which nodes discover each other."),
-    "completion": ("completion:GROUP", "Print the completion script of a shell."),
-}
+if TYPE_CHECKING:
+    from teleopctl.plugins.command_line import COMPLETIONS as COMPLETIONS, VERBS as VERBS
+    from teleopctl.plugins.lookup import (
+        Kind as Kind,
+        Plugin as Plugin,
+        available as available,
+        find as find,
+        import_object as import_object,
+        load as load,
+    )
+    from teleopctl.plugins.reloading import (
+        Reloaded as Reloaded,
+        reload as reload,
+        remember_sources as remember_sources,
+        source_files as source_files,
+    )
+    from teleopctl.plugins.tables import (
+        COMPONENTS as COMPONENTS,
+        CONTROLLERS as CONTROLLERS,
+        DISPLAYS as DISPLAYS,
+        FILTERS as FILTERS,
+        HARDWARE as HARDWARE,
+        LAUNCH_ACTIONS as LAUNCH_ACTIONS,
+        LAUNCH_EXTENSIONS as LAUNCH_EXTENSIONS,
+        LAUNCH_LANGUAGES as LAUNCH_LANGUAGES,
+        LAUNCH_SUBSTITUTIONS as LAUNCH_SUBSTITUTIONS,
+        NODES as NODES,
+        PACKAGES as PACKAGES,
+        PANELS as PANELS,
+        SENSORS as SENSORS,
+        kinds as kinds,
+    )
+else:
+    from teleopctl.base.lazy import attach
 
-VERBS = Kind(
-    "verb",
-    "teleopctl.verbs",
-    {name: f"teleopctl.cli.verbs.{target}" for name, (target, _) in _VERBS.items()},
-    bases=("teleopctl.cli.verb:Verb", "teleopctl.cli.verb:VerbGroup"),
-    classes=False,
-    summaries={name: summary for name, (_, summary) in _VERBS.items()},
-)
-"""Commands of ``teleopctl``, by name."""
-
-_NOUNS = "teleopctl.cli.verbs"
-_COMPLETION = "teleopctl.cli.completion"
-_CANDIDATES = f"{_COMPLETION}.candidates"
-_ROBOTS = f"{_NOUNS}.kinematics.source"
-
-COMPLETIONS = Kind(
-    "completion",
-    "teleopctl.completions",
-    {
-        "action_types": f"{_NOUNS}.action:complete_types",
-        "actions": f"{_NOUNS}.action:complete_actions",
-        "all_links": f"{_ROBOTS}:complete_all_links",
-        "active_controllers": f"{_NOUNS}.control.manager:complete_active_controllers",
-        "bags": f"{_NOUNS}.bag.options:complete_bags",
-        "component_ids": f"{_NOUNS}.component:complete_ids",
-        "component_packages": f"{_NOUNS}.component:complete_packages",
-        "component_types": f"{_NOUNS}.component:complete_types",
-        "containers": f"{_NOUNS}.component:complete_containers",
-        "controller_managers": f"{_NOUNS}.control.manager:complete_managers",
-        "controllers": f"{_NOUNS}.control.manager:complete_controllers",
-        "fields": f"{_COMPLETION}.messages:fields",
-        "files": f"{_CANDIDATES}:files",
-        "frames": f"{_NOUNS}.tf:complete_frames",
-        "groups": f"{_ROBOTS}:complete_groups",
-        "hardware_components": f"{_NOUNS}.control.manager:complete_hardware_components",
-        "inactive_controllers": f"{_NOUNS}.control.manager:complete_inactive_controllers",
-        "interface_packages": f"{_NOUNS}.interface:complete_packages",
-        "interface_types": f"{_NOUNS}.interface:complete_types",
-        "joints": f"{_ROBOTS}:complete_joints",
-        "launch_words": f"{_CANDIDATES}:launch_words",
-        "licenses": f"{_NOUNS}.pkg:complete_licenses",
-        "links": f"{_ROBOTS}:complete_links",
-        "loadable_controllers": f"{_NOUNS}.control.manager:complete_loadable_controllers",
-        "logged_processes": f"{_CANDIDATES}:logged_processes",
-        "managed_nodes": f"{_NOUNS}.lifecycle:complete_managed_nodes",
-        "manifest_tags": f"{_NOUNS}.pkg:complete_manifest_tags",
-        "message_types": f"{_COMPLETION}.messages:message_types",
-        "named_states": f"{_ROBOTS}:complete_named_states",
-        "nodes": f"{_CANDIDATES}:nodes",
-        "packages": f"{_CANDIDATES}:package_names",
-        "parameter_names": f"{_NOUNS}.param.candidates:parameter_names",
-        "parameter_values": f"{_NOUNS}.param.candidates:parameter_values",
-        "programs": f"{_CANDIDATES}:programs",
-        "prototypes": f"{_COMPLETION}.messages:prototypes",
-        "running_processes": f"{_CANDIDATES}:running_processes",
-        "service_types": f"{_COMPLETION}.messages:service_types",
-        "services": f"{_CANDIDATES}:services",
-        "topics": f"{_CANDIDATES}:topics",
-        "transitions": f"{_NOUNS}.lifecycle:complete_transitions",
-    },
-    direct=True,
-)
-"""Shell completions: functions that return the completions of an incomplete word."""
-
-NODES = Kind("node", "teleopctl.nodes", programs.NODES)
-"""Programs of packages, as ``package/executable``: functions that take no argument."""
-
-COMPONENTS = Kind("component", "rclpy_components", programs.COMPONENTS)
-"""Nodes that a component container loads, as ``package::Class``; see
-`teleopctl.packages.components`. Distributions register components as for ROS 2's
-`rclpy_components`."""
-
-_CONTROLLERS = "teleopctl.control.controllers"
-
-CONTROLLERS = Kind(
-    "controller",
-    "teleopctl.controllers",
-    {
-        name: f"{_CONTROLLERS}.{module}:{name.partition('/')[2]}"
-        for module, names in {
-            "admittance.controller": "admittance_controller/AdmittanceController",
-            "battery_state_broadcaster": "battery_state_broadcaster/BatteryStateBroadcaster",
-            "chained_filter_controller": "chained_filter_controller/ChainedFilter",
-            "forward_command_controller": (
-                "effort_controllers/JointGroupEffortController "
-                "forward_command_controller/ForwardCommandController "
-                "forward_command_controller/MultiInterfaceForwardCommandController "
-                "position_controllers/JointGroupPositionController "
-                "velocity_controllers/JointGroupVelocityController"
-            ),
-            "gpio_command_controller": "gpio_controllers/GpioCommandController",
-            "joint_state_broadcaster": "joint_state_broadcaster/JointStateBroadcaster",
-            "joint_trajectory.controller": "joint_trajectory_controller/JointTrajectoryController",
-            "mobile_base.diff_drive": "diff_drive_controller/DiffDriveController",
-            "mobile_base.mecanum": "mecanum_drive_controller/MecanumDriveController",
-            "mobile_base.omni_wheel": "omni_wheel_drive_controller/OmniWheelDriveController",
-            "mobile_base.steering": (
-                "ackermann_steering_controller/AckermannSteeringController "
-                "bicycle_steering_controller/BicycleSteeringController "
-                "tricycle_steering_controller/TricycleSteeringController"
-            ),
-            "mobile_base.tricycle": "tricycle_controller/TricycleController",
-            "passthrough_controller": "passthrough_controller/PassthroughController",
-            "pid_controller": "pid_controller/PidController",
-            "pose_broadcaster": "pose_broadcaster/PoseBroadcaster",
-            "sensor_broadcasters": (
-                "force_torque_sensor_broadcaster/ForceTorqueSensorBroadcaster "
-                "gps_sensor_broadcaster/GPSSensorBroadcaster "
-                "imu_sensor_broadcaster/IMUSensorBroadcaster "
-                "magnetometer_broadcaster/MagnetometerBroadcaster "
-                "range_sensor_broadcaster/RangeSensorBroadcaster"
-            ),
-            "state_interfaces_broadcaster": (
-                "state_interfaces_broadcaster/StateInterfacesBroadcaster"
-            ),
-        }.items()
-        for name in names.split()
-    }
-    # Name of the joint state broadcaster in ROS 2 Foxy.
-    | {
-        "joint_state_controller/JointStateController": (
-            f"{_CONTROLLERS}.joint_state_broadcaster:JointStateBroadcaster"
-        )
-    }
-    | {
-        f"{package}/GripperActionController": (
-            f"{_CONTROLLERS}.gripper_action_controller:{kind}GripperActionController"
-        )
-        for package, kind in (
-            ("effort_controllers", "Effort"),
-            ("parallel_gripper_action_controller", "Parallel"),
-            ("position_controllers", "Position"),
-        )
-    },
-    bases=(f"{_CONTROLLERS}.base:ControllerInterface",),
-    direct=True,
-    in_sources=True,
-)
-"""Controllers, by the names that parameter files use as ``type``."""
-
-_FILTERS = f"{_CONTROLLERS}.filters"
-
-FILTERS = Kind(
-    "filter",
-    "teleopctl.filters",
-    {
-        "control_filters/ExponentialFilterDouble": f"{_FILTERS}.doubles:ExponentialFilter",
-        "control_filters/GravityCompensationWrench": f"{_FILTERS}.wrenches:GravityCompensation",
-        "control_filters/LowPassFilterDouble": f"{_FILTERS}.doubles:LowPassFilter",
-        "control_filters/LowPassFilterWrench": f"{_FILTERS}.wrenches:WrenchLowPassFilter",
-        "control_filters/RateLimiterDouble": f"{_FILTERS}.doubles:RateLimiterFilter",
-        "filters/MeanFilterDouble": f"{_FILTERS}.doubles:MeanFilter",
-        "filters/MedianFilterDouble": f"{_FILTERS}.doubles:MedianFilter",
-        "filters/TransferFunctionFilterDouble": f"{_FILTERS}.doubles:TransferFunctionFilter",
-    },
-    bases=(f"{_FILTERS}.base:FilterBase",),
-)
-"""Filters of measured values, by the names that parameter files use as ``type`` in chains."""
-
-_TOPIC = "teleopctl.control.hardware.topic:JointStateTopicSystem"
-
-HARDWARE = Kind(
-    "hardware plug-in",
-    "teleopctl.hardware",
-    {
-        "mock_components/GenericSystem": "teleopctl.control.hardware.mock:GenericSystem",
-        "gazebo_ros2_control/GazeboSystem": _TOPIC,
-        "gz_ros2_control/GazeboSimSystem": _TOPIC,
-        "ign_ros2_control/IgnitionSystem": _TOPIC,
-        "mujoco_ros2_control/MujocoSystemInterface": _TOPIC,
-        "topic_based_ros2_control/TopicBasedSystem": _TOPIC,
-        "topic_based_hardware_interfaces/TopicBasedSystem": _TOPIC,
-        "joint_state_topic_hardware_interface/JointStateTopicSystem": _TOPIC,
-    },
-    bases=("teleopctl.control.hardware.base:HardwareComponentInterface",),
-    direct=True,
-    in_sources=True,
-)
-"""Hardware components, by the names that URDFs use as ``<plugin>``."""
-
-PACKAGES = Kind("package", "teleopctl.packages", {})
-"""ROS packages of files (``msg/``, ``srv/``, ``action/``, ``launch/``, ``urdf/`` and so on): the
-module whose folder has the files. The module is not imported. teleopctl's own packages are folders,
-see `teleopctl.packages`."""
-
-_XML = "teleopctl.launch.frontends.xml_file:parse_file"
-_YAML = "teleopctl.launch.frontends.yaml_file:parse_file"
-
-LAUNCH_LANGUAGES = Kind(
-    "language of launch files",
-    "teleopctl.launch_languages",
-    {
-        ".launch": _XML,
-        ".py": "teleopctl.compat.launch_file:read",
-        ".xml": _XML,
-        ".yaml": _YAML,
-        ".yml": _YAML,
-    },
-)
-"""Readers of launch files, by suffix: functions that return the
-`teleopctl.launch.model.action.LaunchFile` of a path."""
-
-LAUNCH_EXTENSIONS = "teleopctl.compat.launch_extensions:load"
-"""Function that loads extensions of ROS 2's own launch, which expose actions and substitutions. The
-extensions import ROS 2's packages, which are in a higher layer than `teleopctl.launch`."""
-
-_ACTIONS = "teleopctl.launch.actions"
-
-LAUNCH_ACTIONS = Kind(
-    "launch action",
-    "teleopctl.launch_actions",
-    {
-        "append_env": f"{_ACTIONS}.environment:AppendEnvironment",
-        "arg": f"{_ACTIONS}.settings:DeclareArgument",
-        "bool_arg": f"{_ACTIONS}.settings:DeclareBoolean",
-        "executable": f"{_ACTIONS}.process:Executable",
-        "for": f"{_ACTIONS}.nesting:For",
-        "for_each": f"{_ACTIONS}.nesting:ForEach",
-        "group": f"{_ACTIONS}.nesting:Group",
-        "gz_server": f"{_ACTIONS}.gazebo:GzServer",
-        "gz_spawn_model": f"{_ACTIONS}.gazebo:GzSpawnModel",
-        "include": f"{_ACTIONS}.nesting:Include",
-        "let": f"{_ACTIONS}.settings:Let",
-        "lifecycle_node": f"{_ACTIONS}.process:LifecycleNode",
-        "load_composable_node": f"{_ACTIONS}.components:LoadComponents",
-        "log": f"{_ACTIONS}.messages:Log",
-        "log_debug": f"{_ACTIONS}.messages:LogDebug",
-        "log_error": f"{_ACTIONS}.messages:LogError",
-        "log_info": f"{_ACTIONS}.messages:LogInfo",
-        "log_warning": f"{_ACTIONS}.messages:LogWarning",
-        "node": f"{_ACTIONS}.process:Node",
-        "node_container": f"{_ACTIONS}.components:NodeContainer",
-        "push_ros_namespace": f"{_ACTIONS}.settings:PushNamespace",
-        "rep_env": f"{_ACTIONS}.environment:ReplaceEnvironment",
-        "reset": f"{_ACTIONS}.settings:Reset",
-        "reset_env": f"{_ACTIONS}.environment:ResetEnvironment",
-        "ros_gz_bridge": f"{_ACTIONS}.gazebo:RosGzBridge",
-        "ros_timer": f"{_ACTIONS}.ros_timer:RosTimer",
-        "set_env": f"{_ACTIONS}.environment:SetEnvironment",
-        "set_parameter": f"{_ACTIONS}.settings:SetParameter",
-        "set_parameters_from_file": f"{_ACTIONS}.settings:SetParametersFromFile",
-        "set_remap": f"{_ACTIONS}.settings:SetRemap",
-        "set_ros_log_dir": f"{_ACTIONS}.environment:SetRosLogDirectory",
-        "set_use_sim_time": f"{_ACTIONS}.settings:SetUseSimTime",
-        "shutdown": f"{_ACTIONS}.messages:Shutdown",
-        "timer": f"{_ACTIONS}.nesting:TimedEntities",
-        "unset_env": f"{_ACTIONS}.environment:UnsetEnvironment",
-    },
-    bases=("teleopctl.launch.model.action:Action",),
-)
-"""Actions of launch files, by their names in the files (with underscores)."""
-
-_SUBSTITUTIONS = {
-    "ros2_substitutions": "all and anon any command dirname env equals eval exec-in-pkg "
-    "file-content filename find-exec find-pkg-prefix find-pkg-share for-var if index "
-    "launch_log_dir log_dir not not-equals optenv or param path-join string-join var",
-    "extra_substitutions": "file-controllers file-namespace file-param file-update-rate first-file "
-    "node-exists world-file",
-    "robot_substitutions": "robot robot-arguments robot-controllers robot-is-controlled "
-    "robot-namespace robot-remappings simulated-robot with-plugins xacro",
-}
-
-LAUNCH_SUBSTITUTIONS = Kind(
-    "substitution",
-    "teleopctl.launch_substitutions",
-    {
-        name: f"teleopctl.launch.evaluation.{module}:{name.upper().replace('-', '_')}"
-        for module, names in _SUBSTITUTIONS.items()
-        for name in names.split()
-    },
-    bases=("teleopctl.launch.evaluation.substitution:Substitution",),
-    classes=False,
-)
-"""Substitutions of launch files, by the name after ``$(``."""
-
-_SENSORS = "teleopctl.sim.sensors"
-
-SENSORS = Kind(
-    "sensor type",
-    "teleopctl.sensors",
-    {
-        "air_pressure": f"{_SENSORS}.heights:AirPressure",
-        "altimeter": f"{_SENSORS}.heights:Altimeter",
-        "contact": f"{_SENSORS}.contact:Contact",
-        "force_torque": f"{_SENSORS}.force_torque:ForceTorque",
-        "gps": f"{_SENSORS}.navsat:NavSat",
-        "imu": f"{_SENSORS}.imu:Imu",
-        "magnetometer": f"{_SENSORS}.magnetometer:Magnetometer",
-        "mujoco": "teleopctl.sim.mjcf:MjcfSensor",
-        "navsat": f"{_SENSORS}.navsat:NavSat",
-        "rangefinder": "teleopctl.sim.mjcf:Rangefinder",
-        "touch": "teleopctl.sim.mjcf:Touch",
-    }
-    | dict.fromkeys(("gpu_lidar", "gpu_ray", "lidar", "ray", "sonar"), f"{_SENSORS}.lidar:Lidar"),
-    bases=("teleopctl.sim.sensors.base:Sensor",),
-)
-"""Simulated sensors, by the type in ``<sensor type="…">``."""
-
-_DISPLAYS = "teleopctl.viewer.displays"
-
-DISPLAYS = Kind(
-    "display",
-    "teleopctl.viewer_displays",
-    {
-        "AccelStamped": f"{_DISPLAYS}.geometry:AccelStamped",
-        "Axes": f"{_DISPLAYS}.frames:Axes",
-        "Camera": f"{_DISPLAYS}.sensors.images:CameraDisplay",
-        "DepthCloud": f"{_DISPLAYS}.sensors.depth_cloud:DepthCloud",
-        "Grid": f"{_DISPLAYS}.frames:Grid",
-        "GridCells": f"{_DISPLAYS}.geometry:GridCells",
-        "Image": f"{_DISPLAYS}.sensors.images:Image",
-        "InteractiveMarkers": f"{_DISPLAYS}.markers.interactive:InteractiveMarkers",
-        "LaserScan": f"{_DISPLAYS}.sensors.points:LaserScan",
-        "Map": f"{_DISPLAYS}.sensors.map:Map",
-        "Marker": f"{_DISPLAYS}.markers.markers:Marker",
-        "MarkerArray": f"{_DISPLAYS}.markers.markers:MarkerArray",
-        "MotionPlanning": f"{_DISPLAYS}.moveit.motion_planning:MotionPlanning",
-        "Odometry": f"{_DISPLAYS}.poses:OdometryDisplay",
-        "ParticleCloud": f"{_DISPLAYS}.poses:ParticleCloud",
-        "Path": f"{_DISPLAYS}.poses:PathDisplay",
-        "PlanningScene": f"{_DISPLAYS}.moveit.planning_scene:PlanningScene",
-        "PointCloud": f"{_DISPLAYS}.sensors.points:PointCloud",
-        "PointCloud2": f"{_DISPLAYS}.sensors.points:PointCloud2",
-        "PointStamped": f"{_DISPLAYS}.geometry:PointStamped",
-        "Polygon": f"{_DISPLAYS}.geometry:Polygon",
-        "Pose": f"{_DISPLAYS}.poses:PoseDisplay",
-        "PoseArray": f"{_DISPLAYS}.poses:PoseArray",
-        "PoseWithCovariance": f"{_DISPLAYS}.poses:PoseWithCovariance",
-        "Range": f"{_DISPLAYS}.geometry:Range",
-        "RobotModel": f"{_DISPLAYS}.robot_model:RobotModelDisplay",
-        "RobotState": f"{_DISPLAYS}.moveit.robot_state:RobotState",
-        "TF": f"{_DISPLAYS}.frames:TfDisplay",
-        "Trace": f"{_DISPLAYS}.frames:Trace",
-        "Trajectory": f"{_DISPLAYS}.moveit.trajectory:TrajectoryDisplay",
-        "TwistStamped": f"{_DISPLAYS}.geometry:TwistStamped",
-        "Wrench": f"{_DISPLAYS}.geometry:Wrench",
-    },
-    bases=("teleopctl.viewer.displays.base:Display",),
-)
-"""Displays of the viewer, by RViz's class names without the package."""
-
-_PANELS = "teleopctl.viewer.panels"
-
-PANELS = Kind(
-    "viewer panel",
-    "teleopctl.viewer_panels",
-    {
-        "scene": f"{_PANELS}.scene:ScenePanel",
-        "joints": f"{_PANELS}.joints:JointsPanel",
-        "controllers": f"{_PANELS}.controllers:ControllersPanel",
-        "camera": f"{_PANELS}.camera:CameraPanel",
-        "plot": f"{_PANELS}.plot:PlotPanel",
-        "topics": f"{_PANELS}.topics:TopicsPanel",
-        "graph": f"{_PANELS}.graph:GraphPanel",
-        "parameters": f"{_PANELS}.parameters:ParametersPanel",
-        "log": f"{_PANELS}.log:LogPanel",
-        "simulation": f"{_PANELS}.simulation:SimulationPanel",
-        "bag": f"{_PANELS}.bag:BagPanel",
-        "tools": f"{_PANELS}.tools:ToolsPanel",
-    },
-    bases=("teleopctl.viewer.panels.base:Panel",),
-)
-"""Panels of the viewer's page, in the order in which it offers them."""
-
-
-def kinds() -> list[Kind]:
-    """Return all kinds of plug-ins, sorted by entry-point group."""
-    found = (value for value in globals().values() if isinstance(value, Kind))
-    return sorted(found, key=lambda kind: kind.group)
+    __getattr__, __dir__, __all__ = attach()

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import sys
-from functools import cache
 
 from teleopctl.base.lazy import import_module
 from teleopctl.base.typed import TYPE_CHECKING
@@ -225,15 +224,20 @@ def _is_one(found: object, kind: Kind) -> bool:
 
 def forget_entry_points() -> None:
     """Drop the cached plug-ins of installed distributions, which are read again when needed."""
-    _installed.cache_clear()
+    _installed.clear()
+
+
+# Plug-ins of installed distributions by group and name; empty until they are read.
+_installed: dict[str, dict[str, Plugin]] = {}
 
 
 def _installed_plugins(group: str) -> dict[str, Plugin]:
-    return _installed().get(group, {})
+    if not _installed:
+        _installed.update({"": {}, **_read_installed()})
+    return _installed.get(group, {})
 
 
-@cache
-def _installed() -> dict[str, dict[str, Plugin]]:
+def _read_installed() -> dict[str, dict[str, Plugin]]:
     """Return the plug-ins of all installed distributions, by group and name, sorted.
 
     Logs a warning for a distribution whose entries cannot be read, and for a name that two

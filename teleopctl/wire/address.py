@@ -7,8 +7,7 @@ Both addresses are equal unless a configuration file or ``ZENOH_CONFIG_OVERRIDE`
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-
+from teleopctl.base.typed import Iterable
 from teleopctl.wire.keys import parse_decimal
 
 DEFAULT_ENDPOINT = "tcp/localhost:7447"

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import itertools
 from _thread import _local as local  # threading has more, which takes 5 ms to import
-from collections.abc import Callable
 
 import zenoh
 
 from teleopctl.base.interrupts import transport_callback
-from teleopctl.base.typed import TypeVar
+from teleopctl.base.typed import Callable, TypeVar
 
 _Item = TypeVar("_Item")
 

@@ -10,11 +10,10 @@ returned with the resulting address of the router.
 from __future__ import annotations
 
 import os
-from collections.abc import Sequence
 
 import zenoh
 
-from teleopctl.base.typed import TYPE_CHECKING, Literal
+from teleopctl.base.typed import TYPE_CHECKING, Literal, Sequence
 from teleopctl.errors import UsageError
 from teleopctl.wire.address import DEFAULT_ADDRESS, RouterAddress
 

@@ -14,11 +14,10 @@ from __future__ import annotations
 
 import os
 import time
-from collections.abc import Collection
 
 import zenoh
 
-from teleopctl.base.typed import cast
+from teleopctl.base.typed import Collection, cast
 from teleopctl.wire.address import RouterAddress
 from teleopctl.wire.config import start_hint
 from teleopctl.wire.keys import LIVELINESS_PREFIX

@@ -7,8 +7,6 @@ Policies are the plain integers of ``rmw/types.h``; names for them belong to the
 
 from __future__ import annotations
 
-from functools import lru_cache
-
 from teleopctl.base.typed import NamedTuple
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, split
 
@@ -30,6 +28,11 @@ _HIGHEST_DURABILITY = 4
 _HIGHEST_HISTORY = 3
 _HIGHEST_LIVELINESS = 5
 _LONGEST_NUMBER = 20
+
+
+# Texts come from other processes, so that there may be any number.
+_MOST_PARSED = 1000
+_parsed: dict[str, EndpointQos | None] = {}
 
 
 class EndpointQos(NamedTuple):
@@ -75,9 +78,17 @@ def format_qos(qos: EndpointQos) -> str:
     )
 
 
-@lru_cache(maxsize=1000)  # a graph has thousands of endpoints, and few texts of QoS
 def parse_qos(text: str) -> EndpointQos | None:
     """Parse the QoS part of a liveliness token to an `EndpointQos`; return None if malformed."""
+    # A graph has thousands of endpoints, and few texts of QoS.
+    if text not in _parsed:
+        if len(_parsed) >= _MOST_PARSED:
+            _parsed.clear()
+        _parsed[text] = _parse(text)
+    return _parsed[text]
+
+
+def _parse(text: str) -> EndpointQos | None:
     parts = text.split(":")
     if len(parts) != 6:
         return None

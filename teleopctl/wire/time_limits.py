@@ -6,9 +6,8 @@ ends earlier, neither a `zenoh.CancellationToken` nor the end of a `zenoh.Querie
 
 from __future__ import annotations
 
-import heapq
-import math
 import time
+from _heapq import heappop, heappush  # the C module behind heapq
 from _thread import allocate_lock  # short commands do not import threading
 
 # Zenoh requires a time limit: four months are practically unlimited.
@@ -39,7 +38,7 @@ class _Service:
         self.open = 0
         self._since_s = now_s
         self._calls = 0
-        self._interval_s = math.inf
+        self._interval_s = float("inf")
 
     def next_interval_s(self, now_s: float) -> float:
         """Count a request; return the mean interval of a steady rate, infinity without one."""
@@ -90,7 +89,7 @@ class TimeLimits:
             limit_s = min(limit_s, _MOST_OF_SERVICE * known.next_interval_s(now_s))
             limit_s = max(limit_s, _SHORTEST_S)
             known.open += 1
-            heapq.heappush(self._open, (now_s + limit_s, service))
+            heappush(self._open, (now_s + limit_s, service))
         return limit_s
 
     def open_requests(self) -> int:
@@ -101,7 +100,7 @@ class TimeLimits:
 
     def _forget_ended(self, now_s: float) -> None:
         while self._open and self._open[0][0] <= now_s:
-            _, service = heapq.heappop(self._open)
+            _, service = heappop(self._open)
             self._services[service].open -= 1
             if not self._services[service].open:
                 del self._services[service]

@@ -7,10 +7,8 @@ key contains all information of the ROS graph about it. Names and types are stor
 
 from __future__ import annotations
 
-from enum import StrEnum
-
 from teleopctl.base.printable import printable_line
-from teleopctl.base.typed import NamedTuple
+from teleopctl.base.typed import NamedTuple, StrEnum
 from teleopctl.interfaces import from_dds, to_dds
 from teleopctl.wire.keys import LIVELINESS_PREFIX, parse_decimal
 from teleopctl.wire.qos import EndpointQos, format_qos, parse_qos

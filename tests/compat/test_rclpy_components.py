@@ -82,9 +82,9 @@ def strangers(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> Iterator[None]
     entries = {f"strangers::{name}": f"strangers_parts:{name}" for name in NAMES.split()}
     entries |= {"bare": "strangers_parts:NamesItself", "strangers::gone": "no_such_module:Gone"}
     install(site, "my-parts", {"rclpy_components": entries}, {"strangers_parts.py": STRANGERS})
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
     yield
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
 
 
 @pytest.fixture

@@ -56,7 +56,7 @@ ENTRIES = {
 def plan(tmp_path, monkeypatch):
     install(tmp_path, "strange-launch", ENTRIES, {"strange_launch.py": CODE})
     monkeypatch.syspath_prepend(str(tmp_path))
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
 
     def plan(*lines, name="file.yaml"):
         file = tmp_path / name
@@ -64,7 +64,7 @@ def plan(tmp_path, monkeypatch):
         return evaluate(read_launch_file(file), {}, tmp_path / "log")[0]
 
     yield plan
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
 
 
 def test_a_strangers_action_gives_actions_and_runs_its_children(plan):

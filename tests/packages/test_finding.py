@@ -261,9 +261,9 @@ def test_no_setup_py_makes_the_reader_fail(text):
 def site(tmp_path, monkeypatch):
     folder = tmp_path / "site"
     monkeypatch.syspath_prepend(str(folder))
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
     yield folder
-    lookup._installed.cache_clear()
+    lookup.forget_entry_points()
 
 
 def test_an_installed_distribution_brings_a_package_of_files(site):

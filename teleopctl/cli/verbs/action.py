@@ -1,9 +1,8 @@
 """``teleopctl action``: actions, their types and goals, as ``ros2 action``."""
 
 import sys
-from collections.abc import Callable
 
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Callable
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
 from teleopctl.cli.listing import names_of_type, out_names, out_types, types_of

@@ -1,9 +1,8 @@
 """``teleopctl interface``: message, service and action types."""
 
 import sys
-from collections.abc import Iterable, Iterator
 
-from teleopctl.base.typed import Annotated
+from teleopctl.base.typed import Annotated, Iterable, Iterator
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option, OptionSet, Verb, VerbGroup

@@ -1,9 +1,15 @@
 """``teleopctl lifecycle``: states and transitions of managed nodes, as ``ros2 lifecycle``."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
-from contextlib import contextmanager
-
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    Iterable,
+    Iterator,
+    Mapping,
+    Sequence,
+    contextmanager,
+)
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
 from teleopctl.cli.options import AsJson

@@ -1,9 +1,8 @@
 """``teleopctl node``."""
 
 from collections import Counter
-from collections.abc import Iterable
 
-from teleopctl.base.typed import TYPE_CHECKING, Annotated
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Iterable
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, NodeName

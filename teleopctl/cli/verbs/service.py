@@ -1,9 +1,8 @@
 """``teleopctl service``: services, their types, calls and events, as ``ros2 service``."""
 
 import sys
-from collections.abc import Iterator, Sequence
 
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Iterator, Sequence
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
 from teleopctl.cli.listing import names_of_type, out_names, out_types, types_of
@@ -28,8 +27,7 @@ from teleopctl.errors import (
 from teleopctl.wire import query_graph
 
 if TYPE_CHECKING:
-    from teleopctl.node import Client
-    from teleopctl.wire import EndpointToken
+    from teleopctl.wire import EndpointToken, Graph
 
 
 GROUP = VerbGroup(
@@ -172,15 +170,15 @@ def call(
 ) -> None:
     """Call a service, once or at a rate, and print the responses; wait for a missing server.
 
-    Waits for a server if there is none.
+    Waits for a server if there is none. Requests on Zenoh have no QoS: its options have no effect.
     """
     import time
 
-    from teleopctl.cli.command_node import brief_node
     from teleopctl.cli.messages import message_from_values, service_class_named, yaml_documents
     from teleopctl.interfaces import message_to_dict
-    from teleopctl.node import qos_profile_services_default
+    from teleopctl.wire import ServiceRequest, close_session, open_session
 
+    del qos
     if rate is not None and rate <= 0:
         raise RefusedError("rate must be greater than zero")
     check_not_negative(timeout=timeout)
@@ -189,23 +187,21 @@ def call(
     service_class = service_class_named(service_type)
     text = sys.stdin.read() if stdin else "{}" if values is None else values
     requests = [message_from_values(service_class.Request, each) for each in yaml_documents(text)]
-    with brief_node() as node:
-        client = node.create_client(
-            service_class,
-            absolute_name(service_name),
-            qos_profile=qos.applied_to(qos_profile_services_default),
-        )
-        _wait_for_server(client, timeout)
+    service = absolute_name(service_name)
+    session = open_session("client")
+    try:
+        _wait_for_server(query_graph(session), service, service_class.TYPE_NAME, timeout)
         while True:
             for request in requests:
                 started = time.monotonic()
                 if not as_json:
                     console.out_text(f"requester: making request: {request!r}\n")
                     console.flush()
-                response = client.call_async(request).wait_for_response(timeout)
+                sent = ServiceRequest(session, service_class, service, request)
+                response = sent.wait_for_response(timeout)
                 if response is None:
                     raise UnavailableError(
-                        f"Timed out waiting for response from service {client.service_name} "
+                        f"Timed out waiting for response from service {service} "
                         f"(timeout: {timeout}s)"
                     )
                 if as_json:
@@ -217,42 +213,62 @@ def call(
                     time.sleep(max(0.0, started + 1.0 / rate - time.monotonic()))
             if rate is None:
                 return
+    finally:
+        close_session(session)
 
 
-def _explain(client: "Client[Any, Any]") -> str:
-    """Return a hint while waiting: the server's other type, or existing services, of the type."""
-    graph = client.node.graph()
+def _explain(graph: "Graph", name: str, type_name: str) -> str:
+    """Return a hint while waiting: existing services, of the type if there are any."""
     services = {
-        name: types
-        for name, types in graph.service_names_and_types()
-        if graph.servers(name) and name != client.service_name
+        other: types
+        for other, types in graph.service_names_and_types()
+        if graph.servers(other) and other != name
     }
-    if here := graph.servers(client.service_name):
-        return f"'{client.service_name}' has the type {here[0].type_name}, not {client.type_name}."
-    fitting = [name for name, types in services.items() if client.type_name in types]
-    name = client.service_name
-    kind = f" of {client.type_name}" if fitting else ""
+    fitting = [other for other, types in services.items() if type_name in types]
+    kind = f" of {type_name}" if fitting else ""
     hint = existing_names_hint("services", [name], fitting or services, services)
     return f"No service '{name}'{kind} yet. {hint}"
 
 
-def _wait_for_server(client: "Client[Any, Any]", longest_wait_s: float | None) -> None:
-    from teleopctl.cli.waiting import wait_with_notice
+def _wait_for_server(
+    graph: "Graph", name: str, type_name: str, longest_wait_s: float | None
+) -> None:
+    """Wait for a server of a service, with a notice.
 
-    name = client.service_name
-    servers = query_graph(client.node.context.session).servers(name, client.type_name)
-    if not servers:
+    Raises:
+        UnavailableError: The service has another type or another version of the type, or no server
+            came within the time.
+    """
+    if not graph.servers(name):
+        from teleopctl.cli.command_node import brief_node
+        from teleopctl.cli.waiting import wait_with_notice
+        from teleopctl.node import validate_absolute_name
+        from teleopctl.wire import EntityKind
+
+        validate_absolute_name(name, is_service=True)
         console.note("waiting for service to become available...")
-        if not wait_with_notice(client.wait_for_service, longest_wait_s, lambda: _explain(client)):
-            raise UnavailableError(f"No server for '{name}' came within {longest_wait_s:g} s")
-        servers = client.node.graph().servers(name, client.type_name)
+        with brief_node() as node:
+            if not wait_with_notice(
+                lambda wait_s: node.wait_for_match(EntityKind.SS, name, None, 1, wait_s),
+                longest_wait_s,
+                lambda: _explain(node.graph(), name, type_name),
+            ):
+                raise UnavailableError(f"No server for '{name}' came within {longest_wait_s:g} s")
+            graph = node.graph()
+    servers = graph.servers(name, type_name)
+    if not servers:
+        other = graph.servers(name)[0].type_name
+        raise UnavailableError(
+            f"'{name}' has the type {other}, not {type_name}",
+            hint=f"teleopctl service call {name} {other}",
+        )
     from teleopctl.interfaces import type_hash
 
-    ours = type_hash(client.type_name)
-    if servers and all(server.type_hash != ours for server in servers):
+    ours = type_hash(type_name)
+    if all(server.type_hash != ours for server in servers):
         raise UnavailableError(
             f"The server of '{name}' ({servers[0].full_name}) means another version of "
-            f"{client.type_name}: the type hashes differ",
+            f"{type_name}: the type hashes differ",
             hint="Does ROS_DISTRO name its distribution?",
         )
 

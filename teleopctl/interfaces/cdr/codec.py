@@ -6,9 +6,8 @@ Most types are only sent or only received, and few are received in both byte ord
 from __future__ import annotations
 
 from _thread import RLock
-from collections.abc import Callable
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, NamedTuple, TypeAlias
+from teleopctl.base.typed import TYPE_CHECKING, Any, Callable, NamedTuple, TypeAlias
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.cdr.codegen import Generator
 from teleopctl.interfaces.cdr.layout import Layout

@@ -9,10 +9,8 @@ data.
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
 
-from teleopctl.base.typed import Any, ClassVar
+from teleopctl.base.typed import Any, Callable, ClassVar, Iterator, contextmanager
 from teleopctl.interfaces.blocks import BLOCK_CODES
 from teleopctl.interfaces.cdr.layout import (
     ANYWHERE,

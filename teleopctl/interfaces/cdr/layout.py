@@ -18,11 +18,9 @@ writes such a *run* of values. The padding inside a run depends only on its star
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from functools import cache
 from struct import Struct
 
-from teleopctl.base.typed import TypeAlias
+from teleopctl.base.typed import Callable, TypeAlias, cache
 from teleopctl.errors import InvalidMessageError
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES
 from teleopctl.interfaces.definition import Definition, FieldType, Shape

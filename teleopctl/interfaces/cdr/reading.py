@@ -8,9 +8,8 @@ short arrays are copied; blocks refer to the data.
 from __future__ import annotations
 
 import sys
-from collections.abc import Callable
 
-from teleopctl.base.typed import Any
+from teleopctl.base.typed import Any, Callable
 from teleopctl.interfaces.blocks import BLOCK_CODES, ITEM_SIZES, byteswapped, empty
 from teleopctl.interfaces.cdr.codegen import LARGE_ARRAY, Generator
 from teleopctl.interfaces.cdr.layout import (

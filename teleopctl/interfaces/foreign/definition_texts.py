@@ -9,9 +9,8 @@ from __future__ import annotations
 import re
 import threading
 from collections.abc import Mapping
-from functools import cache
 
-from teleopctl.base.typed import Any
+from teleopctl.base.typed import Any, cache
 from teleopctl.errors import InvalidDefinitionError, TeleopctlError
 from teleopctl.interfaces import hashing
 from teleopctl.interfaces.cdr.codec import Codecs

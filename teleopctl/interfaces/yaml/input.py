@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping
 
-from teleopctl.base.typed import Any, TypeVar
+from teleopctl.base.typed import Any, Mapping, TypeVar
 from teleopctl.errors import UsageError
 from teleopctl.interfaces.convert import check_length, converter, expected
 from teleopctl.interfaces.definition import (

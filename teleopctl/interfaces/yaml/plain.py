@@ -6,9 +6,7 @@ functions return None, and PyYAML is used; tests check that both give equal resu
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
-from teleopctl.base.typed import Any
+from teleopctl.base.typed import Any, Iterator
 
 # Words that YAML 1.1 does not parse as strings, in any case of letters.
 _WORDS = frozenset({"true", "false", "yes", "no", "on", "off", "null"})

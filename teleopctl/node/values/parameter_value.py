@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from teleopctl.base.typed import TYPE_CHECKING, Any, TypeAlias, cast
+from teleopctl.base.typed import TYPE_CHECKING, Any, Sequence, TypeAlias, cast
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterValue

@@ -1,8 +1,6 @@
 """``teleopctl control``: verbs about controllers."""
 
-from collections.abc import Iterable, Iterator
-
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Iterable, Iterator
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option

@@ -1,11 +1,10 @@
 """The controller manager that the verbs of ``control`` call, and their options."""
 
 import os
-from collections.abc import Callable, Iterator, Sequence
 from contextlib import AbstractContextManager, contextmanager
 
 from teleopctl.base import progress
-from teleopctl.base.typed import TYPE_CHECKING, Annotated
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Callable, Iterator, Sequence
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.verb import Argument, Option, OptionSet
 from teleopctl.control import ControllerManagerClient, controller_managers

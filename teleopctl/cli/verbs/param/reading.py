@@ -1,8 +1,6 @@
 """``teleopctl param list``, ``get`` and ``describe``."""
 
-from collections.abc import Sequence
-
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Sequence
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import is_pattern
 from teleopctl.cli.options import AsJson, NodeName

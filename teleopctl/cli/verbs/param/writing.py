@@ -1,9 +1,8 @@
 """``teleopctl param set``, ``delete``, ``dump``, ``load``, ``save`` and ``restore``."""
 
-from collections.abc import Mapping, Sequence
 from pathlib import Path
 
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Mapping, Sequence
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import is_pattern
 from teleopctl.cli.options import AsJson

@@ -1,10 +1,16 @@
 """``teleopctl topic echo``."""
 
 import sys
-from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import (
+    TYPE_CHECKING,
+    Annotated,
+    Any,
+    Callable,
+    Iterator,
+    Sequence,
+    contextmanager,
+)
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
 from teleopctl.cli.options import TopicName, UseSimTime, check_positive

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator, Sequence
-
-from teleopctl.base.typed import TYPE_CHECKING, NamedTuple
+from teleopctl.base.typed import TYPE_CHECKING, Iterable, Iterator, NamedTuple, Sequence
 from teleopctl.cli import console
 from teleopctl.wire import INFINITE_NS
 

@@ -1,8 +1,6 @@
 """``teleopctl topic list``, ``info``, ``type`` and ``find``."""
 
-from collections.abc import Iterator, Sequence
-
-from teleopctl.base.typed import TYPE_CHECKING, Annotated
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Iterator, Sequence
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
 from teleopctl.cli.listing import names_of_type, out_names, out_types, types_of

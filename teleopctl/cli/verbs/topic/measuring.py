@@ -4,9 +4,8 @@ import sys
 import threading
 import time
 from collections.abc import Callable, Iterator, Sequence
-from contextlib import contextmanager
 
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Generic, TypeVar
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Generic, TypeVar, contextmanager
 from teleopctl.cli import console
 from teleopctl.cli.command_node import command_node
 from teleopctl.cli.graph_lookup import expand_patterns, learn_type

@@ -3,9 +3,8 @@
 import itertools
 import sys
 import time
-from collections.abc import Iterator
 
-from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
+from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Iterator
 from teleopctl.cli import console
 from teleopctl.cli.command_node import brief_node, command_node
 from teleopctl.cli.graph_lookup import absolute_name

@@ -2,9 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-
-from teleopctl.base.typed import TYPE_CHECKING, Any
+from teleopctl.base.typed import TYPE_CHECKING, Any, Sequence
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import (
     absolute_name,
@@ -159,6 +157,9 @@ def _only_type(graph: Graph, topic: str, takes_type: bool) -> str:
     topics = dict(graph.topic_names_and_types(include_hidden=True))
     types = topics.get(topic, [])
     if not types:
+        from teleopctl.node import validate_absolute_name
+
+        validate_absolute_name(topic)
         warn_unpublished(topic)
         way_out = (
             "Give the type to wait for the first publisher."

@@ -1,8 +1,5 @@
 """Messages and fields as YAML, CSV or JSON, and the options for the text."""
 
-import array
-import math
-
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli.options import check_not_negative
 from teleopctl.cli.verb import Option, OptionSet
@@ -11,6 +8,7 @@ if TYPE_CHECKING:
     from teleopctl.cli.console import Json
 
 
+_INFINITY = float("inf")
 _EVENTS = ("REQUEST_SENT", "REQUEST_RECEIVED", "RESPONSE_SENT", "RESPONSE_RECEIVED")
 
 
@@ -89,8 +87,8 @@ def json_value(value: Any) -> "Json":
         return [json_value(element) for element in elements]
     if isinstance(value, bytes):
         return list(value)
-    if isinstance(value, float) and not math.isfinite(value):
-        return "NaN" if math.isnan(value) else "Infinity" if value > 0 else "-Infinity"
+    if isinstance(value, float) and not -_INFINITY < value < _INFINITY:
+        return "NaN" if value != value else "Infinity" if value > 0 else "-Infinity"
     return value  # type: ignore[no-any-return] # other types of fields are types of JSON too
 
 
@@ -101,7 +99,7 @@ def is_message(value: object) -> bool:
 
 def is_list(value: object) -> bool:
     """Return whether a value is an array or a sequence."""
-    return isinstance(value, list | tuple | array.array) or type(value).__name__ == "ndarray"
+    return isinstance(value, list | tuple) or type(value).__name__ in ("array", "ndarray")
 
 
 class TextOptions(OptionSet):
