@@ -23,6 +23,7 @@ _COMPONENT = (
 )
 _DOCTOR = "-r/--report -rf/--report-failed -ep/--exclude-packages -iw/--include-warnings"
 _HELLO = "-t/--topic -ep/--emit-period -pp/--print-period --ttl -1/--once"
+_TRACE = "-p/--path -u/--ust -k/--kernel -c/--context -l/--list -a/--append-trace"
 
 FLAGS = {
     "action list": f"-t/--show-types -c/--count-actions {_GRAPH}",
@@ -94,6 +95,9 @@ FLAGS = {
     "daemon status": "",
     "doctor": _DOCTOR,
     "doctor hello": _HELLO,
+    "trace": f"-s/--session-name {_TRACE}",
+    **{f"trace {verb}": "" for verb in ("pause", "resume", "stop")},
+    "trace start": _TRACE,
     "wtf": _DOCTOR,
     "wtf hello": _HELLO,
     "extension_points": "-a/--all -v/--verbose",
@@ -197,6 +201,10 @@ NOT_HERE = {
         "[by its configuration](ros2.md#across-machines)"
     ),
     "launch -d": "means `--detach` here; use `--debug`",
+    "trace": (
+        "LTTng traces the C code of rclcpp and rcl, which is not here; `topic hz` and `topic "
+        "delay` measure messages, and `control list_hardware_components -v` the control loop"
+    ),
 }
 """Reasons why a group of verbs or a flag is missing in teleopctl."""
 

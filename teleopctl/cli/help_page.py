@@ -29,8 +29,8 @@ _NAME = "\x1b[36m"
 _HELP = ("-h, --help", "Show this message and exit.")
 # Longer names have a line of their own, so that the column of descriptions stays wide.
 _WIDEST_NAME = 30
-# Longer lines are hard to read.
-_WIDEST_PAGE = 100
+# Longer lines are hard to read, and shorter ones have no room for two columns.
+_WIDEST_PAGE, _NARROWEST_PAGE = 100, 40
 
 
 def print_requested_page(words: Sequence[str]) -> bool:
@@ -132,7 +132,9 @@ def _of_verb(path: Sequence[str], found: DeclaredVerb) -> list[Line]:
 
 
 def _usage(*words: str) -> list[Line]:
-    return [(("Usage:", _HEADING), (f" {' '.join([PROGRAM, *words])}", ""))]
+    first, *more = _wrapped(" ".join([PROGRAM, *words]), _width() - len("Usage: "))
+    indent = " " * len("Usage: ")
+    return [(("Usage:", _HEADING), (f" {first}", "")), *(((indent + line, ""),) for line in more)]
 
 
 def _paragraphs(texts: Iterable[str]) -> list[Line]:
@@ -147,7 +149,8 @@ def _table(title: str, rows: Iterable[Row]) -> list[Line]:
     rows = list(rows)
     if not rows:
         return []
-    widest = max((len(name) for name, _ in rows if len(name) <= _WIDEST_NAME), default=0)
+    most = min(_WIDEST_NAME, _width() // 2 - 6)
+    widest = max((len(name) for name, _ in rows if len(name) <= most), default=0)
     indent = " " * (2 + widest + 2)
     lines: list[Line] = [(), ((f"{title}:", _HEADING),)]
     for name, text in rows:
@@ -207,7 +210,7 @@ def _width() -> int:
             columns = os.get_terminal_size(sys.stdout.fileno()).columns
         except (OSError, ValueError):
             columns = 80
-    return max(50, min(columns or 80, _WIDEST_PAGE))
+    return max(_NARROWEST_PAGE, min(columns or 80, _WIDEST_PAGE))
 
 
 def _wrapped(text: str, width: int) -> list[str]:

@@ -21,7 +21,9 @@ from teleopctl.errors import (
     DefectError,
     SystemFailureError,
     TeleopctlError,
+    UnsupportedError,
     UsageError,
+    did_you_mean,
 )
 
 if TYPE_CHECKING:
@@ -136,6 +138,7 @@ def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
     if before_verb is not None:
         before_verb()
     words = _with_verb(words)
+    _refuse_unknown_verb(words)
     status = _run_quickly(words)
     if status is not None:
         return status
@@ -186,6 +189,37 @@ def _with_verb(words: list[str]) -> list[str]:
         return words
     alone = getattr(plugins.load(plugins.VERBS, words[0]), "alone", "")
     return [words[0], alone, *words[1:]] if alone else words
+
+
+def _refuse_unknown_verb(words: Sequence[str]) -> None:
+    """Raise an error for a noun or verb that does not exist, without the import of Typer.
+
+    Raises:
+        UnsupportedError: The noun or verb is one of ros2.
+        UsageError: The noun or verb is misspelt.
+    """
+    from teleopctl import plugins
+    from teleopctl.cli import declared
+
+    # Options before a verb are left to Typer.
+    path = words[:1] if len(words) == 1 or words[1].startswith("-") else words[:2]
+    if not path or path[0].startswith("-"):
+        return
+    if path[0] in plugins.VERBS.builtin or path[0] in declared.nouns():
+        found = plugins.load(plugins.VERBS, path[0])
+        verbs = getattr(found, "verbs", None)
+        if verbs is None or path[-1] in verbs or len(path) == 1:
+            return
+    else:
+        verbs, path = declared.nouns(), path[:1]
+    page = f"`{' '.join([console.PROGRAM, *path[:-1]])} --help`"
+    if ros2_options.is_missing_verb(words):
+        raise UnsupportedError(
+            f"'{' '.join(path)}' is a verb of ros2 that teleopctl does not support yet",
+            hint=f"See {page} for those that it has.",
+        )
+    near = did_you_mean(path[-1], verbs)
+    raise UsageError(f"No such command '{path[-1]}'", hint=f"{near or ''} See {page}.".strip())
 
 
 def _run_quickly(words: list[str]) -> int | None:

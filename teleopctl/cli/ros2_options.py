@@ -80,10 +80,14 @@ MISSING_VERBS = {
         "create_enclave create_key create_keystore create_permission generate_artifacts "
         "generate_policy list_enclaves list_keys"
     ),
+    "trace": "start stop pause resume",
 }
 
 
 def is_missing_verb(path: Sequence[str]) -> bool:
     """Return whether a noun or verb exists in ``ros2`` and not in teleopctl."""
     verb, *rest = path
-    return verb in MISSING_VERBS and (not rest or rest[0] in MISSING_VERBS[verb].split())
+    missing = MISSING_VERBS.get(verb)
+    return missing is not None and (
+        not rest or rest[0].startswith("-") or rest[0] in missing.split()
+    )

@@ -1,7 +1,6 @@
 """Typer application for lines that the quick parser declines: runs them, or reports errors.
 
-Builds a Typer command tree with the requested verb and a placeholder for every other verb, so that
-a misspelt word is compared with all names without importing the verbs.
+Builds a Typer command tree with the requested verb only; `main` has refused unknown verbs.
 """
 
 from __future__ import annotations
@@ -18,11 +17,11 @@ from typer.core import TyperCommand, TyperGroup
 from typer.main import get_command, get_group
 
 from teleopctl import plugins
-from teleopctl.cli import declared, help_page, ros2_options
+from teleopctl.cli import declared, help_page
 from teleopctl.cli.console import PROGRAM
 from teleopctl.cli.typer_line import typer_line
 from teleopctl.cli.verb import Option, Verb, VerbGroup, VerbParameter, call, parameters
-from teleopctl.errors import TeleopctlError, UnsupportedError, UsageError
+from teleopctl.errors import TeleopctlError, UsageError
 
 # Largest number of names in a hint, which fit in one or two lines.
 _MOST_OFFERED = 12
@@ -38,7 +37,6 @@ def run(words: Sequence[str]) -> int:
         TeleopctlError: The command line is wrong (exit status 2), or the verb failed.
     """
     tree = command_tree(words)
-    _refuse_missing(tree, words)
     line = typer_line(tree, words)
     try:
         with tree.make_context(PROGRAM, line) as context:
@@ -68,11 +66,8 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
         """Declare the global options, which `teleopctl.cli.main` parses before Typer is loaded."""
 
     position, chosen = _first_word(words)
-    # Verbs of plug-ins are searched only if the first word is not a verb of teleopctl.
-    for name in plugins.VERBS.builtin if chosen in plugins.VERBS.builtin else declared.nouns():
-        root.command(name)(_placeholder)
     tree = get_group(root)
-    if chosen in tree.commands:
+    if chosen and plugins.find(plugins.VERBS, chosen) is not None:
         verb: Verb | VerbGroup = plugins.load(plugins.VERBS, chosen)
         if isinstance(verb, VerbGroup):
             tree.add_command(_group_command(verb, words[position + 1 :]), chosen)
@@ -83,30 +78,6 @@ def command_tree(words: Sequence[str]) -> TyperGroup:
     return tree
 
 
-def _refuse_missing(tree: TyperGroup, words: Sequence[str]) -> None:
-    """Raise an error for a verb of ``ros2`` that teleopctl lacks; misspelt verbs are left to Typer.
-
-    Raises:
-        UnsupportedError: The first word that is not a verb of teleopctl is one of ros2.
-    """
-    command: Any = tree
-    path: list[str] = []
-    for word in words:
-        if word.startswith("-"):
-            continue
-        path.append(word)
-        if word not in command.commands:
-            if ros2_options.is_missing_verb(path):
-                raise UnsupportedError(
-                    f"'{' '.join(path)}' is a verb of ros2 that teleopctl does not support yet",
-                    hint=f"See `{' '.join([PROGRAM, *path[:-1]])} --help` for those that it has.",
-                )
-            return
-        command = command.commands[word]
-        if not isinstance(command, TyperGroup):
-            return
-
-
 def _group_command(group: VerbGroup, words: Sequence[str]) -> TyperGroup:
     app = _new_app()
 
@@ -115,9 +86,9 @@ def _group_command(group: VerbGroup, words: Sequence[str]) -> TyperGroup:
         """Do nothing: callback of a noun such as ``topic``, which needs a verb after it."""
 
     _, chosen = _first_word(words)
-    for verb_name, verb in group.verbs.items():
-        function = _typer_function(verb) if verb_name == chosen else _placeholder
-        _add_verb(app, verb_name, verb, function)
+    if chosen in group.verbs:
+        verb = group.verbs[chosen]
+        _add_verb(app, chosen, verb, _typer_function(verb))
     return get_group(app)
 
 
@@ -212,18 +183,21 @@ def _new_app() -> typer.Typer:
     )
 
 
-def _placeholder() -> None:
-    """Do nothing: placeholder of a verb that is listed, but not loaded."""
-
-
 def _usage_error(wrong: typer.TyperException, words: Sequence[str]) -> TeleopctlError:
     context = getattr(wrong, "ctx", None)
-    path = context.command_path if context is not None else PROGRAM
+    path = context.command_path if context is not None else _verb_path(words)
     return UsageError(
         # The library behind Typer's types begins messages about wrong values with "Value error".
         wrong.format_message().replace("Value error, ", ""),
         hint=f"{_what_is_missing(wrong, words)}See `{path} --help`.",
     )
+
+
+def _verb_path(words: Sequence[str]) -> str:
+    """Return the program's name with the noun and the verb of a command line."""
+    verb = plugins.load(plugins.VERBS, words[0]) if not words[0].startswith("-") else None
+    known = [*words[:1], *words[1:2]] if isinstance(verb, VerbGroup) else words[: verb is not None]
+    return " ".join([PROGRAM, *known])
 
 
 def _what_is_missing(wrong: typer.TyperException, words: Sequence[str]) -> str:

@@ -121,6 +121,7 @@ if TYPE_CHECKING:
         message_to_yaml as message_to_yaml,
         message_values as message_values,
     )
+    from teleopctl.interfaces.yaml.plain import read_plain as read_plain
 else:
     from teleopctl.base.lazy import attach
 

@@ -365,10 +365,11 @@ def _similar(name: str) -> str:
     last = split(name)[2].lower()
     close = [other for other in known if split(other)[2].lower() == last]
     close = close or difflib.get_close_matches(name, known, n=3, cutoff=0.75)
-    if close:
-        return f"Did you mean {' or '.join(close[:3])}?"
+    near = f"Did you mean {' or '.join(close[:3])}? " if close else ""
+    if near and any(split(other)[0] == split(name)[0] for other in known):
+        return near.rstrip()
     return (
-        "Put the folder of the package that defines it, with its package.xml, on "
+        f"{near}Put the folder of the package that defines it, with its package.xml, on "
         "TELEOPCTL_PACKAGE_PATH."
     )
 

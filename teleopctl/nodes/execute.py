@@ -14,6 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.base import interrupts, progress
+from teleopctl.base.missing_modules import missing_module_hint
 from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
 from teleopctl.packages import PackageProgram, find_executable
 
@@ -217,8 +218,9 @@ def _print_traceback(error: BaseException) -> None:
         errors.extend(other for other in (each.__cause__, each.__context__) if other is not None)
         errors.extend(each.exceptions or ())
     sys.stderr.write("".join(errors[0].format()))
-    if isinstance(error, TeleopctlError) and error.hint:
-        sys.stderr.write(f"{error.hint}\n")
+    hint = error.hint if isinstance(error, TeleopctlError) else missing_module_hint(error)
+    if hint:
+        sys.stderr.write(f"{hint}\n")
 
 
 def _is_ours(filename: str) -> bool:

@@ -107,6 +107,7 @@ HARDWARE = Kind(
     "hardware plug-in",
     "teleopctl.hardware",
     {
+        "fake_components/GenericSystem": "teleopctl.control.hardware.mock:GenericSystem",
         "mock_components/GenericSystem": "teleopctl.control.hardware.mock:GenericSystem",
         "gazebo_ros2_control/GazeboSystem": _TOPIC,
         "gz_ros2_control/GazeboSimSystem": _TOPIC,

@@ -114,7 +114,7 @@ def test_a_wrong_command_line_ends_with_2_under_debug_too(sample):
 
 @pytest.mark.parametrize(
     ("line", "suggestion"),
-    [("topc list", "'topic'"), ("topic lst", "'list'"), ("sample end well --halp", "--help")],
+    [("topc list", "mean topic"), ("topic lst", "mean list"), ("sample end well --halp", "--help")],
 )
 def test_a_misspelled_word_gets_a_suggestion_and_status_2(sample, capsys, line, suggestion):
     assert main.run(line.split()) == 2

@@ -13,8 +13,10 @@ from teleopctl.node.values.exceptions import (
     ParameterAlreadyDeclaredException,
     ParameterNotDeclaredException,
 )
-from teleopctl.node.values.parameter import parameter_value_from_yaml
-from teleopctl.node.values.parameter_value import parameter_value_to_python
+from teleopctl.node.values.parameter_value import (
+    parameter_value_from_yaml,
+    parameter_value_to_python,
+)
 
 
 @pytest.fixture

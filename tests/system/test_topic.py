@@ -197,7 +197,7 @@ def test_echo_of_a_field_with_message_info(shared_talker):
     assert re.fullmatch(
         r"---Got new message, message info:---\n"
         r"\{'source_timestamp': \d+, 'received_timestamp': \d+, "
-        r"'publication_sequence_number': \d+, 'reception_sequence_number': None\}\n"
+        r"'publication_sequence_number': \d+, 'reception_sequence_number': 0\}\n"
         r"---Message data:---\nHello, World\n---\n",
         done.stdout,
     )

@@ -94,7 +94,7 @@ class DomainSubscription:
             "source_timestamp": meta.time_ns,
             "received_timestamp": time.time_ns(),
             "publication_sequence_number": meta.sequence,
-            "reception_sequence_number": None,
+            "reception_sequence_number": 0,
             "publisher_gid": meta.gid,
         }
         if key in self._receivers:

@@ -428,7 +428,7 @@ def echo(
     from teleopctl.node import SingleThreadedExecutor
 
     chosen = _chosen(interfaces)
-    style = text.style()
+    style = text.style(as_json=as_json)
     name = absolute_name(action_name)
     type_ = type_name or types_of(name, live_graph().action_names_and_types(), kind="action")[0]
     action = action_class_named(type_)

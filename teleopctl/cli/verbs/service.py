@@ -298,7 +298,7 @@ def echo(
 
     service = absolute_name(service_name)
     service_class = service_class_named(service_type or _type_of(service))
-    style = text.style()
+    style = text.style(as_json=as_json)
 
     # Any: event of any service.
     def receive(event: Any) -> None:

@@ -38,7 +38,8 @@ def message_from_yaml(
 ) -> MessageType:
     """Return a message whose fields are set from YAML text or plain values.
 
-    Fields that are not mentioned, or null, keep their defaults. A ``std_msgs/msg/Header`` or a
+    Fields that are not mentioned, or null, keep their defaults; as in ROS 2, a null string is the
+    text ``None``. A ``std_msgs/msg/Header`` or a
     ``builtin_interfaces/msg/Time`` may be given as ``auto`` or ``now``. As in ROS 2, values are
     converted without loss: a bool may be 1, and the integer 5 may be '5' or 5.0.
 
@@ -116,8 +117,23 @@ def _load_all(text: str) -> list[object]:
     except UnicodeEncodeError:
         raise  # undecodable bytes in an argument: the command line reports the argument
     except yaml.YAMLError as error:
-        reason = " ".join(str(error).split())
-        raise UsageError(f"This is not YAML: {reason}") from error
+        raise _not_yaml(text, error) from error
+
+
+def _not_yaml(text: str, error: Any) -> UsageError:  # Any: an error of PyYAML, imported late
+    """Return the error for a text that PyYAML cannot read, with the place and a frequent cause."""
+    mark = getattr(error, "problem_mark", None)
+    if mark is None:
+        return UsageError(f"This is not YAML: {' '.join(str(error).split())}")
+    lines = text.splitlines()
+    line = lines[mark.line] if mark.line < len(lines) else ""
+    hint = None
+    if "\t" in line[: mark.column + 1]:
+        hint = "YAML allows no tab there: write blanks."
+    elif line[mark.column : mark.column + 1] == ":":
+        hint = "A blank must follow each colon: {x: 1}."
+    place = f"line {mark.line + 1}, column {mark.column + 1}"
+    return UsageError(f"This is not YAML: {error.problem} in {place}", hint=hint)
 
 
 def _hint(message_class: type[Message]) -> str:
@@ -148,6 +164,8 @@ def _message(message_class: type[Message], values: object, path: str, now: int) 
             unknown = f"unknown field {str(name)!r} of {message_class.TYPE_NAME} (fields: {fields})"
             raise _BadValueError(_located(path, unknown))
         if value is None:
+            if field.type.shape is Shape.SINGLE and field.type.base in STRINGS:
+                setattr(message, field.attribute, str(None))  # as in ROS 2
             continue
         where = f"{path}.{name}" if path else str(name)
         setattr(message, field.attribute, _field(field, value, where, now))

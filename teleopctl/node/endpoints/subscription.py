@@ -48,7 +48,7 @@ class MessageInfo(TypedDict):
     source_timestamp: int
     received_timestamp: int
     publication_sequence_number: int
-    reception_sequence_number: None
+    reception_sequence_number: int
     publisher_gid: bytes
 
 
@@ -351,7 +351,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
             "source_timestamp": meta.time_ns,
             "received_timestamp": received_ns,
             "publication_sequence_number": meta.sequence,
-            "reception_sequence_number": None,
+            "reception_sequence_number": 0,  # as under rmw_zenoh, which does not count them
             "publisher_gid": meta.gid,
         }
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from teleopctl.base.typed import TYPE_CHECKING, Any, Sequence, TypeAlias, cast
+from teleopctl.interfaces import get_message, read_plain
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterValue
@@ -19,6 +20,7 @@ VALUE_FIELDS = (
 """Field of ``ParameterValue`` that has the value, by number of the `ParameterType`."""
 
 _NOT_SET, _BYTE_ARRAY, _BOOL_ARRAY = 0, 5, 6
+_SCALARS = {bool: 1, int: 2, float: 3, str: 4}
 
 
 def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValue:
@@ -36,3 +38,30 @@ def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValu
     if number == _BYTE_ARRAY:
         return [e if isinstance(e, bytes) else bytes([e]) for e in value]
     return cast("AllowableParameterValue", list(value) if number >= _BOOL_ARRAY else value)
+
+
+def parameter_value_from_yaml(text: str) -> ParameterValue:
+    """Return the ``ParameterValue`` of a YAML text; the text itself if it is null or fits no type.
+
+    ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``[1, 2]`` an integer array; ``"1"``
+    and all other texts are strings.
+    """
+    plain = (read_plain(f"value: {text}") or {}).get("value")
+    number = _SCALARS.get(type(plain))
+    if number is not None:
+        made: type[ParameterValue] = get_message("rcl_interfaces/msg/ParameterValue")
+        message = made(type=number)
+        setattr(message, VALUE_FIELDS[number], plain)
+        return message
+    import yaml
+
+    from teleopctl.base import ros_yaml
+    from teleopctl.node.values.parameter import Parameter
+
+    try:
+        value = ros_yaml.load_value(text)
+        if value is None:
+            value = text
+        return Parameter("", value=value).get_parameter_value()
+    except (yaml.YAMLError, TypeError):
+        return Parameter("", value=text).get_parameter_value()

@@ -5,7 +5,7 @@ from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.control.manager import ControllerName, ManagerOptions, TargetState
-from teleopctl.errors import RefusedError, UsageError
+from teleopctl.errors import RefusedError, UsageError, existing_names_hint
 
 if TYPE_CHECKING:
     from teleopctl.control import ControllerManagerClient
@@ -173,7 +173,9 @@ def load_controller(
             if param_file:
                 _set_param_file(client, name, param_file)
             if not client.load_controller(name):
-                raise _refused(f"Failed loading controller {name} {_LOGS}", client, name)
+                raise RefusedError(
+                    f"Failed loading controller {name} {_LOGS}", hint=client.cause(name)
+                )
             if set_state is None or not as_json:
                 _say(f"Successfully loaded controller {name}", name, "unconfigured", as_json)
         if set_state is None:
@@ -239,10 +241,12 @@ def set_controller_state(
     """Bring a controller to a state that one transition reaches, else raise an error."""
     name = controller_name
     with manager.client() as client:
-        present = _states(client).get(name)
+        states = _states(client)
+        present = states.get(name)
         match present, state:
             case None, _:
-                raise RefusedError(f"controller {name} does not seem to be loaded")
+                text = f"controller {name} does not seem to be loaded"
+                raise RefusedError(text, hint=existing_names_hint("controllers", [name], states))
             case "inactive", "unconfigured":
                 if not client.cleanup_controller(name):
                     raise _refused(f"Error cleaning up controller, {_LOGS}", client, name)
@@ -304,8 +308,9 @@ def switch_controllers(
             asap=activate_asap,
             timeout=switch_timeout,
         )
-    if not ok:
-        raise RefusedError(message)
+        if not ok:
+            named = [*(activate or ()), *(deactivate or ())]
+            raise RefusedError(message, hint=_unknown_names_hint(client, named))
     console.out_done(
         message,
         as_json=as_json,
@@ -339,7 +344,16 @@ def _say(text: str, controller: str, state: str | None, as_json: bool) -> None:
 
 
 def _refused(text: str, client: "ControllerManagerClient", controller: str) -> RefusedError:
-    return RefusedError(text, hint=client.cause(controller))
+    cause = client.cause(controller)
+    near = _unknown_names_hint(client, [controller])
+    return RefusedError(text, hint="\n  ".join(filter(None, (cause, near))) or None)
+
+
+def _unknown_names_hint(client: "ControllerManagerClient", names: Iterable[str]) -> str | None:
+    """Return a hint with similar names of loaded controllers; None if all names are loaded."""
+    loaded = _states(client)
+    unknown = [name for name in names if name not in loaded]
+    return existing_names_hint("controllers", unknown, loaded) if unknown else None
 
 
 def _states(client: "ControllerManagerClient") -> dict[str, str]:

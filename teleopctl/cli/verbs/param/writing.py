@@ -1,7 +1,5 @@
 """``teleopctl param set``, ``delete``, ``dump``, ``load``, ``save`` and ``restore``."""
 
-from pathlib import Path
-
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any, Mapping, Sequence
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import is_pattern
@@ -14,7 +12,7 @@ from teleopctl.cli.verbs.param.client import (
     ParameterServiceOptions,
     for_each_node,
 )
-from teleopctl.errors import NotFoundError, RefusedError, UsageError
+from teleopctl.errors import NotFoundError, RefusedError, UsageError, did_you_mean
 
 if TYPE_CHECKING:
     from collections.abc import Callable
@@ -191,7 +189,9 @@ class _Setting:
             return True
         text = _with_reason(f"{before}Setting {what} failed", result.reason)
         if not self._names_nodes and not self._are_several:
-            raise RefusedError(text)
+            known = self._parameters.names(node)
+            hint = None if names[0] in known else did_you_mean(names[0], known)
+            raise RefusedError(text, hint=hint)
         self._results.add(text, node, names, result.reason, successful=False)
         return False
 
@@ -314,6 +314,8 @@ def save_parameters(
             parameters, node_names, add, include_hidden=options.include_hidden
         )
     if document:
+        from pathlib import Path
+
         Path(parameter_file).write_text(ros_yaml.dump(document), encoding="utf-8")
     if as_json:
         console.out_json({"file": parameter_file, "nodes": list(document)})
@@ -337,6 +339,8 @@ def load_parameters(
 
     Only sections of the file whose name matches the node are used.
     """
+    from pathlib import Path
+
     from teleopctl.node import read_parameter_file
 
     wanted = read_parameter_file(Path(parameter_file))
@@ -371,6 +375,8 @@ def restore_parameters(
 
     Without names, sets the parameters of all nodes in the file.
     """
+    from pathlib import Path
+
     from teleopctl.node import read_parameter_file
 
     wanted = read_parameter_file(Path(parameter_file))

@@ -105,7 +105,7 @@ def echo(
             raise InvalidMessageError(f"Invalid field value '{path}'")
     topics = NamedTopics([topic_name, *([message_type] if message_type else []), *(more or ())])
     printer = MessagePrinter(
-        text.style(),
+        text.style(as_json=as_json),
         field or (),
         "json" if as_json else "csv" if text.csv else "yaml",
         with_info=include_message_info,
@@ -312,12 +312,12 @@ def _info_lines(info: "MessageInfo", *, is_of_message: bool) -> list[str]:
     shown = _shown(info)
     if not is_of_message:
         return ["---Got new message, message info:---", str(shown), "---Message data:---"]
-    lines = [f"{key}: {'null' if entry is None else entry}" for key, entry in sorted(shown.items())]
+    lines = [f"{key}: {entry}" for key, entry in sorted(shown.items())]
     return [*lines, "---"]
 
 
-def _shown(info: "MessageInfo") -> dict[str, int | None]:
-    return {key: value for key, value in info.items() if isinstance(value, int | None)}
+def _shown(info: "MessageInfo") -> dict[str, int]:
+    return {key: value for key, value in info.items() if isinstance(value, int)}
 
 
 class LossReport:

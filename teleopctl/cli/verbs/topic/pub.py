@@ -225,17 +225,18 @@ def _wait_for_subscribers(
     graph = query_graph(node.context.session)
     if len(graph.subscriptions(topic, type_name)) >= count:
         return
-    others = sorted({each.type_name for each in graph.subscriptions(topic)} - {type_name})
-    if others:
-        console.warn(f"topic [{topic}] is subscribed with the type {', '.join(others)}")
     console.note(f"Waiting for at least {count} matching subscription(s)...")
 
     def explain() -> str:
         graph = node.graph()
         if came := len(graph.subscriptions(topic, type_name)):
             return f"'{topic}' has {came} of {count} subscribers yet."
-        topics = [name for name, _ in graph.topic_names_and_types() if graph.subscriptions(name)]
-        hint = existing_names_hint("topics with subscriptions", [topic], topics)
+        topics = dict(graph.topic_names_and_types())
+        others = sorted({*topics.get(topic, ())} - {type_name})
+        if others:
+            return f"'{topic}' has the type {' and '.join(others)}, not {type_name}."
+        heard = [name for name in topics if name != topic and graph.subscriptions(name)]
+        hint = existing_names_hint("topics with subscriptions", [topic], heard)
         return f"No subscription to '{topic}' yet. {hint}"
 
     if not wait_with_notice(

@@ -3,6 +3,7 @@
 from teleopctl.base.typed import TYPE_CHECKING, Annotated, Any
 from teleopctl.cli.options import check_not_negative
 from teleopctl.cli.verb import Option, OptionSet
+from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:
     from teleopctl.cli.console import Json
@@ -122,8 +123,17 @@ class TextOptions(OptionSet):
         """Raise a UsageError if the length is negative."""
         check_not_negative(truncate_length=self.truncate_length)
 
-    def style(self) -> TextStyle:
-        """Return the text style that the options select."""
+    def style(self, *, as_json: bool) -> TextStyle:
+        """Return the text style that the options select.
+
+        Args:
+            as_json: Whether the verb prints JSON instead.
+
+        Raises:
+            UsageError: Both JSON and CSV are selected.
+        """
+        if as_json and self.csv:
+            raise UsageError("--csv and --json contradict each other; give one of them")
         return TextStyle(
             truncate=None if self.full_length else self.truncate_length,
             flow=self.flow_style,

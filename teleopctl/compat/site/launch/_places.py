@@ -7,6 +7,7 @@ import sysconfig
 import traceback
 from pathlib import Path
 
+from teleopctl.base.missing_modules import missing_module_hint
 from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
 from teleopctl.launch import Place
 
@@ -48,5 +49,6 @@ def blamed(error: Exception, doing: str) -> TeleopctlError:
     if not isinstance(error, RuntimeError):
         text = f"{type(error).__name__}: {text}"
     # What --skip-missing may leave out, such as a package that ament_index_python does not find.
-    told = NotFoundError(text) if isinstance(error.__cause__, NotFoundError) else LaunchError(text)
+    kind = NotFoundError if isinstance(error.__cause__, NotFoundError) else LaunchError
+    told = kind(text, hint=missing_module_hint(error))
     return told.at(lines[-1]) if lines else told

@@ -20,7 +20,7 @@ def info(number, publisher=b"1"):
         source_timestamp=5,
         received_timestamp=6,
         publication_sequence_number=number,
-        reception_sequence_number=None,
+        reception_sequence_number=0,
         publisher_gid=publisher,
     )
 
@@ -63,7 +63,7 @@ def test_the_topic_of_each_message_can_be_told_in_every_form(capsys):
             "source_timestamp": 5,
             "received_timestamp": 6,
             "publication_sequence_number": 7,
-            "reception_sequence_number": None,
+            "reception_sequence_number": 0,
         },
         "message": "hi",
     }

@@ -16,7 +16,7 @@ def test_every_echo_takes_them_all(echo):
 
 
 def test_a_length_is_kept_unless_everything_is_wanted_and_is_never_negative():
-    assert TextOptions(truncate_length=3).style().truncate == 3
-    assert TextOptions(truncate_length=3, full_length=True).style().truncate is None
+    assert TextOptions(truncate_length=3).style(as_json=False).truncate == 3
+    assert TextOptions(truncate_length=3, full_length=True).style(as_json=False).truncate is None
     with pytest.raises(UsageError, match="truncate-length"):
         TextOptions(truncate_length=-1)
