@@ -213,6 +213,7 @@ if TYPE_CHECKING:
     from teleopctl.node.values.parameter import (
         Parameter as Parameter,
         ParameterType as ParameterType,
+        parameter_value_from_yaml as parameter_value_from_yaml,
         parameter_value_problem as parameter_value_problem,
     )
     from teleopctl.node.values.parameter_file import (
@@ -229,8 +230,8 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.values.parameter_value import (
         AllowableParameterValue as AllowableParameterValue,
-        parameter_value_from_yaml as parameter_value_from_yaml,
         parameter_value_to_python as parameter_value_to_python,
+        scalar_parameter_value as scalar_parameter_value,
     )
     from teleopctl.node.values.qos import (
         BEST_AVAILABLE_NS as BEST_AVAILABLE_NS,

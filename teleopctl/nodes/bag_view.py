@@ -29,7 +29,7 @@ def view_bag(
     path: Path,
     *,
     host: str,
-    port: int,
+    port: int | None,
     token_file: Path | None,
     view: Path | None,
     rate: float,

@@ -14,7 +14,7 @@ from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.base import interrupts, progress
-from teleopctl.base.missing_modules import missing_module_hint
+from teleopctl.base.extras import missing_module_hint
 from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
 from teleopctl.packages import PackageProgram, find_executable
 

@@ -119,10 +119,10 @@ class _NoToken(argparse.Action):
 
 def add_page_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the web page (``--host``, ``--port`` …) to a parser."""
-    from teleopctl.viewer import DEFAULT_PORT
-
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
-    parser.add_argument("--port", type=int, default=DEFAULT_PORT, help="port to listen on")
+    parser.add_argument(
+        "--port", type=int, help="port to listen on; by default 8080, or the next free one"
+    )
     parser.add_argument(
         "--token-file",
         type=lambda file: Path(file).expanduser(),

@@ -25,7 +25,6 @@ if TYPE_CHECKING:
         presets as presets,
     )
     from teleopctl.viewer.page_server import (
-        DEFAULT_PORT as DEFAULT_PORT,
         PageError as PageError,
         close_server as close_server,
         open_page as open_page,

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import asyncio
 import contextlib
+import errno
 import gc
 import io
 import logging
@@ -53,13 +54,14 @@ class PageError(TeleopctlError):
 
 
 def open_server(
-    host: str = "127.0.0.1", port: int = DEFAULT_PORT, *, token: str | None = None
+    host: str = "127.0.0.1", port: int | None = None, *, token: str | None = None
 ) -> PageServer:
     """Start the page's web server with access checks, and return it as a `PageServer`.
 
     Args:
         host: Address to listen on.
-        port: Port to listen on; if taken, the next free one of 20; any free one for 0.
+        port: Port to listen on; any free one for 0. None for 8080 or, if that is taken, the next
+            free one of 20.
         token: Access token that the page's URL has to contain; required unless the host is
             loopback.
 
@@ -90,7 +92,7 @@ def open_server(
 
 
 def open_page(
-    host: str, port: int = DEFAULT_PORT, token_file: Path | None = None
+    host: str, port: int | None = None, token_file: Path | None = None
 ) -> tuple[PageServer, Address]:
     """Start the page's web server with the token of a file; return the server and its address.
 
@@ -111,12 +113,13 @@ def open_page(
     return server, page_address(host, server.get_port(), token_file)
 
 
-def _free_port(host: str, port: int) -> int:
+def _free_port(host: str, port: int | None) -> int:
     """Return a port that is free; viser by itself would try a thousand, and then wait for ever."""
-    if not 0 <= port <= _LAST_PORT:
+    if port is not None and not 0 <= port <= _LAST_PORT:
         raise PageError(f"There is no port {port}", hint=f"Ports range from 0 to {_LAST_PORT}.")
     last: OSError | None = None
-    for candidate in range(port, min(port + (_PORTS_TRIED if port else 1), _LAST_PORT + 1)):
+    tried = range(DEFAULT_PORT, DEFAULT_PORT + _PORTS_TRIED) if port is None else (port,)
+    for candidate in tried:
         try:
             family, _, _, _, address = socket.getaddrinfo(host, candidate, type=socket.SOCK_STREAM)[
                 0
@@ -125,7 +128,14 @@ def _free_port(host: str, port: int) -> int:
                 return candidate
         except OSError as error:
             last = error
-    raise PageError(f"The page cannot be opened at {host}:{port}: {last}")
+    where = f"{host}:{tried[0]}"
+    hint = "Without --port the next free port is taken." if port else None
+    raise PageError(f"The page cannot be opened at {where}: {_reason(last)}", hint=hint)
+
+
+def _reason(error: OSError | None) -> str:
+    taken = error is not None and error.errno == errno.EADDRINUSE
+    return "another program listens there" if taken else str(error)
 
 
 _patching = threading.Lock()

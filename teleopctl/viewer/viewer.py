@@ -271,7 +271,7 @@ class Viewer(Node):
 
 def open_viewer(
     host: str,
-    port: int,
+    port: int | None,
     token_file: Path | None = None,
     *,
     view: Path | None = None,

@@ -13,15 +13,26 @@ from teleopctl.node.values.exceptions import (
     ParameterAlreadyDeclaredException,
     ParameterNotDeclaredException,
 )
+from teleopctl.node.values.parameter import parameter_value_from_yaml
 from teleopctl.node.values.parameter_value import (
-    parameter_value_from_yaml,
     parameter_value_to_python,
+    scalar_parameter_value,
 )
 
 
 @pytest.fixture
 def node(make_node):
     return make_node("robot")
+
+
+@pytest.mark.parametrize(
+    "text",
+    ["5", "-5", "1.5", "true", "no", "fast", "'5'", "1e3", "[1, 2]", "a: b", "null", "", "#"],
+)
+def test_a_scalar_is_read_without_pyyaml_as_with_it(text):
+    quick = scalar_parameter_value(text)
+    assert quick in (None, parameter_value_from_yaml(text))
+    assert (quick is not None) == (text in ("5", "-5", "1.5", "true", "fast", "'5'"))
 
 
 def test_every_node_has_the_parameters_of_an_rclpy_node(node):

@@ -160,14 +160,22 @@ def test_no_page_of_others_may_show_it_in_a_frame(page):
         assert found.headers["Content-Security-Policy"] == "frame-ancestors 'self'"
 
 
-def test_a_port_that_is_taken_gives_way_to_the_next():
+def test_a_default_port_that_is_taken_gives_way_to_the_next(monkeypatch):
     with socket.create_server(("127.0.0.1", 0)) as taken:
         port = taken.getsockname()[1]
-        server = open_server(port=port)
+        monkeypatch.setattr(page_server, "DEFAULT_PORT", port)
+        server = open_server()
         try:
             assert port < server.get_port() <= port + 20
         finally:
             server.stop()
+
+
+def test_a_given_port_that_is_taken_is_refused():
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        with pytest.raises(PageError, match=f"127.0.0.1:{port}: another program listens there"):
+            open_server(port=port)
 
 
 @pytest.mark.parametrize(("host", "port"), [("0.0.0.0", 0), ("no.such.host.invalid", 0)])

@@ -1,9 +1,13 @@
 """``teleopctl daemon``: the Zenoh router through which nodes discover each other."""
 
+import sys
+
+from teleopctl.base.printable import printable_line
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Option, Verb, VerbGroup
+from teleopctl.errors import RefusedError
 
 if TYPE_CHECKING:
     from teleopctl.wire import RouterAddress, RouterReach
@@ -57,15 +61,44 @@ def start(
     _say_who_reaches(reach)
 
 
-def stop(as_json: AsJson = False) -> None:
-    """Stop the router daemon if it is running."""
-    from teleopctl.wire import daemon_address, stop_router
+def stop(
+    yes: Annotated[bool, Option("-y", "--yes", help="Stop it under running launches too.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Stop the router daemon if it is running.
 
+    Unlike ROS 2's daemon, it connects the nodes: asks on a terminal while launches run.
+    """
+    from teleopctl.base import background
+    from teleopctl.wire import daemon_address, find_router, stop_router
+
+    if not yes and find_router() is not None:
+        launches = [each for each in background.records() if each.kind == background.LAUNCH]
+        launches += background.foreground_launches()
+        if launches and not _agreed([each.name for each in launches]):
+            return
     stopped = stop_router()
     if as_json:
         console.out_json({"stopped": stopped, "endpoint": daemon_address().text})
     else:
         console.out("The daemon has been stopped" if stopped else "The daemon is not running")
+
+
+def _agreed(launches: list[str]) -> bool:
+    """Prompt the user on the terminal whether to stop the router; return the answer.
+
+    Raises:
+        RefusedError: Stdin or stderr is not a terminal.
+    """
+    what = f"{', '.join(launches)} would lose the router, through which nodes discover each other"
+    if not (sys.stdin.isatty() and sys.stderr.isatty()):
+        raise RefusedError(
+            what,
+            hint="`teleopctl stop` ends what runs; `teleopctl daemon stop --yes` the router alone.",
+        )
+    sys.stderr.write(f"{printable_line(what)}. Stop it? [y/N] ")
+    sys.stderr.flush()
+    return sys.stdin.readline().strip().lower() in ("y", "yes")
 
 
 def status(as_json: AsJson = False) -> None:

@@ -186,3 +186,22 @@ class Parameter:
 
     def __repr__(self) -> str:
         return f"Parameter({self._name!r}, {self._type.name}, {self._value!r})"
+
+
+def parameter_value_from_yaml(text: str) -> ParameterValue:
+    """Return the ``ParameterValue`` of a YAML text; the text itself if it is null or fits no type.
+
+    ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``[1, 2]`` an integer array; ``"1"``
+    and all other texts are strings.
+    """
+    import yaml
+
+    from teleopctl.base import ros_yaml
+
+    try:
+        value = ros_yaml.load_value(text)
+        if value is None:
+            value = text
+        return Parameter("", value=value).get_parameter_value()
+    except (yaml.YAMLError, TypeError):
+        return Parameter("", value=text).get_parameter_value()

@@ -40,28 +40,16 @@ def parameter_value_to_python(message: ParameterValue) -> AllowableParameterValu
     return cast("AllowableParameterValue", list(value) if number >= _BOOL_ARRAY else value)
 
 
-def parameter_value_from_yaml(text: str) -> ParameterValue:
-    """Return the ``ParameterValue`` of a YAML text; the text itself if it is null or fits no type.
+def scalar_parameter_value(text: str) -> ParameterValue | None:
+    """Return the ``ParameterValue`` of a simple YAML scalar, without PyYAML; None for other texts.
 
-    ``1`` is an integer, ``1.0`` a double, ``true`` a boolean, ``[1, 2]`` an integer array; ``"1"``
-    and all other texts are strings.
+    For commands, which `parameter_value_from_yaml` would delay by 15 ms.
     """
     plain = (read_plain(f"value: {text}") or {}).get("value")
     number = _SCALARS.get(type(plain))
-    if number is not None:
-        made: type[ParameterValue] = get_message("rcl_interfaces/msg/ParameterValue")
-        message = made(type=number)
-        setattr(message, VALUE_FIELDS[number], plain)
-        return message
-    import yaml
-
-    from teleopctl.base import ros_yaml
-    from teleopctl.node.values.parameter import Parameter
-
-    try:
-        value = ros_yaml.load_value(text)
-        if value is None:
-            value = text
-        return Parameter("", value=value).get_parameter_value()
-    except (yaml.YAMLError, TypeError):
-        return Parameter("", value=text).get_parameter_value()
+    if number is None:
+        return None
+    made: type[ParameterValue] = get_message("rcl_interfaces/msg/ParameterValue")
+    message = made(type=number)
+    setattr(message, VALUE_FIELDS[number], plain)
+    return message

@@ -47,7 +47,7 @@ def test_fields_may_be_left_out_at_every_level():
         ("std_msgs/msg/Int32MultiArray", "data: [1.0, '2']", array.array("i", [1, 2])),
         ("std_msgs/msg/Float64", "data: '1.5'", 1.5),
         ("std_msgs/msg/String", "data: true", "True"),
-        ("std_msgs/msg/String", "data:", ""),
+        ("std_msgs/msg/String", "data:", "None"),
         ("std_msgs/msg/Float64", "data: 1", 1.0),
         ("std_msgs/msg/Float64", "data: 1e-3", 0.001),
         ("std_msgs/msg/Float64", "data: -.inf", float("-inf")),

@@ -12,8 +12,6 @@ from teleopctl.errors import UsageError
 if TYPE_CHECKING:
     from teleopctl.base.token_file import Address
 
-_PORT = 8080
-
 
 def view(
     bag_path: BagPath,
@@ -24,7 +22,10 @@ def view(
     rate: Annotated[float, Option("-r", "--rate", help="Seconds of the bag per second.")] = 1.0,
     start_paused: Annotated[bool, Option("-p", "--start-paused", help="Begin paused.")] = False,
     host: Annotated[str, Option("--host", help="Address to listen on.")] = "127.0.0.1",
-    port: Annotated[int, Option("--port", help="Port to listen on.")] = _PORT,
+    port: Annotated[
+        int | None,
+        Option("--port", help="Port to listen on; by default 8080, or the next free one."),
+    ] = None,
     token_file: Annotated[
         str | None,
         Option(

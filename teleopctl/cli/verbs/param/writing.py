@@ -198,10 +198,15 @@ class _Setting:
 
 def _message(name: str, text: str) -> "ParameterMessage":
     from teleopctl.interfaces import get_message
-    from teleopctl.node import parameter_value_from_yaml
+    from teleopctl.node import scalar_parameter_value
 
     message: type[ParameterMessage] = get_message("rcl_interfaces/msg/Parameter")
-    return message(name=name, value=parameter_value_from_yaml(text))
+    value = scalar_parameter_value(text)
+    if value is None:
+        from teleopctl.node import parameter_value_from_yaml
+
+        value = parameter_value_from_yaml(text)
+    return message(name=name, value=value)
 
 
 def _text_message(name: str, text: str) -> "ParameterMessage":

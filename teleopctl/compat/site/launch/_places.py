@@ -7,7 +7,7 @@ import sysconfig
 import traceback
 from pathlib import Path
 
-from teleopctl.base.missing_modules import missing_module_hint
+from teleopctl.base.extras import missing_module_hint
 from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
 from teleopctl.launch import Place
 

@@ -53,9 +53,7 @@ def test_lost_messages_are_told_in_the_words_of_ros2(capsys):
 
 def test_the_topic_of_each_message_can_be_told_in_every_form(capsys):
     assert written(printer(names_topics=True), capsys) == "# /x\ndata: hi\n---\n"
-    assert (
-        written(printer("csv", names_topics=True, with_info=True), capsys) == "/x,5,6,7,None,hi\n"
-    )
+    assert written(printer("csv", names_topics=True, with_info=True), capsys) == "/x,5,6,7,0,hi\n"
     as_json = written(printer("json", ["data"], names_topics=True, with_info=True), capsys)
     assert json.loads(as_json) == {
         "topic": "/x",
