@@ -11,6 +11,7 @@ _VERBS = {
     "run": ("run:VERB", "Start one node."),
     "python": ("python:VERB", "Start Python with rclpy to import."),
     "launch": ("launch:VERB", "Start nodes from a launch file."),
+    "view": ("view:VERB", "Open the robot's page in the browser."),
     "test": ("test:VERB", "Run launch tests."),
     "ps": ("ps:VERB", "List background processes."),
     "logs": ("logs:VERB", "Show the output of a background process."),
@@ -41,6 +42,9 @@ _VERBS = {
     "extensions": ("extensions:EXTENSIONS", "List plug-ins, built-in and installed ones."),
     "extension_points": ("extensions:EXTENSION_POINTS", "List the kinds of plug-ins."),
     "daemon": ("daemon:GROUP", "Manage the router through which nodes discover each other."),
+    "rviz": ("view:VERB", "Alias of view."),
+    "rviz2": ("view:VERB", "Alias of view."),
+    "gui": ("view:VERB", "Alias of view."),
     "completion": ("completion:GROUP", "Print the completion script of a shell."),
 }
 

@@ -17,6 +17,7 @@ not.
 
 from __future__ import annotations
 
+import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
@@ -77,6 +78,23 @@ const report = async () => {
 document.onvisibilitychange = report;
 clearInterval(window.teleopctlReports);
 window.teleopctlReports = setInterval(report, 250);
+"""
+
+
+# The browser's tab: the page's name, and an arm in its colour.
+_NAME = "teleopctl"
+_ICON = (
+    "data:image/svg+xml,"
+    "%3Csvg xmlns='http://www.w3.org/2000/svg' viewBox='0 0 32 32' fill='none' stroke='%231478be' "
+    "stroke-width='4' stroke-linecap='round' stroke-linejoin='round'%3E"
+    "%3Cpath d='M6 29h12M12 28V15L22 7l6 5M28 12v5'/%3E%3C/svg%3E"
+)
+_TITLE = """
+document.title = %s;
+const links = [...document.querySelectorAll("link[rel~=icon]")];
+const link = links[0] ?? document.head.appendChild(document.createElement("link"));
+links.slice(1).forEach((other) => other.remove());
+Object.assign(link, {rel: "icon", type: "image/svg+xml", href: %s});
 """
 
 
@@ -183,3 +201,16 @@ class PageServer(viser.ViserServer):
         self.clients = clients
         self.client_errors = client_errors
         clients.attach(self)
+        self.set_title("")
+
+    def set_title(self, title: str) -> None:
+        """Set the title of the browser's tab, with the page's name after it, and its icon.
+
+        Args:
+            title: Name of the robot; empty for the page's name alone.
+        """
+        from viser._messages import RunJavascriptMessage
+
+        text = f"{title} · {_NAME}" if title else _NAME
+        script = _TITLE % (json.dumps(text), json.dumps(_ICON))
+        self._websock_server.queue_message(RunJavascriptMessage(script))

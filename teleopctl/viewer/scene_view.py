@@ -24,6 +24,8 @@ from teleopctl.viewer.scene.shapes import bounding_box
 if TYPE_CHECKING:
     import viser
 
+    from teleopctl.viewer.client_tracker import PageServer
+
 # Position and intensity of each light. viser's default light shines from straight above, so bright
 # that horizontal surfaces are white in every colour.
 _LIGHTS = (((1.2, -2.0, 2.6), 1.7), ((-2.0, 0.6, 0.8), 0.5))
@@ -191,7 +193,7 @@ class SceneView:
 
     def __init__(
         self,
-        server: viser.ViserServer,
+        server: PageServer,
         stage: Stage,
         path: Path | None = None,
         *,
@@ -313,6 +315,7 @@ class SceneView:
         self._framed = True
         self.robot_name = printable_line(model.description.name)
         self._server.gui.set_panel_label(self.robot_name or None)
+        self._server.set_title(self.robot_name)
         view, radius = robot_view(model.description, model.meshes)
         self.set_initial_view(view)
         for client in self._server.get_clients().values():
