@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -168,6 +168,42 @@ _SIMULATED_WORLD: tuple[str, str, dict[str, Any]] = (
     "World",
     {"Topic": {"Value": "/mujoco_sim/world_markers"}},
 )
+
+
+def _motion_planning(topic: str) -> dict[str, Any]:
+    """Return the properties of the display of a move_group's plans.
+
+    Robot and simulated world are drawn by displays of their own.
+    """
+    namespace = topic.rpartition("/")[0]
+    return {
+        "Planning Scene Topic": {"Value": f"{namespace}/monitored_planning_scene"},
+        "Move Group Namespace": namespace,
+        "Planned Path": {"Trajectory Topic": {"Value": topic}},
+        "Scene Geometry": {"Show Simulated World": False},
+        "Scene Robot": {"Show Robot Visual": False},
+        "Planning Request": {"Goal State Alpha": 0.4},
+    }
+
+
+# Displays that come with a topic, unless an .rviz file was loaded: last part of the topic's name,
+# its type, class and name of the display, and the function that returns the properties.
+_BY_TOPIC: tuple[tuple[str, str, str, str, Callable[[str], dict[str, Any]]], ...] = (
+    (
+        "display_planned_path",
+        "moveit_msgs/msg/DisplayTrajectory",
+        "MotionPlanning",
+        "MotionPlanning",
+        _motion_planning,
+    ),
+    (
+        "status_markers",
+        "visualization_msgs/msg/MarkerArray",
+        "MarkerArray",
+        "Servo",
+        lambda topic: {"Topic": {"Value": topic}},
+    ),
+)
 _DEFAULT_VIEW = View((1.5, -1.5, 1.1), (0.0, 0.0, 0.35))
 
 
@@ -205,11 +241,12 @@ class SceneView:
         self._stage = stage
         self._drawn = False
         self._count = 0
+        self._offered: set[str] = set()
         server.scene.set_up_direction("+z")
         add_lights(server.scene)
         self.path = path
         # The view of a loaded file is kept.
-        self._framed = path is not None
+        self._framed = self._is_loaded = path is not None
         if path is None:
             self.file = RvizFile()
             world = (_SIMULATED_WORLD,) if simulated else ()
@@ -248,6 +285,22 @@ class SceneView:
         display = self._make(rviz_class, name or self._free_name(rviz_class), mapping)
         self.file.add(rviz_class, display.name, mapping)
         return display
+
+    def offer_topics(self, topics: Iterable[tuple[str, Sequence[str]]]) -> None:
+        """Add the displays of plans and of servo when their topics come, each once.
+
+        Args:
+            topics: Topics of the graph with their types.
+        """
+        if self._is_loaded:
+            return
+        for topic, types in topics:
+            for ending, kind, rviz_class, name, properties in _BY_TOPIC:
+                is_meant = topic.rpartition("/")[2] == ending and kind in types
+                if is_meant and topic not in self._offered:
+                    self._offered.add(topic)
+                    taken = any(display.name == name for display in self.displays)
+                    self.add(rviz_class, topic if taken else name, properties(topic))
 
     def _make(self, rviz_class: str, name: str, given: dict[str, Any]) -> Display:
         kind: type[Display] = plugins.load(plugins.DISPLAYS, rviz_class)

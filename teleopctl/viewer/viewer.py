@@ -226,6 +226,7 @@ class Viewer(Node):
     def _on_graph_change(self) -> None:
         self._types.request_missing()
         self.guarded(self._robot_stop.graph_changed)
+        self.guarded(self.scene_view.offer_topics, self.get_topic_names_and_types())
         self.guarded(self.workspace.graph_changed)
 
     def _tick(self) -> None:

@@ -22,6 +22,8 @@ JointState = get_message("sensor_msgs/msg/JointState")
 ServoStatus = get_message("moveit_msgs/msg/ServoStatus")
 CollisionObject = get_message("moveit_msgs/msg/CollisionObject")
 SolidPrimitive = get_message("shape_msgs/msg/SolidPrimitive")
+Marker = get_message("visualization_msgs/msg/Marker")
+MarkerArray = get_message("visualization_msgs/msg/MarkerArray")
 Bool = get_message("std_msgs/msg/Bool")
 PERIOD_S = 0.02
 
@@ -244,6 +246,10 @@ def test_an_obstacle_of_the_planning_scene_stops_the_gripper(arm, shared_ros):
     moving = shared_ros.launch("move.yaml", "servo:=false")
     objects = shared_ros.node.create_publisher(CollisionObject, "/collision_object", 10)
     eventually(objects.get_subscription_count)
+    shown = []
+    shared_ros.node.create_subscription(
+        MarkerArray, "/servo_node/status_markers", lambda array: shown.extend(array.markers), 10
+    )
     before = arm.tool()
     shelf = CollisionObject(id="shelf", operation=b"\x00")
     shelf.header.frame_id = "world"
@@ -262,6 +268,14 @@ def test_an_obstacle_of_the_planning_scene_stops_the_gripper(arm, shared_ros):
     )
     arm.stop()
     assert 0.02 < before[2] - arm.tool()[2] < 0.4
+    # The markers say the same, where it is: above the shelf.
+    texts = [
+        marker.text for marker in shown if marker.type == Marker.TEXT_VIEW_FACING and marker.text
+    ]
+    assert any("'shelf'" in text for text in texts)
+    ball = next(each for each in shown if each.type == Marker.SPHERE and not each.action)
+    assert ball.pose.position.z == pytest.approx(at.z + 0.05, abs=0.06)
+    eventually(lambda: shown[-1].action == Marker.DELETE)
     moving.stop()
 
 

@@ -254,12 +254,12 @@ class ServoCore:
         bound = at_limit if at_limit.any() else parts <= least
         for place in np.flatnonzero(bound).tolist():
             limit = self._upper[place] if rising[place] else self._lower[place]
-            word = "upper" if rising[place] else "lower"
+            word, name = "upper" if rising[place] else "lower", self.kinematics.names[place]
             reasons.append(
                 Reason(
                     StatusCode.JOINT_BOUND,
-                    f"joint '{self.kinematics.names[place]}' is near its {word} limit "
-                    f"({float(limit):.4g} with its margin)",
+                    f"joint '{name}' is near its {word} limit ({float(limit):.4g} with its margin)",
+                    self._place(self.kinematics.model.joint_origin(name)),
                 )
             )
         if halts_all:
@@ -303,7 +303,7 @@ class ServoCore:
                 if least < _HALTED
                 else StatusCode.DECELERATE_FOR_COLLISION
             )
-            reasons.append(_collision(code, which))
+            reasons.append(self._collision(code, which))
         return least
 
     def _finish(
@@ -349,13 +349,18 @@ class ServoCore:
         if self._edges.is_edge_free(self.positions, self.positions + way):
             return True
         if nearest is not None:
-            reasons.append(_collision(StatusCode.HALT_FOR_COLLISION, nearest[0]))
+            reasons.append(self._collision(StatusCode.HALT_FOR_COLLISION, nearest[0]))
         return False
 
+    def _collision(self, code: StatusCode, one: Approach) -> Reason:
+        first, second = one.bodies
+        text = f"'{first}' is {max(one.distance_m, 0.0):.3f} m from '{second}'"
+        return Reason(code, text, self._place(self.kinematics.model.to_root(one.point)))
 
-def _collision(code: StatusCode, one: Approach) -> Reason:
-    first, second = one.bodies
-    return Reason(code, f"'{first}' is {max(one.distance_m, 0.0):.3f} m from '{second}'")
+    @staticmethod
+    def _place(point: Array) -> tuple[float, float, float]:
+        x, y, z = point.tolist()
+        return x, y, z
 
 
 def _approach(way: Array, most: float, tolerance: float, period_s: float) -> Array:

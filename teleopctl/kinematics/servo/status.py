@@ -54,10 +54,18 @@ _ORDER = (
 
 @dataclass(frozen=True, slots=True)
 class Reason:
-    """Why a step is slower than its command: code, and a phrase with the joint or bodies."""
+    """Why a step is slower than its command: code, and a phrase with the joint or bodies.
+
+    Attributes:
+        code: MoveIt Servo's code.
+        text: The phrase.
+        place: Where that is: the joint, or the point between the bodies, in the root link's frame,
+            m; None for the tool.
+    """
 
     code: StatusCode
     text: str
+    place: tuple[float, float, float] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -87,5 +95,9 @@ class ServoStep:
     @property
     def message(self) -> str:
         """MoveIt's sentence for the code, then the reasons in words."""
-        reasons = "; ".join(dict.fromkeys(reason.text for reason in self.reasons))
-        return f"{self.code.text}: {reasons}" if reasons else self.code.text
+        return f"{self.code.text}: {self.words}" if self.reasons else self.code.text
+
+    @property
+    def words(self) -> str:
+        """The reasons in words, each once; empty for none."""
+        return "; ".join(dict.fromkeys(reason.text for reason in self.reasons))

@@ -86,13 +86,14 @@ def pose(x=0.0, y=0.0, z=0.0):
     return message
 
 
-def thing(name, operation=0, frame="world", at=(0.0, 0.0, 0.0), **shapes):
+def thing(name, operation=0, frame="world", at=(0.0, 0.0, 0.0), database="", **shapes):
     kinds = ("primitives", "primitive_poses", "meshes", "mesh_poses", "planes", "plane_poses")
     return SimpleNamespace(
         id=name,
         header=HEADER(frame_id=frame),
         pose=pose(*at),
         operation=bytes([operation]),
+        type=SimpleNamespace(key="", db=database),
         **{kind: shapes.get(kind, []) for kind in kinds},
     )
 
@@ -396,9 +397,44 @@ def test_links_of_the_goal_that_stand_where_the_robot_does_are_not_drawn_twice(s
     stage.publish("/monitored_planning_scene", scene(diff=True, robot=state(shoulder=0.0)))
     display.tick()
     assert display._goal._links["upper"].visible
+    # Without the scene's robot, those that stand where tf has them.
     display.set("Scene Robot/Show Robot Visual", False)
     display.tick()
-    assert display._goal._links["base"].visible
+    visible = {name: link.visible for name, link in display._goal._links.items()}
+    assert visible == {"base": False, "upper": True, "tip": True}
+
+
+def test_the_goal_is_drawn_until_the_robot_has_reached_it(stage):
+    display = made(stage, MotionPlanning, {"Scene Robot": {"Show Robot Visual": False}})
+    stage.publish("/display_planned_path", path((0, 0), (0, 1), every_s=0.001))
+
+    def moved_to(finger):
+        poses = display.model.poses({"finger": finger})
+        for name, pose in list(poses.items())[1:]:
+            stage.frames.buffer.set_transform(transform_stamped("base", name, 2, pose))
+        stage.frames.update()
+        display._planned._playing = False
+        display.tick()
+
+    display.tick()
+    moved_to(0.5)
+    assert display._goal is not None
+    moved_to(0.995)
+    assert display._goal is None
+    moved_to(0.0)
+    assert display._goal is None
+    stage.publish("/display_planned_path", path((0, 0), (0, 1)))
+    display.tick()
+    assert display._goal is not None
+
+
+def test_bodies_of_the_simulation_may_be_left_to_the_display_of_its_world(stage):
+    display = made(stage, PlanningScene)
+    simulated = box("table", database="mujoco_sim")
+    stage.publish("/monitored_planning_scene", scene(simulated, box("a", at=(1.0, 0, 0))))
+    assert len(solids(display, stage)) == 2
+    display.set("Scene Geometry/Show Simulated World", False)
+    assert solids(display, stage).tolist() == [[1, 0, 0]]
 
 
 def test_meshes_are_found_beside_the_description_as_those_of_the_robot_are(stage, tmp_path):

@@ -30,6 +30,33 @@ def test_the_world_is_shown_in_simulation_alone(page: FakePage, simulated: bool)
     picture.end()
 
 
+def test_displays_of_plans_and_of_servo_come_with_their_topics_and_leave_the_world_alone(
+    page: FakePage,
+) -> None:
+    picture = SceneView(page.server, page, simulated=True)
+    picture.begin()
+    topics = [
+        ("/left/display_planned_path", ["moveit_msgs/msg/DisplayTrajectory"]),
+        ("/left/servo_node/status_markers", ["visualization_msgs/msg/MarkerArray"]),
+        ("/other/status_markers", ["std_msgs/msg/String"]),
+    ]
+    picture.offer_topics(topics)
+    names = [display.name for display in picture.displays]
+    assert names[-2:] == ["MotionPlanning", "Servo"]
+    plans = picture.displays[-2]
+    assert not plans.values.flag("Scene Geometry/Show Simulated World")
+    for topic in (
+        *("/left/monitored_planning_scene", "/left/display_planned_path"),
+        "/left/servo_node/status_markers",
+    ):
+        assert page.listens_to(topic), topic
+    # What a person removes does not come back.
+    picture.remove(plans)
+    picture.offer_topics(topics)
+    assert plans.name not in [display.name for display in picture.displays]
+    picture.end()
+
+
 # Any: viser's nodes of any kind.
 def label_boxes(page: FakePage, picture: SceneView) -> dict[str, Any]:
     """What is drawn of the world, by frame."""

@@ -14,6 +14,9 @@ from teleopctl.node import qos_profile_latched
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
 from teleopctl.sim import WORLD_MARKERS_TOPIC
 
+SIMULATED_DB = "mujoco_sim"
+"""``type.db`` of the objects: clients that draw the simulator's world need not draw them again."""
+
 # Time between two looks at the poses of moving bodies, s, and the least change that counts, m.
 _PERIOD_S, _MOVED_M = 0.5, 5e-4
 
@@ -90,7 +93,13 @@ class SimulationWorld:
         if is_free:
             self._frames[name] = (frame, at)
         return CollisionBody(
-            name, at, tuple(shapes), tuple(poses), is_free=is_free, is_simulated=True
+            name,
+            at,
+            tuple(shapes),
+            tuple(poses),
+            type=("", SIMULATED_DB),
+            is_free=is_free,
+            is_simulated=True,
         )
 
     def _follow(self) -> None:

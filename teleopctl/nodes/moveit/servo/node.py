@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -26,6 +26,7 @@ from teleopctl.kinematics import (
     GroupKinematics,
     KinematicModel,
     PoseTask,
+    Reason,
     RobotGroups,
     ServoCore,
     ServoStep,
@@ -43,6 +44,7 @@ from teleopctl.nodes.moveit.servo.commands import (
     parts_of_limit,
     twist_of,
 )
+from teleopctl.nodes.moveit.servo.markers import StatusMarkers
 from teleopctl.nodes.moveit.servo.parameters import ServoParameters
 from teleopctl.nodes.moveit.servo.scene import SceneFollower
 from teleopctl.packages import resolve_uri
@@ -129,6 +131,7 @@ class ServoNode(Node):
             self._switch_command_type,
         )
         self.create_service(get_service("std_srvs/srv/SetBool"), "~/pause_servo", self._pause)
+        self._markers = StatusMarkers(self)
         self._stop = StopHolders(self, lambda _: None)
         self._timer = self.create_timer(self._period_s, self._step, autostart=False)
         self.add_post_set_parameters_callback(self._follow_parameters)
@@ -431,7 +434,7 @@ class ServoNode(Node):
             self._report(StatusCode.INVALID, error.message)
             step = core.halt_step(self._period_s)
         else:
-            self._report(step.code, step.message)
+            self._report(step.code, step.message, step.reasons)
         self._publish(step)
         if self._command is None and not self._targets and core.is_still:
             self._timer.cancel()
@@ -556,10 +559,13 @@ class ServoNode(Node):
         for output in self._outputs:
             output.publish(positions, velocities, self._states)
 
-    def _report(self, code: StatusCode, message: str) -> None:
+    def _report(self, code: StatusCode, message: str, reasons: Sequence[Reason] = ()) -> None:
         """Publish the status, and log it when it changes to a reason to stand still."""
         if code is StatusCode.INVALID:
+            reasons = (Reason(code, message),)
             message = f"{code.text}: {message}"
+        if self._core is not None:
+            self._markers.show(self._root, self._kinematics, reasons)
         self._status.code, self._status.message = int(code), message
         self._status_publisher.publish(self._status)
         if message != self._said and code is StatusCode.INVALID:

@@ -113,7 +113,8 @@ class RobotOverlay:
     ) -> None:
         self._model = model
         self._poses: dict[str, Transform] = {}
-        self._root: Any = scene.add_frame(path, show_axes=False)
+        # Shown with the first positions: browsers may draw the parts before they get these.
+        self._root: Any = scene.add_frame(path, show_axes=False, visible=False)
         self._links: dict[str, Any] = {}
         parts = model.parts
         tint = None if color is None else Material(rgba=rgba_of(color))
@@ -259,6 +260,21 @@ class MoveItDisplay(Display):
         self.redraw()
 
     # --- for subclasses -----------------------------------------------------------------------
+
+    def present_poses(self) -> dict[str, Transform]:
+        """Return the poses of the robot's links by tf, in its root link's frame."""
+        if self.model is None:
+            return {}
+        frames = self.stage.frames.by_name
+        poses = {
+            name: frame.pose
+            for name in self.model.description.links
+            if (frame := frames.get(name)) is not None and frame.pose is not None
+        }
+        if (root := poses.get(self.model.description.root)) is None:
+            return {}
+        to_root = root.inverse()
+        return {name: to_root @ pose for name, pose in poses.items()}
 
     def add_overlay(
         self, name: str, alpha: float, color: Color | None = None

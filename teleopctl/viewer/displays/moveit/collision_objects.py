@@ -18,6 +18,8 @@ from teleopctl.viewer.scene.drawing import Drawing, Rgba, drawable_rows, is_draw
 # Any: messages, whose classes are created from definitions at run time.
 
 ADD, REMOVE, APPEND, MOVE = range(4)
+SIMULATED_DB = "mujoco_sim"
+"""``type.db`` of the objects that move_group takes from the simulator's world."""
 _BOX, _SPHERE, _CYLINDER, _CONE = 1, 2, 3, 4
 # Number of dimensions of each shape.
 _NUMBERS = {_BOX: 3, _SPHERE: 1, _CYLINDER: 2, _CONE: 2}
@@ -33,6 +35,7 @@ class SceneObject:
         shapes: Name of a solid or key of a mesh, pose in the object, and size of each shape.
         color: Colour of the object; None for the default of the scene.
         attached: Whether the object is attached to a link of the robot.
+        simulated: Whether it is a body of the simulator's world.
     """
 
     frame: str
@@ -40,6 +43,7 @@ class SceneObject:
     shapes: list[tuple[str, Transform, tuple[float, float, float]]] = field(default_factory=list)
     color: Rgba | None = None
     attached: bool = False
+    simulated: bool = False
 
 
 class SceneObjects:
@@ -89,6 +93,7 @@ class SceneObjects:
         if operation != APPEND or known is None:
             color = known.color if known is not None else None
             known = self.by_id[message.id] = SceneObject(frame, pose, color=color)
+            known.simulated = message.type.db == SIMULATED_DB
         elif link and known.frame != link:
             known.frame = frame
         known.attached = bool(link)
@@ -103,15 +108,20 @@ class SceneObjects:
                 alpha = one.color.a if 0.0 < one.color.a <= 1.0 else 1.0
                 found.color = (one.color.r, one.color.g, one.color.b, alpha)
 
-    def drawings(self, color: Rgba, attached_color: Rgba) -> dict[str, Drawing]:
+    def drawings(
+        self, color: Rgba, attached_color: Rgba, *, simulated: bool = True
+    ) -> dict[str, Drawing]:
         """Return one drawing of collision objects per tf frame, by frame name.
 
         Args:
             color: Colour of objects without a colour; its opacity also applies to coloured objects.
             attached_color: Colour of attached objects without a colour.
+            simulated: Whether to draw the bodies of the simulator's world.
         """
         drawn: dict[str, Drawing] = {}
         for one in self.by_id.values():
+            if one.simulated and not simulated:
+                continue
             drawing = drawn.setdefault(one.frame, Drawing())
             if one.color is not None:
                 rgba = (*one.color[:3], one.color[3] * color[3])

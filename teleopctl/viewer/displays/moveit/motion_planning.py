@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any, ClassVar
@@ -19,6 +20,8 @@ from teleopctl.viewer.displays.properties import Property
 
 # Any: messages, whose classes are created from definitions at run time.
 
+# A goal is reached when all links are this near to it, m.
+_REACHED_M = 0.01
 _PATH = "Planned Path"
 _GOAL = "Planning Request"
 
@@ -26,8 +29,8 @@ _GOAL = "Planning Request"
 class MotionPlanning(PlanningScene):
     """MoveIt's ``MotionPlanning`` display: planning scene, animated planned path and goal state.
 
-    Unlike MoveIt's own, this display has no goal to drag and requests no plans: it shows the plans
-    of other programs.
+    The goal is drawn until the robot has reached it. Unlike MoveIt's own, this display has no goal
+    to drag and requests no plans: it shows the plans of other programs.
     """
 
     rviz_class = "MotionPlanning"
@@ -47,6 +50,7 @@ class MotionPlanning(PlanningScene):
         self._planned = TrajectoryDisplay(self.stage, self.name, f"{self.root}_path", dict(given))
         self._goal: RobotOverlay | None = None
         self._goal_path: PlannedPath | None = None
+        self._reached: PlannedPath | None = None
         self._goal_others: Mapping[str, Transform] = {}
 
     def begin(self) -> None:
@@ -66,12 +70,15 @@ class MotionPlanning(PlanningScene):
             self._planned.set(name.removeprefix(f"{_PATH}/"), value)
 
     def tick(self) -> None:
-        """Redraw the scene, advance the animation, and draw the goal state of a new path."""
+        """Redraw the scene, advance the animation, and draw the goal until it is reached."""
         super().tick()
-        self._planned.other_poses = self.robot_poses
+        others = self.robot_poses
+        if not others and (self._goal is not None or self._planned.is_playing):
+            others = self.present_poses()
+        self._planned.other_poses = others
         self._planned.update(jumped_back=False)
-        if (self._planned.last_path, self.robot_poses) != (self._goal_path, self._goal_others):
-            self._goal_path, self._goal_others = self._planned.last_path, self.robot_poses
+        if (self._planned.last_path, others) != (self._goal_path, self._goal_others):
+            self._goal_path, self._goal_others = self._planned.last_path, others
             self._draw_goal()
         if self.status[0] == OK and self._planned.status[0] != OK:
             self.set_status(*self._planned.status)
@@ -93,6 +100,8 @@ class MotionPlanning(PlanningScene):
         if path is None or not self.values.flag(f"{_GOAL}/Query Goal State"):
             self._remove_goal()
             return
+        if path is self._reached:
+            return
         if self._goal is None:
             self._goal = self.add_overlay(
                 "goal",
@@ -101,6 +110,17 @@ class MotionPlanning(PlanningScene):
             )
         if self._goal is not None:
             self._goal.set_positions(path.states[-1], self._goal_others)
+            if not self._planned.is_playing and self._is_there(self._goal):
+                self._reached = path
+                self._remove_goal()
+
+    def _is_there(self, goal: RobotOverlay) -> bool:
+        """Return whether the robot itself, not that of the scene, stands at the goal."""
+        present = {} if self.robot_poses else self._goal_others
+        return all(
+            name in present and math.dist(pose.translation, present[name].translation) < _REACHED_M
+            for name, pose in goal.poses.items()
+        )
 
     def _remove_goal(self) -> None:
         if self._goal is not None:

@@ -117,6 +117,9 @@ SCENE_PROPERTIES = (
     Property("Scene Geometry/Scene Alpha", 0.9, low=0.0, high=1.0),
     Property("Scene Geometry/Scene Color", (50, 230, 50)),
     Property(
+        "Scene Geometry/Show Simulated World", True, hint="Draw the bodies of the simulator's world"
+    ),
+    Property(
         "Scene Robot/Show Robot Visual", True, hint="Draw the robot in the state of the scene"
     ),
     Property("Scene Robot/Robot Alpha", 1.0, low=0.0, high=1.0),
@@ -214,7 +217,8 @@ class PlanningScene(MoveItDisplay):
         color = rgba_of(values.color("Scene Geometry/Scene Color"), alpha)
         held = rgba_of(values.color("Scene Robot/Attached Body Color"))
         shown = values.flag("Scene Geometry/Show Scene Geometry")
-        drawings = self._objects.drawings(color, held) if shown else {}
+        simulated = values.flag("Scene Geometry/Show Simulated World")
+        drawings = self._objects.drawings(color, held, simulated=simulated) if shown else {}
         for frame in self._canvases.keys() - drawings.keys():
             self._canvases.pop(frame).remove()
         for frame, drawing in drawings.items():

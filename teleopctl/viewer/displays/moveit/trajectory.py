@@ -164,6 +164,11 @@ class TrajectoryDisplay(MoveItDisplay):
         """The newest received path, even while it waits to be shown; None if none."""
         return self._next or self._path
 
+    @property
+    def is_playing(self) -> bool:
+        """Whether a path is animated."""
+        return self._playing
+
     def received(self, message: Any) -> None:
         """Start the animation of a path, or queue it until the running one ends."""
         path = PlannedPath.from_message(message)
