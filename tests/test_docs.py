@@ -32,6 +32,7 @@ TYPED = {
 ELSEWHERE = {
     "components": "tests/system/test_components.py",
     "doctor": "tests/system/test_doctor.py",
+    "drive": "tests/system/test_drive.py",
     "moveit": "tests/system/test_move_group.py",
     "own_robot": "tests/system/test_own_robot.py",
     "sweep": "tests/sweep/test_sweep.py",

@@ -30,12 +30,13 @@ ALLOWED = {
     "commander": {"interfaces", "kinematics", "node", "robot", "tf"},
     "control": {"interfaces", "node", "robot", "tf"},
     "launch": {"interfaces", "node", "robot", "wire"},
+    "teleop": {"interfaces", "node"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
     "compat": {"bag", "control", "interfaces", "launch", "node", "robot", "tf"},
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},
     "nodes": {
         *("bag", "commander", "compat", "control", "diagram", "interfaces", "kinematics"),
-        *("mujoco_model", "node", "robot", "sim", "tf", "viewer", "wire"),
+        *("mujoco_model", "node", "robot", "sim", "teleop", "tf", "viewer", "wire"),
     },
     "sweep": {"bag", "compat", "interfaces", "launch", "node"},
     "testing": {

@@ -120,7 +120,9 @@ class Access:
             name, value = _cookie_of(token)
             # Not Strict: browsers would not send the cookie after a click on a link in a mail.
             cookie = f"{name}={value}; HttpOnly; SameSite=Lax; Path=/"
-            return Answer(HTTPStatus.FOUND, "", (("Location", "/"), ("Set-Cookie", cookie)))
+            # Of the same server: `//host` would be another one.
+            page = "/" + path.partition("?")[0].lstrip("/\\")
+            return Answer(HTTPStatus.FOUND, "", (("Location", page), ("Set-Cookie", cookie)))
         if _has_cookie(values.get("cookie", []), *_cookie_of(token)):
             return None
         return _refused("Open the address that the program printed, with its token.")

@@ -38,13 +38,14 @@ def main(args: list[str] | None = None) -> int:
     if hasattr(os, "nice"):
         # The processes that control the robot have priority over the viewer.
         os.nice(_NICENESS)
-    from teleopctl.viewer import load_layout, open_viewer
+    from teleopctl.nodes.teleop.drive_page.page import DrivePage
+    from teleopctl.viewer import PageRoutes, load_layout, open_viewer
 
     words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(
         prog="rviz2", description="The robot in a browser.", allow_abbrev=False
     )
-    parser.add_argument("-d", "--display-config", type=Path, help="an .rviz file to begin with")
+    parser.add_argument("-d", "--display-config", default="", help="an .rviz file to begin with")
     parser.add_argument(
         "--layout", metavar="NAME|FILE", default="", help="layout of the panels: a preset or a file"
     )
@@ -55,14 +56,18 @@ def main(args: list[str] | None = None) -> int:
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=words, publishes_after_signal=True),
     ):
+        routes, drive = PageRoutes(), DrivePage()
+        drive.add_to(routes)
         viewer, address = open_viewer(
             options.host,
             options.port,
             options.token_file,
-            view=options.display_config,
+            view=Path(options.display_config) if options.display_config else None,
             layout=load_layout(options.layout) if options.layout else None,
+            routes=routes,
         )
-        with viewer as node:
+        with contextlib.closing(drive), viewer as node:
+            drive.use_sim_time = bool(node.get_parameter("use_sim_time").value)
             if unserved:
                 # For example -f for the fixed frame, which is set in the .rviz file or on the page.
                 node.get_logger().warning(f"Without effect on the page: {' '.join(unserved)}")
@@ -121,7 +126,10 @@ def add_page_options(parser: argparse.ArgumentParser) -> None:
     """Add the options of the web page (``--host``, ``--port`` …) to a parser."""
     parser.add_argument("--host", default="127.0.0.1", help="address to listen on")
     parser.add_argument(
-        "--port", type=int, help="port to listen on; by default 8080, or the next free one"
+        "--port",
+        # Launch files have it empty for the default.
+        type=lambda text: int(text) if text else None,
+        help="port to listen on; by default 8080, or the next free one",
     )
     parser.add_argument(
         "--token-file",

@@ -32,6 +32,7 @@ _VERBS = {
     "move": ("move:VERB", "Move an arm, or its gripper."),
     "kinematics": ("kinematics:GROUP", "Compute poses and joint positions of arms."),
     "sim": ("sim:GROUP", "Run simulations."),
+    "drive": ("drive:VERB", "Drive a robot by hand on a page."),
     "camera": ("camera:GROUP", "Save pictures of cameras."),
     "tf": ("tf:GROUP", "Watch transforms between frames."),
     "interface": ("interface:GROUP", "Use definitions of messages, services and actions."),

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
         load_layout as load_layout,
         presets as presets,
     )
+    from teleopctl.viewer.page_routes import PageRoutes as PageRoutes
     from teleopctl.viewer.page_server import (
         PageError as PageError,
         close_server as close_server,

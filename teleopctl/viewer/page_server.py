@@ -27,6 +27,7 @@ if TYPE_CHECKING:
     from websockets.http11 import Request, Response
 
     from teleopctl.viewer.client_tracker import ClientTracker, PageServer
+    from teleopctl.viewer.page_routes import PageRoutes
 
 DEFAULT_PORT = 8080
 _PORTS_TRIED = 20
@@ -54,7 +55,11 @@ class PageError(TeleopctlError):
 
 
 def open_server(
-    host: str = "127.0.0.1", port: int | None = None, *, token: str | None = None
+    host: str = "127.0.0.1",
+    port: int | None = None,
+    *,
+    token: str | None = None,
+    routes: PageRoutes | None = None,
 ) -> PageServer:
     """Start the page's web server with access checks, and return it as a `PageServer`.
 
@@ -64,6 +69,7 @@ def open_server(
             free one of 20.
         token: Access token that the page's URL has to contain; required unless the host is
             loopback.
+        routes: Further paths of the server, behind the same access checks; None for none.
 
     Raises:
         PageError: No port can be opened, or the required token is missing.
@@ -78,7 +84,10 @@ def open_server(
     # viser's warnings about values of another type quote the values.
     warnings.filterwarnings("ignore", r"\[viser\]", module=r"viser\.infra\._messages")
     client_errors = LogOnce(logging.getLogger(__name__).warning)
-    with _guarded(access, clients, client_errors), contextlib.redirect_stdout(io.StringIO()):
+    with (
+        _guarded(access, clients, client_errors, routes),
+        contextlib.redirect_stdout(io.StringIO()),
+    ):
         server = PageServer(host, port, clients, client_errors)
     set_events_in_server_thread(server)
     server.gui.configure_theme(
@@ -92,7 +101,11 @@ def open_server(
 
 
 def open_page(
-    host: str, port: int | None = None, token_file: Path | None = None
+    host: str,
+    port: int | None = None,
+    token_file: Path | None = None,
+    *,
+    routes: PageRoutes | None = None,
 ) -> tuple[PageServer, Address]:
     """Start the page's web server with the token of a file; return the server and its address.
 
@@ -101,6 +114,7 @@ def open_page(
         port: Port to listen on; see `open_server`.
         token_file: File of the page's token, created if missing. If None, `default_token_file` for
             a host other than loopback, else no token.
+        routes: See `open_server`.
 
     Raises:
         TeleopctlError: The page cannot be opened, or the token cannot be read.
@@ -109,7 +123,7 @@ def open_page(
         token_file = default_token_file()
     token_file = token_file and token_file.absolute()
     token = None if token_file is None else read_or_make_token(token_file)
-    server = open_server(host, port, token=token)
+    server = open_server(host, port, token=token, routes=routes)
     return server, page_address(host, server.get_port(), token_file)
 
 
@@ -142,11 +156,13 @@ _patching = threading.Lock()
 
 
 @contextlib.contextmanager
-def _guarded(access: Access, clients: ClientTracker, client_errors: LogOnce) -> Iterator[None]:
+def _guarded(
+    access: Access, clients: ClientTracker, client_errors: LogOnce, routes: PageRoutes | None
+) -> Iterator[None]:
     """Within the context, the server that viser starts checks each HTTP request before viser does.
 
-    The access rules are checked first, then visibility reports, then the page's version. An invalid
-    message ends the browser's connection and is recorded as one of the client errors.
+    The access rules are checked first, then the routes, visibility reports and the page's version.
+    An invalid message ends the browser's connection and is recorded as one of the client errors.
 
     viser offers no hook for requests, so `serve` of websockets is replaced within the context.
     """
@@ -154,13 +170,14 @@ def _guarded(access: Access, clients: ClientTracker, client_errors: LogOnce) -> 
 
     serve = below.serve
 
-    def guarded_serve(*args: Any, process_request: Any, **kwargs: Any) -> Any:
+    def guarded_serve(handler: Any, *args: Any, process_request: Any, **kwargs: Any) -> Any:
         def process(connection: ServerConnection, request: Request) -> Response | None:
             headers = {name.lower(): value for name, value in request.headers.raw_items()}
+            answer = access.check(request.path, request.headers.raw_items())
+            if answer is None and routes is not None and routes.has(request.path):
+                return routes.respond(connection, request, _FOR_ALL)
             answer = (
-                access.check(request.path, request.headers.raw_items())
-                or clients.handle_request(request.path, headers)
-                or _check_protocol(headers)
+                answer or clients.handle_request(request.path, headers) or _check_protocol(headers)
             )
             response: Response | None
             if answer is None:
@@ -182,7 +199,8 @@ def _guarded(access: Access, clients: ClientTracker, client_errors: LogOnce) -> 
         asyncio.get_running_loop().set_exception_handler(
             lambda _loop, context: _note(client_errors, context.get("exception"))
         )
-        return serve(*args, process_request=process, **kwargs)
+        chosen = handler if routes is None else routes.handler(handler)
+        return serve(chosen, *args, process_request=process, **kwargs)
 
     with _patching:
         below.serve = guarded_serve  # type: ignore[assignment, misc]

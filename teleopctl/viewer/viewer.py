@@ -36,6 +36,7 @@ if TYPE_CHECKING:
     import viser
 
     from teleopctl.viewer.client_tracker import PageServer
+    from teleopctl.viewer.page_routes import PageRoutes
 
 _UPDATES_PER_S = 30.0
 # Panels are updated with every third update of the scene.
@@ -278,6 +279,7 @@ def open_viewer(
     view: Path | None = None,
     layout: PageLayout | None = None,
     cli_args: Sequence[str] | None = None,
+    routes: PageRoutes | None = None,
 ) -> tuple[Viewer, Address]:
     """Open the page's web server; return the `Viewer` node that serves it, and the page's address.
 
@@ -288,6 +290,7 @@ def open_viewer(
         view: See `Viewer`.
         layout: See `Viewer`.
         cli_args: See `Viewer`.
+        routes: See `open_server`.
 
     Returns:
         The node, and the page's URL.
@@ -295,7 +298,7 @@ def open_viewer(
     Raises:
         TeleopctlError: The page cannot be opened, or the token or view file cannot be read.
     """
-    server, address = open_page(host, port, token_file)
+    server, address = open_page(host, port, token_file, routes=routes)
     try:
         viewer = Viewer(server, view, layout, cli_args)
     except BaseException:

@@ -149,6 +149,16 @@ def test_the_token_comes_with_the_address_once_and_as_a_cookie_from_then_on(toke
     assert status(access, path, **host, upgrade="websocket") is None
 
 
+@pytest.mark.parametrize(
+    ("path", "page"),
+    [("/drive", "/drive"), ("//evil.com/", "/evil.com/"), ("/\\evil.com", "/evil.com")],
+)
+def test_the_answer_to_a_token_leads_to_a_page_of_the_same_server(path, page):
+    answer = Access("0.0.0.0", TOKEN).check(with_token(path, TOKEN), [("host", "robot")])
+    assert answer is not None
+    assert dict(answer.headers)["Location"] == page
+
+
 def test_bytes_of_a_request_are_those_of_a_token():
     access = Access("0.0.0.0", "grün")
     raw = "/?token=grün".encode().decode("ascii", "surrogateescape")

@@ -49,9 +49,11 @@ window.createImageBitmap = (image, ...options) =>
 """
 
 
-def open_page(browser: Browser, address: str) -> Page:
-    """Open a page of the viewer that renders a few pictures per second."""
-    page = browser.new_page(viewport={"width": 900, "height": 640})
-    page.add_init_script(_LITTLE_TO_DRAW)
+def open_page(
+    browser: Browser, address: str, width: int = 900, height: int = 640, script: str = ""
+) -> Page:
+    """Open a page of the viewer that renders a few pictures per second, after a script."""
+    page = browser.new_page(viewport={"width": width, "height": height}, has_touch=width < 500)
+    page.add_init_script(_LITTLE_TO_DRAW + script)
     page.goto(address)
     return page

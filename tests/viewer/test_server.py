@@ -18,7 +18,13 @@ from websockets.sync.client import connect
 from websockets.typing import Origin, Subprotocol
 
 from teleopctl.testing import LONGEST_WAIT_S, eventually
-from teleopctl.viewer import PageError, open_server, page_address, page_server as page_server
+from teleopctl.viewer import (
+    PageError,
+    PageRoutes,
+    open_server,
+    page_address,
+    page_server as page_server,
+)
 from tests.benchmarks.page_client import PageClient
 from tests.system.page_garbage import send_garbage
 
@@ -60,6 +66,36 @@ def test_a_websocket_of_a_foreign_page_is_refused(page):
     own = f"http://127.0.0.1:{page.get_port()}"
     with connect(address, origin=Origin(own), subprotocols=[PROTOCOL]) as socket_to_page:
         assert socket_to_page.recv(timeout=10)
+
+
+def test_further_paths_are_behind_the_same_rules():
+    async def echo(connection):
+        async for text in connection:
+            await connection.send(text)
+
+    routes = PageRoutes()
+    routes.add_file("/more", b"<p>More</p>", "text/html")
+    routes.add_socket("/more/socket", echo)
+    server = open_server("0.0.0.0", 0, token="s3cret", routes=routes)
+    try:
+        port = server.get_port()
+        assert get(port, "/more").status == 403
+        found = get(port, "/more?token=s3cret")
+        assert (found.status, found.headers["Location"]) == (302, "/more")
+        cookie = {"Cookie": found.headers["Set-Cookie"].partition(";")[0]}
+        page = get(port, "/more", **cookie)
+        assert (page.status, page.headers["Content-Type"]) == (200, "text/html")
+        assert page.headers["X-Frame-Options"] == "SAMEORIGIN"
+        assert get(port, "/more/socket", **cookie).status == 426
+        assert get(port, "/", **cookie).status == 200
+        with pytest.raises(InvalidStatus, match="403"):
+            connect(f"ws://127.0.0.1:{port}/more/socket")
+        address = f"ws://127.0.0.1:{port}/more/socket"
+        with connect(address, additional_headers=cookie) as socket_to_page:
+            socket_to_page.send("hello")
+            assert socket_to_page.recv(timeout=10) == "hello"
+    finally:
+        server.stop()
 
 
 def test_with_a_token_nobody_gets_in_without():

@@ -35,6 +35,7 @@ from teleopctl.node import (
     qos_profile_latched,
     spin,
 )
+from teleopctl.nodes.teleop.gripper import opening_of
 from teleopctl.robot import Joints, RobotDescription
 
 _DEPTH = 10
@@ -390,24 +391,6 @@ class Gripper:
 
     def _on_controllers(self, active: list[Controller]) -> None:
         self._active = active
-
-
-def opening_of(
-    measured: Mapping[str, float], closed: Mapping[str, float], opened: Mapping[str, float]
-) -> float:
-    """Return how far a gripper is open, from 0 to 1: the mean of its joints.
-
-    Args:
-        measured: Measured positions by joint; a joint that has none counts as closed.
-        closed: Closed positions by joint.
-        opened: Open positions by joint.
-    """
-    parts = [
-        (measured.get(name, at) - at) / (opened[name] - at)
-        for name, at in closed.items()
-        if opened[name] != at
-    ]
-    return min(max(sum(parts) / max(len(parts), 1), 0.0), 1.0)
 
 
 def main(args: Sequence[str] | None = None) -> None:

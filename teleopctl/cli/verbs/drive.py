@@ -1,0 +1,181 @@
+"""``teleopctl drive``: a robot in simulation that a hand drives on a page."""
+
+import os
+import signal
+import socket
+import sys
+import time
+from pathlib import Path
+
+from teleopctl.base.typed import TYPE_CHECKING, Annotated
+from teleopctl.cli import console
+from teleopctl.cli.verb import Argument, Option, Verb
+from teleopctl.errors import NotFoundError, UsageError
+
+if TYPE_CHECKING:
+    from teleopctl.base.background import ProcessRecord
+    from teleopctl.base.token_file import Address
+    from teleopctl.launch import ProcessStatus
+
+VERB = Verb(
+    f"{__name__}:drive",
+    "Drive a robot by hand: mouse, keys, gamepad, or a phone's touch pads.",
+    examples=(
+        "teleopctl drive",
+        "teleopctl drive my_robot.urdf.xacro",
+        "teleopctl drive --lan",
+    ),
+)
+
+_PAGE = "drive"
+_PERIOD_S = 0.3
+# An address that is never used: the routing table alone is asked which of ours would be.
+_ELSEWHERE = ("192.0.2.1", 9)
+
+
+def drive(
+    words: Annotated[
+        list[str] | None,
+        Argument(
+            metavar="[ROBOT] [NAME:=VALUE]...",
+            help="URDF, xacro, SDF or MJCF of the robot, by default the teleop arm with a cube and "
+            "a bin; arguments of drive.yaml and of the robot's xacro.",
+            complete="files",
+        ),
+    ] = None,
+    lan: Annotated[
+        bool,
+        Option("--lan", help="Open the page to the local network, with a token: for a phone."),
+    ] = False,
+    port: Annotated[
+        int | None,
+        Option("--port", help="Port of the page; by default 8080, or the next free one."),
+    ] = None,
+    open_page: Annotated[
+        bool, Option("--open", help="Open the page in the browser, which a desktop does by itself.")
+    ] = False,
+    no_open: Annotated[bool, Option("--no-open", help="Do not open the page.")] = False,
+    detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
+) -> int:
+    """Start a robot, its controllers, servo and the drive page; Ctrl-C ends them."""
+    from teleopctl.base.start_timeouts import StartTimeouts
+    from teleopctl.compat import activation
+    from teleopctl.launch import LaunchRequest, addresses, find_launch_file, start_in_background
+
+    if open_page and no_open:
+        raise UsageError("--open and --no-open exclude each other")
+    arguments = _arguments(words or [])
+    # The page is what is asked for, also on a machine that shows none by itself.
+    arguments = {"viewer": "true", **arguments, "page_port": "" if port is None else str(port)}
+    if lan:
+        arguments["page_host"] = "0.0.0.0"  # noqa: S104 -- asked for, and with a token
+    activation.activate_children()
+    request = LaunchRequest(
+        file=str(find_launch_file(None, "drive.yaml")), arguments=arguments, show_all_output=True
+    )
+    running: list[ProcessStatus] = []
+
+    def on_up(process: "ProcessStatus", node: str | None) -> None:
+        del node
+        if process.state == "running":
+            running.append(process)
+
+    record = start_in_background(
+        request, "drive", on_up, console.warn, StartTimeouts(), lambda _line: None
+    )
+    found = addresses(running)
+    if found:
+        _print_how(found[0], lan=lan)
+        if open_page or (not no_open and _has_desktop()):
+            from teleopctl.nodes.rviz2 import open_in_browser
+
+            open_in_browser(_of_page(found[0]))
+    if detach:
+        console.out(f"To end it: teleopctl stop {record.name}")
+        return 0
+    return _wait(record)
+
+
+def _arguments(words: list[str]) -> dict[str, str]:
+    """Return the launch arguments of the command's words.
+
+    Raises:
+        UsageError: A word is neither a robot nor ``name:=value``.
+        NotFoundError: The robot's file does not exist.
+    """
+    arguments: dict[str, str] = {}
+    for word in words:
+        name, separator, value = word.partition(":=")
+        if separator and name:
+            arguments[name] = value
+        elif "model" in arguments:
+            raise UsageError(f"'{word}' is a second robot; arguments are NAME:=VALUE")
+        else:
+            if not Path(word).exists() and "://" not in word:
+                raise NotFoundError(
+                    f"There is no file '{word}'",
+                    hint="Name the robot's URDF, xacro, SDF or MJCF file.",
+                )
+            arguments["model"] = word
+    return arguments
+
+
+def _of_page(address: "Address") -> "Address":
+    return address._replace(url=f"{address.url}{_PAGE}")
+
+
+def _print_how(address: "Address", *, lan: bool) -> None:
+    """Print in four lines how the robot is driven."""
+    page = _of_page(address)
+    console.out(f"Mouse:   {page.with_token if not lan else page.url}  hold the pads and drag")
+    console.out("Keys:    on that page, or in a terminal of its own: teleopctl run teleop_keyboard")
+    console.out(
+        "Gamepad: switch it on and press a button on that page; hold its left bumper to move"
+    )
+    if lan:
+        host, token = _own_address(), page.with_token
+        shown = token.replace(socket.gethostname(), host, 1) if host else token
+        console.out(f"Phone:   {shown}")
+    else:
+        console.out("Phone:   teleopctl drive --lan prints an address for one in the same network")
+    console.flush()
+
+
+def _own_address() -> str:
+    """Return this machine's address in the local network; empty if there is none."""
+    with socket.socket(socket.AF_INET, socket.SOCK_DGRAM) as probe:
+        try:
+            probe.connect(_ELSEWHERE)  # sends nothing
+        except OSError:
+            return ""
+        return str(probe.getsockname()[0])
+
+
+def _has_desktop() -> bool:
+    """Return whether a person sees this machine's desktop."""
+    if not sys.stdout.isatty() or "SSH_CONNECTION" in os.environ:
+        return False
+    if sys.platform in ("win32", "darwin"):
+        return True
+    return bool(os.environ.get("DISPLAY") or os.environ.get("WAYLAND_DISPLAY"))
+
+
+def _wait(record: "ProcessRecord") -> int:
+    """Wait for Ctrl-C, then stop the launch; return 1 if it ends by itself."""
+    from teleopctl.base import background
+    from teleopctl.launch import log_tail, stop_running
+
+    console.note("Ctrl-C ends it.")
+    # A closed terminal and `kill` end it as well.
+    for name in ("SIGTERM", "SIGHUP"):
+        if hasattr(signal, name):
+            signal.signal(getattr(signal, name), signal.default_int_handler)
+    try:
+        while background.is_alive(record):
+            time.sleep(_PERIOD_S)
+    except KeyboardInterrupt:
+        stop_running(record)
+        return 0
+    console.out_text(log_tail(record.log_file))
+    console.note("The launch has ended by itself; above is the end of its log.")
+    return 1

@@ -1,0 +1,265 @@
+// The drive page: reads keys, touch pads and gamepads, and sends their state to the device node.
+// Messages of the websocket are documented in docs/drive.md.
+"use strict";
+
+const PERIOD_MS = 20;
+const IDLE_MS = 500;
+const RECONNECT_MS = 1000;
+const element = (id) => document.getElementById(id);
+
+// --- hands ---------------------------------------------------------------------------------------
+
+const keys = new Set();
+const pads = { left_x: 0, left_y: 0, right_x: 0, right_y: 0 };
+const pointers = new Map();
+let sequence = 0;
+let lastSent = 0;
+let wasHeld = false;
+let state = {};
+
+const WANTED = new Set(
+  [...document.querySelectorAll("kbd[data-key]")].map((shown) => shown.dataset.key));
+
+function onKey(event) {
+  if (event.ctrlKey || event.altKey || event.metaKey || !WANTED.has(event.code)) return;
+  // The 3D view, whose keys move the camera, does not get them.
+  event.preventDefault();
+  event.stopImmediatePropagation();
+  if (event.repeat) return;
+  if (event.type === "keydown") keys.add(event.code);
+  else keys.delete(event.code);
+  showKeys();
+  sendHands();
+}
+
+function showKeys() {
+  for (const shown of document.querySelectorAll("kbd[data-key]")) {
+    shown.classList.toggle("held", keys.has(shown.dataset.key));
+  }
+}
+
+// What is not seen to be released counts as released.
+function releaseAll() {
+  keys.clear();
+  pointers.clear();
+  for (const name of ["left", "right"]) movePad(name, 0, 0, false);
+  showKeys();
+  sendHands();
+}
+
+function listenTo(view) {
+  view.addEventListener("keydown", onKey, true);
+  view.addEventListener("keyup", onKey, true);
+}
+
+listenTo(window);
+window.addEventListener("blur", () => {
+  // A click into the 3D view takes the focus, not the hand.
+  setTimeout(() => document.hasFocus() || releaseAll(), 0);
+});
+window.addEventListener("pagehide", releaseAll);
+document.addEventListener("visibilitychange", () => document.hidden && releaseAll());
+element("view").addEventListener("load", () => {
+  const view = element("view").contentWindow;
+  listenTo(view);
+  showSceneAlone(view.document);
+  view.addEventListener("blur", () => setTimeout(() => document.hasFocus() || releaseAll(), 0));
+});
+
+// Hides the panels of the 3D page: here is room for the scene alone. Siblings of the elements that
+// contain the canvas are hidden, also those that are added later.
+function showSceneAlone(inner) {
+  const canvas = inner.querySelector("canvas");
+  if (!canvas) {
+    setTimeout(() => showSceneAlone(inner), 100);
+    return;
+  }
+  const style = inner.createElement("style");
+  style.textContent = "[data-drive=around] > :not([data-drive]) { display: none !important; }";
+  inner.head.append(style);
+  let shown = canvas.parentElement;
+  shown.dataset.drive = "scene";
+  while (shown !== inner.body) {
+    shown = shown.parentElement;
+    shown.dataset.drive = "around";
+  }
+}
+
+function movePad(name, x, y, held) {
+  pads[`${name}_x`] = x;
+  pads[`${name}_y`] = y;
+  const pad = element(name);
+  pad.classList.toggle("held", held);
+  pad.querySelector("i").style.transform = `translate(${x * 97}%, ${-y * 97}%)`;
+}
+
+for (const name of ["left", "right"]) {
+  const pad = element(name);
+  const follow = (event) => {
+    const box = pad.getBoundingClientRect();
+    const clip = (value) => Math.max(-1, Math.min(1, value));
+    // The edge of the pad is reached a little before the finger leaves it.
+    const x = clip(((event.clientX - box.left) / box.width - 0.5) * 2.4);
+    const y = clip((0.5 - (event.clientY - box.top) / box.height) * 2.4);
+    movePad(name, x, y, true);
+  };
+  pad.addEventListener("pointerdown", (event) => {
+    event.preventDefault();
+    pad.setPointerCapture(event.pointerId);
+    pointers.set(name, event.pointerId);
+    follow(event);
+    sendHands();
+  });
+  pad.addEventListener("pointermove", (event) => {
+    if (pointers.get(name) === event.pointerId) follow(event);
+  });
+  for (const end of ["pointerup", "pointercancel", "lostpointercapture"]) {
+    pad.addEventListener(end, (event) => {
+      if (pointers.get(name) !== event.pointerId) return;
+      pointers.delete(name);
+      movePad(name, 0, 0, false);
+      sendHands();
+    });
+  }
+}
+
+function gamepads() {
+  if (!navigator.getGamepads) return [];
+  return [...navigator.getGamepads()].filter((pad) => pad && pad.connected).map((pad) => ({
+    id: pad.id,
+    mapping: pad.mapping,
+    axes: pad.axes.map((value) => Math.round(value * 1000) / 1000),
+    buttons: pad.buttons.map((button) => (button.pressed ? Math.max(button.value, 0.51) : button.value)),
+  }));
+}
+
+// --- connection ----------------------------------------------------------------------------------
+
+let socket = null;
+
+function connect() {
+  const scheme = location.protocol === "https:" ? "wss" : "ws";
+  socket = new WebSocket(`${scheme}://${location.host}/drive/socket`);
+  socket.onopen = sendHands;
+  socket.onmessage = (event) => {
+    const message = JSON.parse(event.data);
+    if (message.type === "state") show(message);
+    else if (message.type === "problem") showStatus(message.text, true);
+  };
+  socket.onclose = () => {
+    releaseAll();
+    element("robot").textContent = "Not connected";
+    showStatus("The connection is lost; nothing moves. Trying again …", true);
+    setTimeout(connect, RECONNECT_MS);
+  };
+}
+
+function send(message) {
+  if (socket && socket.readyState === WebSocket.OPEN) socket.send(JSON.stringify(message));
+}
+
+function sendHands() {
+  lastSent = performance.now();
+  const pressed = document.hidden ? [] : gamepads();
+  sequence += 1;
+  send({ type: "hands", sequence, keys: [...keys], pads, gamepads: pressed });
+  const isUsed = (pad) =>
+    pad.buttons.some((value) => value > 0.1) || pad.axes.some((value) => Math.abs(value) > 0.1);
+  wasHeld = keys.size > 0 || pointers.size > 0 || pressed.some(isUsed);
+}
+
+setInterval(() => {
+  const now = performance.now();
+  const anyGamepad = gamepads().length > 0;
+  if (!document.hidden && (wasHeld || anyGamepad || now - lastSent > IDLE_MS)) sendHands();
+}, PERIOD_MS);
+
+// --- buttons -------------------------------------------------------------------------------------
+
+element("stop").addEventListener("click", () => {
+  releaseAll();
+  send({ type: "press", action: (state.stopped_by || []).length ? "release_stop" : "stop" });
+  element("stop").blur();
+});
+element("take").addEventListener("click", () => {
+  send({ type: "press", action: "take" });
+  element("take").blur();
+});
+
+const slider = element("gripper");
+let sliderHeld = false;
+slider.addEventListener("pointerdown", () => { sliderHeld = true; });
+for (const end of ["pointerup", "pointercancel"]) {
+  slider.addEventListener(end, () => { sliderHeld = false; slider.blur(); });
+}
+let sliderTimer = 0;
+slider.addEventListener("input", () => {
+  if (sliderTimer) return;
+  sliderTimer = setTimeout(() => {
+    sliderTimer = 0;
+    send({ type: "gripper", opening: slider.value / 100 });
+  }, 50);
+});
+
+// --- what is shown -------------------------------------------------------------------------------
+
+function showStatus(text, warn) {
+  const status = element("status");
+  status.textContent = text;
+  status.title = text;
+  status.classList.toggle("warn", warn);
+}
+
+function show(message) {
+  state = message;
+  const stoppedBy = message.stopped_by || [];
+  element("robot").textContent = message.robot ? `Drive ${message.robot}` : "Drive";
+  element("stop").textContent = stoppedBy.length ? "Release robot" : "Stop";
+  element("stop").classList.toggle("held", stoppedBy.length > 0);
+  element("take").hidden = !message.is_other;
+  if (stoppedBy.length) showStatus(`The robot is stopped by ${stoppedBy.join(", ")}`, true);
+  else if (message.refusal) showStatus(`Refused: ${message.refusal}`, true);
+  else if (message.problem) showStatus(message.problem, true);
+  else if (message.is_moving && message.status) showStatus(message.status, true);
+  else if (message.is_moving) showStatus(`Moving, axes of the ${message.frame}`, false);
+  else showStatus("Hold a key, a pad or a gamepad's left bumper to move", false);
+  if (message.opening !== null) {
+    element("opening").textContent = `${Math.round(message.opening * 100)} %`;
+    if (!sliderHeld) {
+      const wanted = message.wanted_opening;
+      slider.value = 100 * (wanted === null ? message.opening : wanted);
+    }
+  }
+  slider.disabled = message.opening === null;
+  element("speed").textContent =
+    `${message.speed_m_s.toFixed(2)} m/s, ${message.speed_rad_s.toFixed(2)} rad/s`;
+  const row = element("speeds");
+  if (row.childElementCount !== message.speeds.length) {
+    row.replaceChildren(...message.speeds.map((part) => {
+      const button = document.createElement("button");
+      button.textContent = `${Math.round(part * 100)} %`;
+      return button;
+    }));
+    [...row.children].forEach((button, step) => {
+      button.addEventListener("click", () => {
+        const steps = step - state.speed_step;
+        for (let i = 0; i < Math.abs(steps); i += 1) {
+          send({ type: "press", action: steps > 0 ? "faster" : "slower" });
+        }
+        button.blur();
+      });
+    });
+  }
+  [...row.children].forEach((button, step) => {
+    button.setAttribute("aria-pressed", String(step === message.speed_step));
+  });
+  const note = element("gamepad");
+  const count = gamepads().length;
+  note.classList.toggle("warn", Boolean(message.gamepad_problem));
+  if (message.gamepad_problem) note.textContent = message.gamepad_problem;
+  else if (!navigator.getGamepads) note.textContent = "This browser has no gamepad interface; use keys or pads.";
+  else if (count) note.textContent = "Gamepad: hold the left bumper; sticks move, right bumper and trigger open and close, B stops.";
+  else note.textContent = "Gamepad: switch it on and press a button.";
+}
+
+connect();

@@ -1,0 +1,242 @@
+"""The drive page on the viewer's server, and the node that publishes what its hands ask for."""
+
+from __future__ import annotations
+
+import asyncio
+import contextlib
+import json
+import threading
+import time
+from collections.abc import Callable, Mapping
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.node import Node, Parameter, SingleThreadedExecutor
+from teleopctl.nodes.teleop.drive_page.messages import (
+    GripperWish,
+    Hands,
+    Press,
+    parse_message,
+)
+from teleopctl.nodes.teleop.hand_driver import HandDriver
+from teleopctl.teleop import HandCommand, HandMapping
+
+if TYPE_CHECKING:
+    from websockets.asyncio.server import ServerConnection
+
+    from teleopctl.viewer import PageRoutes
+
+_FOLDER = Path(__file__).parent
+_FILES = {
+    "/drive": ("drive.html", "text/html; charset=utf-8"),
+    "/drive.js": ("drive.js", "text/javascript; charset=utf-8"),
+}
+_NODE = "teleop_page"
+_SOCKET = "/drive/socket"
+_DEVICES = ("keys", "pads", "gamepad")
+_STATE_PERIOD_S = 0.1
+# Time without a motion after which another browser may drive, s.
+_FREE_AFTER_S = 2.0
+# Messages that wait to be sent to a browser that reads slowly, in bytes: a newer state is better.
+_MOST_WAITING = 16_384
+
+
+class DrivePage:
+    """Serves ``/drive`` and drives the robot by its messages; its node starts with the first page.
+
+    Args:
+        servo: Name of the servo node.
+
+    Attributes:
+        use_sim_time: Whether the node's time is that of ``/clock``; set it before the first page.
+    """
+
+    def __init__(self, servo: str = "servo_node") -> None:
+        self.use_sim_time = False
+        self._servo = servo
+        self._driver: HandDriver | None = None
+        self._node: Node | None = None
+        self._mappings: dict[str, HandMapping] = {}
+        self._mapped_for: str | None = None
+        # Browser that moves the robot, and until when others are refused, on the monotonic clock.
+        self._hand: DriveSession | None = None
+        self._until_s = 0.0
+        self._sessions: set[DriveSession] = set()
+
+    def add_to(self, routes: PageRoutes) -> None:
+        """Add the page, its script and its websocket to the routes of a server."""
+        for path, (name, content_type) in _FILES.items():
+            routes.add_file(path, (_FOLDER / name).read_bytes(), content_type)
+        routes.add_socket(_SOCKET, self._serve)
+
+    def close(self) -> None:
+        """Take all hands as released, and destroy the node."""
+        if self._driver is not None:
+            self._driver.release()
+        if self._node is not None:
+            self._executor.shutdown()
+            self._node.destroy_node()
+
+    @property
+    def driver(self) -> HandDriver:
+        """The driver, which is started when it is first used."""
+        if self._driver is None:
+            self._node = Node(
+                _NODE,
+                # Launch files name the page's process, which is that of another node.
+                cli_args=["--ros-args", "-r", f"__node:={_NODE}"],
+                parameter_overrides=[Parameter("use_sim_time", value=self.use_sim_time)],
+            )
+            self._driver = HandDriver(self._node, self._servo)
+            self._executor = SingleThreadedExecutor(context=self._node.context)
+            self._executor.add_node(self._node)
+            threading.Thread(target=self._executor.spin, name="drive", daemon=True).start()
+        return self._driver
+
+    def mappings(self) -> Mapping[str, HandMapping]:
+        """Return the mapping of each device of the page, for the robot that is driven."""
+        robot = self.driver.robot
+        if robot != self._mapped_for:
+            self._mappings = {name: HandMapping.load(name, robot) for name in _DEVICES}
+            self._mapped_for = robot
+        return self._mappings
+
+    # --- who moves --------------------------------------------------------------------------------
+
+    def may_move(self, session: DriveSession) -> bool:
+        """Return whether a browser may move the robot now, and note that it does."""
+        now_s = time.monotonic()
+        if self._hand not in (None, session) and now_s < self._until_s:
+            return False
+        self._hand, self._until_s = session, now_s + _FREE_AFTER_S
+        return True
+
+    def take(self, session: DriveSession) -> None:
+        """Let a browser drive from now on."""
+        if self._hand is not session:
+            self.driver.release()
+        self._hand, self._until_s = session, time.monotonic() + _FREE_AFTER_S
+
+    def let_go(self, session: DriveSession) -> None:
+        """Take the hands of a browser as released."""
+        if self._hand is session:
+            self._hand = None
+            self.driver.release()
+
+    def is_other(self, session: DriveSession) -> bool:
+        """Return whether another browser drives."""
+        return self._hand not in (None, session) and time.monotonic() < self._until_s
+
+    async def _serve(self, connection: ServerConnection) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        loop = asyncio.get_running_loop()
+        # It takes tens of milliseconds, in which the 3D view would stand still.
+        await loop.run_in_executor(None, lambda: self.driver)
+        session = DriveSession(self)
+        self._sessions.add(session)
+        states = loop.create_task(self._send_states(connection, session))
+        try:
+            async for text in connection:
+                if (problem := session.received(text)) is not None:
+                    await connection.send(json.dumps({"type": "problem", "text": problem}))
+        except ConnectionClosed:
+            pass
+        finally:
+            states.cancel()
+            self._sessions.discard(session)
+            self.let_go(session)
+
+    async def _send_states(self, connection: ServerConnection, session: DriveSession) -> None:
+        from websockets.exceptions import ConnectionClosed
+
+        with contextlib.suppress(ConnectionClosed):
+            while True:
+                if connection.transport.get_write_buffer_size() < _MOST_WAITING:
+                    await connection.send(json.dumps(session.state()))
+                await asyncio.sleep(_STATE_PERIOD_S)
+
+
+class DriveSession:
+    """A browser that has the drive page open.
+
+    Args:
+        page: The page.
+    """
+
+    def __init__(self, page: DrivePage) -> None:
+        self._page = page
+        self._sequence = -1
+        self._gamepad_problem = ""
+        self._refusal = ""
+
+    def received(self, text: str | bytes) -> str | None:
+        """Do what a message asks for; return what is wrong with it, or None."""
+        try:
+            message = parse_message(text)
+        except TeleopctlError as error:
+            self._page.let_go(self)
+            return error.message
+        if isinstance(message, Hands):
+            self._take_hands(message)
+        elif isinstance(message, GripperWish):
+            if self._may_move():
+                self._page.driver.set_gripper(message.opening)
+        else:
+            self._press(message)
+        return None
+
+    def _take_hands(self, hands: Hands) -> None:
+        sequences = [sample.sequence for sample in hands.samples.values()]
+        if max(sequences) <= self._sequence:
+            return
+        self._sequence = max(sequences)
+        self._gamepad_problem = hands.problem
+        mappings = self._page.mappings()
+        total = HandCommand()
+        for name, sample in hands.samples.items():
+            total = total + mappings[name].command(sample)
+        wants = total.is_held or total.toggles_gripper
+        if "stop" in total.actions or (wants and self._may_move()):
+            self._page.driver.apply(total, mappings["keys"].speeds)
+        elif not wants:
+            self._refusal = ""
+            if not self._page.is_other(self):
+                self._page.driver.apply(total, mappings["keys"].speeds)
+
+    def _may_move(self) -> bool:
+        if self._page.may_move(self):
+            self._refusal = ""
+            return True
+        self._refusal = "another browser drives the robot: let go there, or press Take over"
+        return False
+
+    def _press(self, press: Press) -> None:
+        driver, page = self._page.driver, self._page
+        calls: Mapping[str, Callable[[], object]] = {
+            "stop": driver.press_stop,
+            "release_stop": driver.release_stop,
+            "take": partial(page.take, self),
+            "release": partial(page.let_go, self),
+        }
+        if press.action in calls:
+            calls[press.action]()
+        else:
+            steps = page.mappings()["keys"].speeds
+            driver.apply(HandCommand(actions=frozenset({press.action})), steps)
+            driver.apply(HandCommand(), steps)
+
+    # Any: values of a JSON document.
+    def state(self) -> dict[str, Any]:
+        """Return the state of the robot and of this browser's hands, for JSON."""
+        speeds = self._page.mappings()["keys"].speeds
+        return {
+            "type": "state",
+            **self._page.driver.state(speeds),
+            "speeds": list(speeds),
+            "gamepad_problem": self._gamepad_problem,
+            "refusal": self._refusal,
+            "is_other": self._page.is_other(self),
+        }

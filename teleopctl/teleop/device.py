@@ -1,0 +1,85 @@
+"""What a hand gives: samples of axes, buttons, a pose or joints, and the devices that read them.
+
+A device makes samples and nothing else. A `HandMapping` turns them into commands; limits,
+collisions and stopping are servo's.
+"""
+
+from __future__ import annotations
+
+import time
+from abc import ABC, abstractmethod
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from typing import TYPE_CHECKING
+
+from teleopctl.errors import TeleopctlError
+
+if TYPE_CHECKING:
+    from teleopctl.node import Node
+
+STALE_S = 0.1
+"""Age of a sample, by its receipt, from which the hand counts as released, s."""
+
+
+class DeviceError(TeleopctlError):
+    """Error: a teleop device is missing, was taken away or cannot be used."""
+
+
+@dataclass(frozen=True, slots=True)
+class HandSample:
+    """State of a hand at one time.
+
+    Attributes:
+        axes: Positions of sticks, triggers and pads by name, -1 to 1.
+        buttons: Names of the buttons and keys that are pressed.
+        pose: Position (m) and rotation (quaternion xyzw) of the hand in a frame of the device's
+            own; empty for a device without a pose. Only its changes count, see `PoseClutch`.
+        joints: Positions of a leader's joints by name, rad or m; empty for other devices.
+        sequence: Number of the sample, which grows.
+        received_s: Time of its receipt on the monotonic clock, s.
+    """
+
+    axes: Mapping[str, float] = field(default_factory=dict)
+    buttons: frozenset[str] = frozenset()
+    pose: tuple[float, ...] = ()
+    joints: Mapping[str, float] = field(default_factory=dict)
+    sequence: int = 0
+    received_s: float = field(default_factory=time.monotonic)
+
+    def is_stale(self, now_s: float) -> bool:
+        """Return whether the sample is too old to count, at a time on the monotonic clock, s."""
+        return now_s - self.received_s > STALE_S
+
+
+class TeleopDevice(ABC):
+    """Base class of devices by which a hand steers a robot; plug-ins ``teleopctl.teleop_devices``.
+
+    A device calls `emit` with each sample, at 50 Hz or more while something is held. A device that
+    falls silent counts as released after `STALE_S`.
+
+    Args:
+        node: Node in which the device runs, for its parameters, logger and subscriptions.
+        emit: Function to call with each sample, from any thread.
+
+    Attributes:
+        mapping: Name of the mapping that is used unless another one is given: a file of the
+            package's ``mappings`` folder, or a path.
+    """
+
+    mapping = ""
+
+    def __init__(self, node: Node, emit: Callable[[HandSample], object]) -> None:
+        self.node = node
+        self.emit = emit
+
+    @abstractmethod
+    def start(self) -> None:
+        """Open the device and begin to emit samples.
+
+        Raises:
+            DeviceError: There is no such device, or it cannot be used.
+        """
+
+    @abstractmethod
+    def stop(self) -> None:
+        """Close the device; nothing is emitted any more."""

@@ -1,0 +1,124 @@
+"""``teleopctl drive``: a robot that a hand drives on a page."""
+
+import contextlib
+import json
+import threading
+from typing import Any
+
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from teleopctl.interfaces import get_message
+from teleopctl.testing import eventually
+from tests import ROOT
+from tests.system.browser import browser, open_page
+from tests.system.driving import FAKE_GAMEPAD, driver, hand_of
+
+MODEL = str(ROOT / "robot/urdf/teleop.urdf.xacro")
+
+
+@contextlib.contextmanager
+def held(connection, **hands):
+    """Send a state of the hands at 50 Hz, as the page does, then let go of it."""
+    done = threading.Event()
+
+    def send():
+        for sequence in range(1, 100_000):
+            message = {"type": "hands", "sequence": sequence, **hands}
+            connection.send(json.dumps(message))
+            if done.wait(0.02):
+                connection.send(json.dumps({"type": "hands", "sequence": sequence + 1}))
+                return
+
+    thread = threading.Thread(target=send)
+    thread.start()
+    try:
+        yield
+    finally:
+        done.set()
+        thread.join()
+
+
+class States:
+    """States that the page gets, read on a thread; the last one counts."""
+
+    def __init__(self, connection):
+        self.last: dict[str, Any] = {}
+        threading.Thread(target=self._read, args=(connection,), daemon=True).start()
+
+    def _read(self, connection):
+        with contextlib.suppress(ConnectionClosed):
+            for text in connection:
+                message = json.loads(text)
+                if message["type"] == "state":
+                    self.last = message
+
+
+@pytest.fixture
+def drive(ros):
+    """The command, with the address of its page."""
+    process = ros.spawn("drive --port 0 --no-open")
+    address = process.wait_for_line(r"^Mouse: +(\S+/drive) ")[1]
+    for name in ("Keys", "Gamepad", "Phone"):
+        process.wait_for_line(rf"^{name}:")
+    yield process, address
+    process.interrupt()
+    assert process.wait() == 0
+
+
+def test_a_key_that_is_held_moves_the_gripper_until_its_release(ros, drive):
+    _, address = drive
+    positions: dict[str, float] = {}
+    ros.node.create_subscription(
+        get_message("sensor_msgs/msg/JointState"),
+        "/joint_states",
+        lambda message: positions.update(zip(message.name, message.position, strict=True)),
+        10,
+    )
+    with connect(f"{address.replace('http', 'ws')}/socket") as page:
+        states = States(page)
+        eventually(lambda: states.last.get("opening") is not None and not states.last["problem"])
+        assert states.last["robot"] == "teleop"
+        with held(page, keys=["ArrowRight", "KeyE"]):
+            eventually(lambda: positions["joint_1"] < -0.1 and states.last["opening"] > 0.2)
+        eventually(lambda: not states.last["is_moving"])
+        # Nobody says that it is released: silence does.
+        page.send(json.dumps({"type": "hands", "sequence": 10**6, "keys": ["ArrowRight"]}))
+        eventually(lambda: states.last["is_moving"])
+        eventually(lambda: not states.last["is_moving"])
+        page.send(json.dumps({"type": "press", "action": "stop"}))
+        eventually(lambda: states.last["stopped_by"] == ["/teleop_page"])
+        page.send(json.dumps({"type": "press", "action": "release_stop"}))
+        eventually(lambda: not states.last["stopped_by"])
+
+
+@pytest.mark.parametrize(
+    ("words", "problem"),
+    [
+        (["nowhere.urdf"], "There is no file 'nowhere.urdf'"),
+        ([MODEL, MODEL], "is a second robot"),
+        (["--open", "--no-open"], "--open and --no-open exclude each other"),
+    ],
+)
+def test_wrong_words_are_refused(ros, words, problem):
+    done = ros.run(["drive", *words])
+    assert done.returncode in (1, 2)
+    assert problem in done.stderr
+
+
+@pytest.mark.nightly
+@pytest.mark.timeout(300)
+@pytest.mark.parametrize(
+    ("name", "size"),
+    [("keys", (1440, 900)), ("gamepad", (1440, 900)), ("pads", (390, 844))],
+)
+def test_the_cube_comes_into_the_bin(drive, name, size):
+    with browser() as chromium, driver(MODEL) as person:
+        width, height = size
+        page = open_page(
+            chromium, drive[1], width, height, FAKE_GAMEPAD if name == "gamepad" else ""
+        )
+        page.wait_for_function("document.getElementById('robot').textContent == 'Drive teleop'")
+        person.wait()
+        assert person.bring_cube(hand_of(name)(page))

@@ -1,0 +1,100 @@
+"""Mappings turn what a hand gives into what it asks for."""
+
+import pytest
+from hypothesis import given, strategies as st
+
+from teleopctl.errors import InvalidFileError, NotFoundError
+from teleopctl.teleop import HandCommand, HandMapping, HandSample
+from teleopctl.teleop.mapping import FOLDER
+
+UNIT = st.floats(-1.0, 1.0)
+
+
+def mapping(**fields):
+    return HandMapping.parse({"device": "stick", **fields}, FOLDER / "my.yaml")
+
+
+@pytest.mark.parametrize("file", sorted(FOLDER.glob("*.yaml")), ids=lambda file: file.stem)
+def test_every_mapping_that_comes_along_can_be_read_and_is_still_by_itself(file):
+    own = HandMapping.load(file.stem)
+    assert own.command(HandSample()) == HandCommand()
+    assert sorted(own.speeds) == list(own.speeds)
+
+
+def test_keys_move_along_their_directions_while_they_are_held():
+    keys = HandMapping.load("keys")
+    found = keys.command(HandSample(buttons=frozenset({"ArrowUp", "KeyS", "ShiftLeft"})))
+    assert found.linear == (1.0, 0.0, -1.0)
+    assert found.is_held and found.is_slow
+    both = keys.command(HandSample(buttons=frozenset({"ArrowUp", "ArrowDown"})))
+    assert not both.is_held
+
+
+def test_a_gamepad_moves_only_while_its_enable_button_is_held():
+    pad = HandMapping.load("gamepad")
+    axes = {"left_y": 1.0}
+    assert not pad.command(HandSample(axes=axes)).is_held
+    held = pad.command(HandSample(axes=axes, buttons=frozenset({"left_bumper", "right_bumper"})))
+    assert held.linear == (1.0, 0.0, 0.0)
+    assert held.gripper == 1.0
+    stop = pad.command(HandSample(buttons=frozenset({"b"})))
+    assert stop.actions == {"stop"} and not stop.is_held
+
+
+@given(UNIT, st.floats(0.0, 0.9), UNIT)
+def test_an_axis_is_still_in_its_middle_then_grows_to_its_scale(value, deadzone, scale):
+    stick = mapping(axis_linear={"x": "a"}, scale_linear={"x": scale}, deadzone=deadzone)
+    x = stick.command(HandSample(axes={"a": value})).linear[0]
+    assert abs(x) <= abs(scale)
+    assert (x == 0.0) == (abs(value) <= deadzone or scale * (abs(value) - deadzone) == 0.0)
+    full = stick.command(HandSample(axes={"a": 1.0})).linear[0]
+    assert full == pytest.approx(scale)
+
+
+def test_a_value_that_is_no_number_moves_nothing():
+    stick = mapping(axis_linear={"x": "a"})
+    assert not stick.command(HandSample(axes={"a": float("nan")})).is_held
+
+
+@given(st.tuples(UNIT, UNIT, UNIT), st.tuples(UNIT, UNIT, UNIT))
+def test_two_hands_together_ask_for_the_whole_speed_at_most(one, other):
+    both = HandCommand(linear=one) + HandCommand(linear=other)
+    assert all(abs(value) <= 1.0 for value in both.linear)
+
+
+@pytest.mark.parametrize(
+    ("fields", "problem"),
+    [
+        ({"device": ""}, "'device' is missing"),
+        ({"axis_linaer": {}}, "'the file' has no 'axis_linaer'; it has device, robot"),
+        ({"axis_linear": {"roll": "a"}}, "'axis_linear' has no 'roll'; it has x, y, z"),
+        ({"axis_linear": {"x": 1}}, "'axis_linear.x' is a name in quotes, not 1"),
+        ({"scale_linear": {"x": 2}}, "'scale_linear.x' is a number from -1 to 1, not 2"),
+        ({"button_linear": {"x": "up"}}, "is a list of two buttons, for + and -, not 'up'"),
+        ({"actions": {"jump": "a"}}, "'actions' has no 'jump'"),
+        ({"frame": "world"}, "'frame' is base or tip, not 'world'"),
+        ({"speeds": []}, "'speeds' is a list of numbers, not []"),
+        ({"deadzone": True}, "'deadzone' is a number from 0 to 0.9, not True"),
+    ],
+)
+def test_a_wrong_file_is_refused_with_the_place(fields, problem):
+    with pytest.raises(
+        InvalidFileError, match=r"my\.yaml is no mapping of a teleop device"
+    ) as found:
+        mapping(**fields)
+    assert problem in found.value.message
+
+
+def test_a_mapping_for_another_robot_is_refused(tmp_path):
+    file = tmp_path / "mine.yaml"
+    file.write_text("{device: stick, robot: panda}")
+    assert HandMapping.load(file, "panda").robot == "panda"
+    with pytest.raises(InvalidFileError, match="for the robot 'panda', and 'teleop' is driven"):
+        HandMapping.load(file, "teleop")
+
+
+def test_an_unknown_mapping_is_refused_with_those_that_are_known():
+    with pytest.raises(NotFoundError, match="no mapping 'gamepat'") as found:
+        HandMapping.load("gamepat")
+    assert found.value.hint is not None
+    assert "Did you mean gamepad?" in found.value.hint
