@@ -215,7 +215,8 @@ def _value(text: str, kind: FieldType) -> object:
         return body.lower() in ("true", "1")
     if kind.base in FLOATS:
         return float(body)
-    value = int(body, 0)
+    # A decimal number may have leading zeros in ROS 2, but not in Python.
+    value = int(body, 10 if body.lstrip("+-").isdecimal() else 0)
     low, high = INTEGER_RANGES.get(kind.base, (0, 255))
     if not low <= value <= high:
         raise ValueError(f"{value} is out of range for {kind.base}")

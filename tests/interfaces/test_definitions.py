@@ -71,6 +71,13 @@ def described(kind: FieldType) -> Any:  # Any: nested tuples, which rosbags has 
     return (Nodetype.SEQUENCE, (element, kind.capacity))
 
 
+def has_wide_string(catalog: Catalog, name: str) -> bool:
+    definition = find(catalog, name)
+    if any(field.type.base == "wstring" for field in definition.fields):
+        return True
+    return any(has_wide_string(catalog, nested) for nested in definition.nested_types())
+
+
 @pytest.fixture(scope="module")
 def catalogs() -> dict[str, Catalog]:
     return {name: Catalog(name, cached=False) for name in ("jazzy", "kilted", "lyrical")}
@@ -84,16 +91,20 @@ def test_every_definition_has_the_hash_that_is_recorded(catalogs):
     assert found == RECORDED
 
 
-def test_the_recorded_hashes_are_those_of_another_implementation(catalogs):
+# All of them take three seconds, and they change only when definitions are added.
+@pytest.mark.parametrize("step", [7, pytest.param(1, marks=pytest.mark.nightly)])
+def test_the_recorded_hashes_are_those_of_another_implementation(catalogs, step):
     foreign = {distribution: get_typestore(Stores.EMPTY) for distribution in catalogs}
-    for distribution, name, recorded in RECORDED:
+    for distribution, name, recorded in RECORDED[::step]:
+        if has_wide_string(catalogs[distribution], name):
+            continue  # rosbags has no wstring
         found = foreign_hash(foreign[distribution], catalogs[distribution], name)
         assert found == recorded, name
 
 
 def test_the_origin_of_every_package_is_told():
     told = re.findall(
-        r"^\| `([\w/]+)` \| [\w-]+/[\w-]+, `[\w-]+` \| \d+\.\d+\.\d+ \| \w+",
+        r"^\| `([\w/]+)` \| [\w-]+/[\w-]+, `[\w./-]+` \| \d+\.\d+\.\d+ \| \w+",
         (FOLDER / "SOURCES.md").read_text(),
         re.MULTILINE,
     )
