@@ -14,6 +14,8 @@ from __future__ import annotations
 import os
 import sys
 
+from teleopctl.errors import SystemFailureError
+
 _HERE = os.path.dirname(os.path.abspath(__file__))  # noqa: PTH100, PTH120 -- no Path at start-up
 
 SITE = os.path.join(_HERE, "site")  # noqa: PTH118
@@ -65,7 +67,8 @@ def set_variables() -> None:
     """Set the environment variables of a sourced ROS 2, for this process and its children.
 
     Idempotent. teleopctl's programs are at the end of ``PATH``, so that installed programs of the
-    same names have precedence. Paths of libraries and of Gazebo's models are empty unless set.
+    same names have precedence, and its packages at the end of ``AMENT_PREFIX_PATH``. Paths of
+    libraries and of Gazebo's models are empty unless set.
     """
     os.environ.setdefault("ROS_VERSION", "2")
     os.environ.setdefault("ROS_PYTHON_VERSION", "3")
@@ -76,6 +79,18 @@ def set_variables() -> None:
 
         os.environ["ROS_DISTRO"] = distribution()
     os.environ["TELEOPCTL_PYTHON"] = sys.executable
-    path = os.environ.get("PATH", os.defpath)
-    if PROGRAMS not in path.split(os.pathsep):
-        os.environ["PATH"] = os.pathsep.join(filter(None, (path, PROGRAMS)))
+    _append("PATH", PROGRAMS, os.defpath)
+    from teleopctl.packages import own_prefix
+
+    try:
+        prefix = str(own_prefix())
+    except SystemFailureError:  # no folder to write to: named where the files of a package are used
+        return
+    _append("AMENT_PREFIX_PATH", prefix)
+
+
+def _append(variable: str, folder: str, default: str = "") -> None:
+    """Append a folder to a variable with a search path, unless it is there."""
+    path = os.environ.get(variable, default)
+    if folder not in path.split(os.pathsep):
+        os.environ[variable] = os.pathsep.join(filter(None, (path, folder)))

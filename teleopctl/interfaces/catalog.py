@@ -139,6 +139,20 @@ class Catalog:
         ours = (_files(os.path.join(_BUILT_IN, name), name) for name in packages)
         return sorted({*self._standard.names(), *(name for files in ours for name, _ in files)})
 
+    def folder_of_files(self, type_names: list[str]) -> str | None:
+        """Return the folder with the definition files of built-in types; None if there is no one.
+
+        Args:
+            type_names: Names of all built-in types of a package and kind.
+        """
+        package, kind, _ = split(type_names[0])
+        folder = os.path.join(_BUILT_IN, package, kind)
+        files = [f"{split(name)[2]}.{kind}" for name in type_names]
+        changed = any(os.path.isdir(os.path.join(f, package)) for f in self._built_in[:-1])
+        if changed or not os.path.isdir(folder) or sorted(files) != sorted(os.listdir(folder)):
+            return None
+        return folder
+
     def user_names(self) -> list[str]:
         """Return the sorted names of the types in the interface folders of found ROS packages."""
         from teleopctl.packages import list_packages

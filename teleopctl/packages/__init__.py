@@ -25,6 +25,7 @@ if TYPE_CHECKING:
         package_names as package_names,
         package_share as package_share,
         resolve_uri as resolve_uri,
+        source_resources as source_resources,
     )
     from teleopctl.packages.modules import (
         installed_module_roots as installed_module_roots,
@@ -37,6 +38,7 @@ if TYPE_CHECKING:
         create_package as create_package,
         license_names as license_names,
     )
+    from teleopctl.packages.own_packages import own_prefix as own_prefix
     from teleopctl.packages.prefixes import search_paths as search_paths
     from teleopctl.packages.programs import (
         find_executable as find_executable,

@@ -7,50 +7,33 @@ package's files; entry points in ``teleopctl.nodes`` are named ``package/executa
 from __future__ import annotations
 
 from collections.abc import Iterable
+from functools import partial
 from pathlib import Path
-from typing import Final
 
 from teleopctl import plugins
 from teleopctl.errors import BrokenPluginError
+from teleopctl.packages.own_packages import (
+    DATA_PACKAGES,
+    HERE,
+    Manifest,
+    data_folder,
+    is_own,
+    own_prefix_path,
+)
 from teleopctl.packages.records import DISTRIBUTION, Package, PackageProgram
-
-HERE: Final = Path(__file__).resolve().parents[1]
-
-# Packages with files: name → folder in a source checkout; in a wheel, all folders are below share/.
-_DATA_PACKAGES: Final = {
-    "teleop_description": "robot",
-    "teleop_controller": "config",
-    **{
-        name: f"teleopctl/share/{name}"
-        for name in (
-            *("demo_nodes_cpp", "demo_nodes_py", "gazebo_ros", "ros_gz_bridge", "ros_gz_sim"),
-            *("ros_ign_gazebo", "teleop_twist_joy", "teleopctl", "turtlesim", "urdf_launch"),
-            "urdf_tutorial",
-        )
-    },
-}
-
-
-def own_names() -> set[str]:
-    """Return the names of teleopctl's built-in packages."""
-    return {*_DATA_PACKAGES, *(name.rpartition("/")[0] for name in plugins.NODES.builtin)}
 
 
 def has_files(name: str) -> bool:
     """Return whether a built-in package has files, not only programs."""
-    return name in _DATA_PACKAGES
+    return name in DATA_PACKAGES
 
 
 def builtin_package(name: str) -> Package | None:
     """Return teleopctl's built-in package of this name, or None."""
-    programs = executables_of(name, plugins.NODES.builtin.items())
-    folder = HERE
-    if name in _DATA_PACKAGES:
-        folder = HERE / "share" / name
-        if not folder.is_dir():
-            folder = HERE.parent / _DATA_PACKAGES[name]
-    elif not programs:
+    if not is_own(name):
         return None
+    programs = executables_of(name, plugins.NODES.builtin.items())
+    folder = data_folder(name) or own_prefix_path() / "share" / name
     return Package(name, folder, read_executables=lambda: programs)
 
 
@@ -101,7 +84,23 @@ def distribution_package(name: str) -> Package | None:
         kind=DISTRIBUTION,
         found_by=f"distribution {plugin.distribution}",
         read_executables=lambda: executables,
+        make_manifest=partial(_manifest, name, plugin.distribution),
     )
+
+
+def _manifest(name: str, distribution: str) -> str:
+    """Return a ``package.xml`` with what a distribution's metadata says."""
+    from importlib.metadata import metadata
+
+    known = {key: str(value) for key, value in metadata(distribution).json.items()}
+    return Manifest(
+        name,
+        known["version"],
+        known.get("summary", f"{name}, of the distribution {distribution}"),
+        known.get("license_expression") or known.get("license", "unknown"),
+        known.get("author") or known.get("maintainer", "unknown"),
+        known.get("author_email") or known.get("maintainer_email", "unknown@example.com"),
+    ).xml()
 
 
 def _module_folder(module: str) -> Path | None:

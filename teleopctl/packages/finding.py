@@ -34,7 +34,8 @@ from functools import lru_cache, partial
 from pathlib import Path
 
 from teleopctl.errors import BrokenPluginError, NotFoundError, did_you_mean
-from teleopctl.packages.distributions import builtin_package, has_files, own_names
+from teleopctl.packages.distributions import builtin_package, has_files
+from teleopctl.packages.own_packages import own_names
 from teleopctl.packages.prefixes import (
     include_prefix_of,
     installed_names,
@@ -102,6 +103,23 @@ def list_packages() -> list[Package]:
         if (package := _overlay(layers)) is not None:
             listed.append(package)
     return listed
+
+
+def source_resources(resource_type: str) -> dict[str, Package]:
+    """Return the source package of each resource of a type that source packages declare, by name.
+
+    Args:
+        resource_type: Type of the resources in the ament index, such as ``rosidl_interfaces``.
+    """
+    from teleopctl.packages.installed_layout import resources
+
+    found: dict[str, Package] = {}
+    for package in source_packages():
+        for path in resources(package.name, package.folder):
+            declared_type, _, name = path.partition("/")
+            if declared_type == resource_type:
+                found.setdefault(name, package)
+    return found
 
 
 def source_packages() -> list[Package]:

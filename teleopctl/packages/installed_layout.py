@@ -29,8 +29,9 @@ from teleopctl.packages.cmake_script import installation
 from teleopctl.packages.setup_script import setup_arguments
 from teleopctl.packages.source_folders import text_of
 
+_SCRIPTS: Final = ("setup.py", "CMakeLists.txt")
 _FOLDER: Final = "packages"  # in the runtime folder
-_MARKERS: Final = "share/ament_index/resource_index/packages"
+INDEX: Final = "share/ament_index/resource_index"
 
 
 @lru_cache(maxsize=256)
@@ -54,7 +55,13 @@ def share_folder(name: str, folder: Path) -> Path:
 
 @lru_cache(maxsize=256)
 def prefix_folder(
-    name: str, folder: Path, share: Path, programs: tuple[str, ...], *, is_source: bool
+    name: str,
+    folder: Path,
+    share: Path,
+    programs: tuple[str, ...],
+    *,
+    is_source: bool,
+    manifest: str = "",
 ) -> Path:
     """Write and return a folder of links like the install prefix of a package not installed.
 
@@ -64,19 +71,57 @@ def prefix_folder(
         share: Share folder of the package, laid out as installed.
         programs: Names of the package's programs.
         is_source: Whether it is a source package, whose programs need ``TELEOPCTL_PACKAGE_PATH``.
+        manifest: Text of a ``package.xml`` for a share folder without one.
 
     Raises:
         SystemFailureError: The folder cannot be written.
     """
     source = folder if is_source else None
     entries: dict[str, Path | str] = {
-        f"lib/{name}/{program}": _starter(name, program, source) for program in programs
+        f"lib/{name}/{program}": starter(name, program, source) for program in programs
     }
-    entries[f"share/{name}"] = share
-    entries[f"{_MARKERS}/{name}"] = ""
+    if manifest:
+        entries[f"share/{name}/package.xml"] = manifest
+        for entry in share.iterdir():
+            entries[f"share/{name}/{entry.name}"] = entry
+    else:
+        entries[f"share/{name}"] = share
+    entries[f"{INDEX}/packages/{name}"] = ""
+    if source is not None:
+        entries |= {f"{INDEX}/{path}": content for path, content in resources(name, source).items()}
     prefix = _view(folder) / f"{name}.prefix"
     _update(prefix, entries)
     return prefix
+
+
+@lru_cache(maxsize=2048)
+def resources(name: str, folder: Path) -> dict[str, Path | str]:
+    """Return the resources for the ament index that a source package declares.
+
+    These are the files that its scripts install there, and the list of its interfaces; without the
+    marker of the package itself.
+
+    Args:
+        name: Name of the package.
+        folder: Source folder of the package.
+
+    Returns:
+        File or text of each resource by ``type/name``.
+    """
+    found: dict[str, Path | str] = {}
+    if any("resource_index" in (text_of(folder / script) or "") for script in _SCRIPTS):
+        for path, file in _installed_files(folder):
+            resource = posixpath.relpath(posixpath.normpath(path), INDEX)
+            if not resource.startswith(("..", "packages/")) and (folder / file).is_file():
+                found[resource] = folder / file
+    interfaces = [
+        f"{kind}/{file.name}"
+        for kind in ("action", "msg", "srv")
+        if (folder / kind).is_dir()
+        for file in sorted((folder / kind).iterdir())
+        if file.suffix in (f".{kind}", ".idl")
+    ]
+    return {f"rosidl_interfaces/{name}": "\n".join(interfaces), **found} if interfaces else found
 
 
 def linked_module(name: str, folder: Path, module: Path) -> Path:
@@ -95,7 +140,7 @@ def linked_module(name: str, folder: Path, module: Path) -> Path:
     return root
 
 
-def _starter(package: str, program: str, source: Path | None) -> str:
+def starter(package: str, program: str, source: Path | None) -> str:
     """Return a shell script that runs a program of a package from any working directory.
 
     The script puts the source folder, if given, on ``TELEOPCTL_PACKAGE_PATH``.
@@ -201,7 +246,7 @@ def _update(view: Path, entries: Mapping[str, Path | str]) -> None:
             if isinstance(content, str):
                 _write(place, content)
             elif not place.is_symlink():
-                _link(place, content)
+                link(place, content)
     except OSError as error:
         raise SystemFailureError(f"{view} cannot be written: {error}") from error
 
@@ -216,14 +261,15 @@ def _write(place: Path, text: str) -> None:
     draft.replace(place)
 
 
-def _link(link: Path, target: Path) -> None:
+def link(place: Path, target: Path) -> None:
+    """Create a link unless it exists; on a system without links, a copy."""
     with suppress(FileExistsError):  # another process creates the same link
         try:
-            link.symlink_to(target, target_is_directory=target.is_dir())
+            place.symlink_to(target, target_is_directory=target.is_dir())
         except FileExistsError:
             raise
         except OSError:
             # Windows allows links only for administrators and in developer mode
             import shutil
 
-            shutil.copytree(target, link) if target.is_dir() else shutil.copy2(target, link)
+            shutil.copytree(target, place) if target.is_dir() else shutil.copy2(target, place)

@@ -10,16 +10,18 @@ workspace was built with ``--merge-install``.
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterator
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import Final
 
+from teleopctl.packages.installed_layout import INDEX
+from teleopctl.packages.own_packages import is_own_prefix, own_prefix
 from teleopctl.packages.records import INSTALLED, Package, PackageProgram
 
 AMENT_VARIABLE: Final = "AMENT_PREFIX_PATH"
 COLCON_VARIABLE: Final = "COLCON_PREFIX_PATH"
-INDEX: Final = "share/ament_index/resource_index"
 
 # File that colcon writes into an install folder.
 _LAYOUT: Final = ".colcon_install_layout"
@@ -32,16 +34,31 @@ _PYTHON_FOLDERS: Final = (
 
 
 def search_paths() -> list[str]:
-    """Return the existing folders of ``AMENT_PREFIX_PATH``."""
-    return _folders(AMENT_VARIABLE)
+    """Return the existing folders of ``AMENT_PREFIX_PATH``; without any, those of this Python.
+
+    These are the prefix of teleopctl's packages, and Python's own if it has ROS packages.
+
+    Raises:
+        SystemFailureError: The prefix of teleopctl's packages cannot be written.
+    """
+    if os.environ.get(AMENT_VARIABLE):
+        return _folders(AMENT_VARIABLE)
+    return [*_of_python(), str(own_prefix())]
 
 
 def prefixes() -> dict[str, str]:
-    """Return the existing install prefixes, each with the environment variable that lists it."""
-    found = dict.fromkeys(_folders(AMENT_VARIABLE), AMENT_VARIABLE)
+    """Return the existing install prefixes, each with the environment variable that lists it.
+
+    The last one may be that of this Python, below which pip installs the files of ROS packages. The
+    prefix of teleopctl's own packages is left out.
+    """
+    listed = (folder for folder in _folders(AMENT_VARIABLE) if not is_own_prefix(folder))
+    found = dict.fromkeys(listed, AMENT_VARIABLE)
     for base in _folders(COLCON_VARIABLE):
         for prefix in _prefixes_of_workspace(base):
             found.setdefault(prefix, COLCON_VARIABLE)
+    for prefix in _of_python():
+        found.setdefault(prefix, "installed beside Python")
     return found
 
 
@@ -94,6 +111,10 @@ def is_ros(prefix: Path) -> bool:
     """Return whether an install prefix is that of a ROS distribution, not of a workspace."""
     marker = Path(INDEX, "packages", "ros_environment")
     return (prefix / marker).is_file() or (prefix.parent / "ros_environment" / marker).is_file()
+
+
+def _of_python() -> list[str]:
+    return [sys.prefix] if os.path.isdir(os.path.join(sys.prefix, INDEX)) else []  # noqa: PTH112, PTH118
 
 
 def _folders(variable: str) -> list[str]:

@@ -11,6 +11,7 @@ SOURCES: Final = "sources"
 INSTALLED: Final = "installed"
 OWN: Final = "own"
 DISTRIBUTION: Final = "distribution"
+_MANIFEST: Final = "package.xml"
 
 
 class PackageProgram(NamedTuple):
@@ -40,6 +41,7 @@ class Package:
         kind: Kind of the package, see below.
         found_by: Description of where the package was found.
         read_executables: Returns the package's programs; called when they are first read.
+        make_manifest: Returns the text of a ``package.xml`` for a package without one.
 
     Attributes:
         name: Name of the package.
@@ -58,12 +60,14 @@ class Package:
         kind: str = OWN,
         found_by: str = "teleopctl",
         read_executables: Callable[[], dict[str, PackageProgram]] = dict,
+        make_manifest: Callable[[], str] = str,
     ) -> None:
         self.name = name
         self.folder = folder
         self.kind = kind
         self.found_by = found_by
         self._read_executables = read_executables
+        self._make_manifest = make_manifest
 
     @cached_property
     def executables(self) -> dict[str, PackageProgram]:
@@ -80,6 +84,10 @@ class Package:
         Raises:
             SystemFailureError: The folder of links cannot be written.
         """
+        if self.kind == OWN:
+            # Other own packages than those of files have a folder below the prefix.
+            self.prefix  # noqa: B018 -- write it
+            return self.folder
         if self.kind != SOURCES or not any(
             (self.folder / script).is_file() for script in ("setup.py", "CMakeLists.txt")
         ):
@@ -87,6 +95,18 @@ class Package:
         from teleopctl.packages.installed_layout import share_folder
 
         return share_folder(self.name, self.folder)
+
+    @property
+    def manifest(self) -> Path:
+        """Path of the package's ``package.xml``, which may not exist for an installed package.
+
+        Raises:
+            SystemFailureError: The folder of links cannot be written.
+        """
+        file = self.share / _MANIFEST
+        if self.kind == DISTRIBUTION and not file.is_file():
+            return self.prefix / "share" / self.name / _MANIFEST
+        return file
 
     @property
     def prefix(self) -> Path:
@@ -100,8 +120,16 @@ class Package:
         """
         if self.kind == INSTALLED:
             return self.folder.parent.parent
+        if self.kind == OWN:
+            from teleopctl.packages.own_packages import own_prefix
+
+            return own_prefix()
         from teleopctl.packages.installed_layout import prefix_folder
 
-        is_source = self.kind == SOURCES
-        programs = tuple(self.executables)
-        return prefix_folder(self.name, self.folder, self.share, programs, is_source=is_source)
+        manifest = ""
+        if self.kind == DISTRIBUTION and not (self.folder / _MANIFEST).is_file():
+            manifest = self._make_manifest()
+        is_source, programs = self.kind == SOURCES, tuple(self.executables)
+        return prefix_folder(
+            self.name, self.folder, self.share, programs, is_source=is_source, manifest=manifest
+        )

@@ -145,6 +145,10 @@ LAUNCH_LANGUAGES = Kind(
 """Readers of launch files, by suffix: functions that return the
 `teleopctl.launch.model.action.LaunchFile` of a path."""
 
+WRITE_DEFINITIONS = "teleopctl.interfaces.definition_files:write_definitions"
+"""Function that writes the definition files of all interfaces that come with teleopctl below a
+folder, and returns their paths by package. `teleopctl.packages` is in a lower layer."""
+
 LAUNCH_EXTENSIONS = "teleopctl.compat.launch_extensions:load"
 """Function that loads extensions of ROS 2's own launch, which expose actions and substitutions. The
 extensions import ROS 2's packages, which are in a higher layer than `teleopctl.launch`."""

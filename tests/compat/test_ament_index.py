@@ -84,15 +84,39 @@ def test_errors_are_those_of_the_original(prefixes, call, error, text):
     assert text in told
 
 
-def test_without_the_variable_the_prefixes_are_unknown_and_packages_are_not(prefixes):
+@posix
+def test_without_the_variable_there_are_our_own_packages_and_those_of_a_workspace(prefixes):
     code = """
-try:
-    get_search_paths()
-except EnvironmentError as error:
-    print(error)
-print(get_package_share_path("leg").name)
+(prefix,) = get_search_paths()
+print(get_package_share_path("leg").name, has_resource("rmw_output_prefixes", "rmw_zenoh_cpp"))
+print(get_package_prefix("std_msgs") == get_package_prefix("rclpy") == prefix)
+share = get_package_share_path("sensor_msgs")
+print((share / "msg/Image.msg").read_text().split()[-2:], (share / "srv").is_dir())
+print(get_resource("rosidl_interfaces", "std_srvs")[0].split())
+print({"launch", "launch_ros", "tf2_ros", "cv_bridge", "nav2_common", "launch_testing", "leg"}
+    <= set(get_packages_with_prefixes()))
 """
     assert said(code, prefixes, AMENT_PREFIX_PATH="").splitlines() == [
-        "Environment variable 'AMENT_PREFIX_PATH' is not set or empty",
-        "leg",
+        "leg False",
+        "True",
+        "['uint8[]', 'data'] True",
+        "['srv/Empty.srv', 'srv/SetBool.srv', 'srv/Trigger.srv']",
+        "True",
     ]
+
+
+@posix
+def test_the_sources_of_a_workspace_declare_resources_too(prefixes):
+    leg = prefixes[0].parent / "ws/leg"
+    write(leg / "msg/Step.msg", "float64 length")
+    write(leg / "resource/leg_gait", "gait: trot")
+    marker = "share/ament_index/resource_index/gaits"
+    write(
+        leg / "setup.py",
+        f"from setuptools import setup\nsetup(data_files=[('{marker}', ['resource/leg_gait'])])",
+    )
+    code = """
+print(get_resource("gaits", "leg_gait")[0], *get_resources("gaits"), has_resource("gaits", "x"))
+print(get_resource("rosidl_interfaces", "leg")[0])
+"""
+    assert said(code, prefixes).splitlines() == ["gait: trot leg_gait False", "msg/Step.msg"]

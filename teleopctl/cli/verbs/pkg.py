@@ -178,7 +178,7 @@ def xml(
     """Print the manifest of a package, or the text of one of its tags."""
     from lxml import etree
 
-    manifest = _found(name).share / "package.xml"
+    manifest = _found(name).manifest
     if not manifest.is_file():
         raise NotFoundError(
             f"Package XML manifest not found: package '{name}' has no {manifest.name}"
@@ -380,7 +380,7 @@ def complete_manifest_tags(ctx: "TypedWords", incomplete: str) -> list[str]:
         package = packages.lookup_package(ctx.params.get("name") or "")
         if package is None:
             return []
-        root = etree.parse(package.folder / "package.xml", parser).getroot()
+        root = etree.parse(package.manifest, parser).getroot()
     except (OSError, etree.XMLSyntaxError):
         return []
     return sorted(

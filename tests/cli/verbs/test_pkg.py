@@ -8,7 +8,7 @@ from pathlib import Path
 
 import pytest
 
-from tests.packages.prefix import install, write
+from tests.packages.prefix import INDEX, install, write
 
 SETUP_PY = """
 from setuptools import setup
@@ -128,10 +128,11 @@ def test_the_manifest_is_printed_without_its_comments_or_by_tag(ros):
         ("xml armm", "Package not found: 'armm'"),
         ("executables armm", "Package 'armm' not found"),
         ("xml arm -t depends", "XML tag not found: "),
-        ("xml tf2_ros", "Package XML manifest not found"),
+        ("xml bare", "Package XML manifest not found"),
     ],
 )
 def test_what_is_not_there_is_an_error_that_says_so(ros, line, told):
+    write(ros.folder / "install" / INDEX / "packages/bare", "")
     failed = ros.run(f"pkg {line}")
     assert (failed.stdout, failed.returncode) == ("", 1)
     assert told in failed.stderr

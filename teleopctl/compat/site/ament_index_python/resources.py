@@ -1,7 +1,8 @@
 """``ament_index_python.resources``: the markers that installed packages leave.
 
-Those of the type ``packages`` stand for every package that teleopctl finds, installed or not; of
-other types there are those below the prefixes of ``AMENT_PREFIX_PATH``.
+Those of the type ``packages`` stand for every package that teleopctl finds, installed or not. Those
+of other types are below the prefixes of ``AMENT_PREFIX_PATH``, one of which has teleopctl's own
+packages, or declared by the sources of a workspace.
 """
 
 from pathlib import Path
@@ -10,7 +11,7 @@ from typing import Literal
 from ament_index_python.constants import RESOURCE_INDEX_SUBFOLDER
 from ament_index_python.search_paths import get_search_paths
 from teleopctl.errors import TeleopctlError
-from teleopctl.packages import list_packages, lookup_package
+from teleopctl.packages import list_packages, lookup_package, source_resources
 
 __all__ = [
     "InvalidResourceNameError",
@@ -39,7 +40,7 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
         LookupError: There is no such resource.
         InvalidResourceTypeNameError: The type is no name.
         InvalidResourceNameError: The name is none.
-        OSError: The marker cannot be read, or ``AMENT_PREFIX_PATH`` is not set.
+        OSError: The marker cannot be read.
     """
     prefix = has_resource(resource_type, resource_name)
     if prefix is False:
@@ -60,7 +61,6 @@ def get_resources(resource_type: str) -> dict[str, str]:
 
     Raises:
         InvalidResourceTypeNameError: The type is no name.
-        OSError: ``AMENT_PREFIX_PATH`` is not set.
     """
     _check_type(resource_type)
     if resource_type == _PACKAGES:
@@ -69,15 +69,13 @@ def get_resources(resource_type: str) -> dict[str, str]:
     for prefix in get_search_paths():
         for name in _names(_index(prefix) / resource_type, of_folders=False):
             found.setdefault(name, prefix)
+    for name, package in source_resources(resource_type).items():
+        found.setdefault(name, str(package.prefix))
     return found
 
 
 def get_resource_types() -> set[str]:
-    """Return the types of which there are resources.
-
-    Raises:
-        OSError: ``AMENT_PREFIX_PATH`` is not set.
-    """
+    """Return the types of which there are resources."""
     found = (_names(_index(prefix), of_folders=True) for prefix in get_search_paths())
     return {name for names in found for name in names}
 
@@ -88,7 +86,6 @@ def has_resource(resource_type: str, resource_name: str) -> str | Literal[False]
     Raises:
         InvalidResourceTypeNameError: The type is no name.
         InvalidResourceNameError: The name is none.
-        OSError: ``AMENT_PREFIX_PATH`` is not set.
     """
     _check_type(resource_type)
     assert resource_name, "The resource name must not be empty"
@@ -99,7 +96,8 @@ def has_resource(resource_type: str, resource_name: str) -> str | Literal[False]
     for prefix in get_search_paths():
         if (_index(prefix) / resource_type / resource_name).is_file():
             return prefix
-    return False
+    package = source_resources(resource_type).get(resource_name)
+    return False if package is None else str(package.prefix)
 
 
 def _prefix_of_package(name: str) -> str | Literal[False]:
