@@ -9,13 +9,14 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterable, Iterator
+from functools import lru_cache
 from pathlib import Path
 from typing import NamedTuple
 
 from teleopctl import plugins
 from teleopctl.errors import NotFoundError, did_you_mean
-from teleopctl.packages.finding import known_layers, package_names
-from teleopctl.packages.prefixes import python_folders
+from teleopctl.packages.finding import known_layers, package_names, search_places
+from teleopctl.packages.prefixes import prefixes, python_folders
 from teleopctl.packages.records import INSTALLED, SOURCES, Package
 
 GROUP = plugins.COMPONENTS.group
@@ -85,10 +86,16 @@ def _brought_by(package: str, among: Iterable[Component]) -> list[Component]:
     ]
 
 
-def _all() -> Iterator[Component]:
-    for name in package_names():
-        yield from _of_layers(name)
-    yield from _registered()
+def _all() -> tuple[Component, ...]:
+    return (*_components_in(search_places(), tuple(prefixes())), *_registered())
+
+
+# A launch file may name twenty components whose packages are not here: a search among a thousand
+# packages reads all their scripts.
+@lru_cache(maxsize=8)
+def _components_in(*_places: tuple[object, ...]) -> tuple[Component, ...]:
+    """Return the components of all packages in places, which the environment gives."""
+    return tuple(component for name in package_names() for component in _of_layers(name))
 
 
 def _of_layers(name: str) -> Iterator[Component]:

@@ -132,7 +132,7 @@ def faults_of_search() -> list[str]:
     from teleopctl.packages.source_folders import find_package_folders
 
     faults: list[str] = []
-    for root, _ in _roots():
+    for root, _ in search_places():
         cuts: list[int] = []
         faults += [
             f"{folder / 'package.xml'} has no readable <name>: its folder is not a package."
@@ -160,21 +160,19 @@ def include_package_of(file: Path) -> None:
 
     folder = enclosing_package(Path(os.path.abspath(file)).parent)  # noqa: PTH100
     name = None if folder is None else package_name(folder / "package.xml")
-    if (
-        folder is None
-        or not name
-        or name in _packages_below(tuple((root, "") for root in _named_roots()))
-    ):
+    named = os.environ.get(PACKAGE_PATH_VARIABLE, "")
+    here = Path.cwd()
+    roots = tuple((root, "") for root in _named_roots(named, str(here)))
+    if folder is None or not name or name in _packages_below(roots):
         return
     own = builtin_package(name)
     if own is None or own.folder != folder:
         workspace = workspace_of(folder)
-        here = Path.cwd()
         # Packages below the current folder are found anyway; they may be in several workspaces.
         near = workspace is None or here in (workspace, workspace.parent)
         others = None if near else str(workspace)
-        named = filter(None, (os.environ.get(PACKAGE_PATH_VARIABLE), str(folder), others))
-        os.environ[PACKAGE_PATH_VARIABLE] = os.pathsep.join(named)
+        folders = filter(None, (named, str(folder), others))
+        os.environ[PACKAGE_PATH_VARIABLE] = os.pathsep.join(folders)
 
 
 def package_share(name: str) -> Path:
@@ -272,26 +270,31 @@ def _executables(layers: list[Package]) -> dict[str, PackageProgram]:
 
 
 def _source_packages() -> dict[str, list[Package]]:
-    return _packages_below(_roots())
+    return _packages_below(search_places())
 
 
-def _roots() -> tuple[tuple[str, str], ...]:
+def search_places() -> tuple[tuple[str, str], ...]:
     """Return the folders to search for ``package.xml`` files, each with its description."""
+    # The folders as strings are the key of a cache.
+    return _places(os.environ.get(PACKAGE_PATH_VARIABLE, ""), os.getcwd())  # noqa: PTH109
+
+
+@lru_cache(maxsize=16)
+def _places(named: str, here: str) -> tuple[tuple[str, str], ...]:
     from teleopctl.packages.source_folders import enclosing_package
 
-    here = os.getcwd()  # noqa: PTH109 -- a string is the key of a cache
     around = enclosing_package(Path(here).parent)
     return (
-        *((root, PACKAGE_PATH_VARIABLE) for root in _named_roots()),
+        *((root, PACKAGE_PATH_VARIABLE) for root in _named_roots(named, here)),
         (here, "below the current folder"),
         *([(str(around), "around the current folder")] if around else []),
     )
 
 
-def _named_roots() -> tuple[str, ...]:
+def _named_roots(named: str, here: str) -> tuple[str, ...]:
     return tuple(
-        os.path.abspath(os.path.expanduser(folder))  # noqa: PTH100, PTH111 -- os.path needs no Path
-        for folder in os.environ.get(PACKAGE_PATH_VARIABLE, "").split(os.pathsep)
+        os.path.normpath(os.path.join(here, os.path.expanduser(folder)))  # noqa: PTH111, PTH118
+        for folder in named.split(os.pathsep)
         if folder
     )
 

@@ -2,16 +2,17 @@
 
 A ``setup.py`` is a program, and the search finds packages in any cloned folder: it must not execute
 their code. So the script's syntax tree is evaluated: assignments, lists, ``+``, f-strings, loops,
-conditions, functions of the script, and of other functions only those in ``_FUNCTIONS``,
-``_FUNCTIONS_ON_FILES`` and ``_METHODS``, such as ``os.path.join`` and ``glob``. This covers the
-``setup.py`` files of ROS 2's packages. All other expressions, and those that depend on them, have
-no value and are left out.
+conditions, environment variables, functions of the script, and of other functions only those in
+``_FUNCTIONS``, ``_FUNCTIONS_ON_FILES`` and ``_METHODS``, such as ``os.path.join`` and ``glob``.
+This covers the ``setup.py`` files of ROS 2's packages, also those that ask for ``ROS_VERSION``. All
+other expressions, and those that depend on them, have no value and are left out.
 """
 
 import ast
 import glob
 import os
 import re
+import sys
 from collections.abc import Callable, Iterator
 from contextlib import suppress
 from functools import partial
@@ -41,10 +42,11 @@ def setup_arguments(text: str, folder: Path | None = None) -> dict[str, Any]:
         with suppress(_Return):
             script.run(tree.body)
         if script.arguments is None:  # for example, below a condition that has no value
-            for call in ast.walk(tree):
-                if isinstance(call, ast.Call) and _is_setup(call):
-                    script.evaluate(call)
-                    break
+            calls = [n for n in ast.walk(tree) if isinstance(n, ast.Call) and _is_setup(n)]
+            # A script for ROS 1 and 2 has a call without these arguments too.
+            calls.sort(key=lambda call: not any(k.arg in _OF_ROS_2 for k in call.keywords))
+            for call in calls[:1]:
+                script.evaluate(call)
     # a null byte is no syntax error before Python 3.12; nesting of a million brackets
     except (SyntaxError, ValueError, RecursionError, MemoryError, _UnknownError, _TooLargeError):
         return {}
@@ -134,10 +136,12 @@ class _Script:
         match node:
             case ast.Constant(value=value):
                 return value
+            case ast.Attribute() | ast.Name() if (name := _dotted(node)) in _CONSTANTS:
+                return _CONSTANTS[name]
+            case ast.Attribute() | ast.Name() if name in ("os.environ", "environ"):
+                return _environment()
             case ast.Name(id=name):
                 return self._value_of(name)
-            case ast.Attribute(attr="sep") if _dotted(node) == "os.sep":
-                return "/"
             case ast.List(elts=parts):
                 return list(self._known(parts))
             case ast.Tuple(elts=parts):
@@ -159,6 +163,8 @@ class _Script:
                 return list(self._comprehended(element, loop))
             case ast.GeneratorExp(elt=element, generators=[ast.comprehension() as loop]):
                 return list(self._comprehended(element, loop))
+            case ast.IfExp(test=test, body=body, orelse=otherwise):
+                return self.evaluate(body if self.evaluate(test) else otherwise)
             case ast.UnaryOp(op=ast.Not(), operand=operand):
                 return not self.evaluate(operand)
             case ast.BoolOp(op=ast.And(), values=parts):
@@ -326,9 +332,30 @@ def _test(test: Callable[[Path], bool], folder: Path, path: str) -> bool:
     return test(folder / path)
 
 
+def _environment() -> dict[str, str]:
+    """Return the environment variables, with those that a sourced ROS 2 always has."""
+    return {"ROS_VERSION": "2", "ROS_PYTHON_VERSION": "3", "ROS_DISTRO": "jazzy", **os.environ}
+
+
+def _getenv(name: str, default: Any = None) -> Any:
+    return _environment().get(name, default)
+
+
+_OF_ROS_2: Final = ("entry_points", "data_files")
+_CONSTANTS: dict[str, Any] = {
+    "os.name": os.name,
+    "os.sep": "/",
+    "sys.platform": sys.platform,
+    "sys.version_info": tuple(sys.version_info[:3]),
+}
+
 # Functions by the names that ``setup.py`` files of ROS packages use, depending on their imports.
 _FUNCTIONS: dict[str, Callable[..., Any]] = {
     "str": str,
+    "int": int,
+    "bool": bool,
+    "os.getenv": _getenv,
+    "getenv": _getenv,
     "list": list,
     "tuple": tuple,
     "dict": dict,
@@ -357,6 +384,12 @@ _METHODS: dict[type, tuple[str, ...]] = {
 _COMPARISONS: dict[type[ast.cmpop], Callable[[Any, Any], bool]] = {
     ast.Eq: lambda left, right: bool(left == right),
     ast.NotEq: lambda left, right: bool(left != right),
+    ast.Lt: lambda left, right: bool(left < right),
+    ast.LtE: lambda left, right: bool(left <= right),
+    ast.Gt: lambda left, right: bool(left > right),
+    ast.GtE: lambda left, right: bool(left >= right),
+    ast.Is: lambda left, right: left is right,
+    ast.IsNot: lambda left, right: left is not right,
     ast.In: lambda left, right: left in right,
     ast.NotIn: lambda left, right: left not in right,
 }

@@ -244,8 +244,8 @@ def test_packages_their_programs_and_their_tags_are_completed(monkeypatch, capsy
     write(tmp_path / "arm/setup.py", script)
     monkeypatch.chdir(tmp_path)
     offered = partial(candidates, monkeypatch, capsys)
-    assert offered("teleopctl pkg prefix ar") == ["arm"]
-    assert offered("teleopctl pkg create new --dependencies rclpy ar") == ["arm"]
+    assert offered("teleopctl pkg prefix arm") == ["arm"]
+    assert offered("teleopctl pkg create new --dependencies rclpy arm") == ["arm"]
     assert offered("teleopctl run ar") == ["arm"]
     assert offered("teleopctl run arm ") == ["go"]
     assert offered("teleopctl pkg xml arm --tag ") == ["name", "version"]

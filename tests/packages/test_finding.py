@@ -125,6 +125,54 @@ def test_scripts_are_read_from_setup_cfg_and_pyproject_too(empty_folder):
     assert source_programs.console_scripts(folder) == {"one": "p.one:main", "two": "p.two:main"}
 
 
+def test_a_launch_of_many_components_reads_each_script_of_the_workspace_once(
+    empty_folder, monkeypatch
+):
+    for name in ("one", "two"):
+        make_package(empty_folder / "src" / name, name, setup_dot_py=SETUP_PY)
+    read = []
+    text_of = source_programs.text_of
+    monkeypatch.setattr(source_programs, "text_of", lambda file: read.append(file) or text_of(file))
+    for component in ("nav2_amcl::AmclNode", "nav2_planner::PlannerServer"):
+        with pytest.raises(TeleopctlError):
+            packages.find_component(component.partition("::")[0], component)
+    scripts = [file.parent.name for file in read if file.name == "setup.py"]
+    assert sorted(scripts) == ["one", "two"]
+
+
+# As in carla's packages for ROS 1 and 2.
+SETUP_FOR_TWO = """
+import os
+ROS_VERSION = int(os.environ['ROS_VERSION'])
+if ROS_VERSION == 1:
+    from distutils.core import setup
+    from catkin_pkg.python_setup import generate_distutils_setup
+    d = generate_distutils_setup(packages=['carla_spawn'], package_dir={'': 'src'})
+    setup(**d)
+elif ROS_VERSION == 2:
+    from setuptools import setup
+    package_name = 'carla_spawn'
+    setup(name=package_name, entry_points={'console_scripts': ['spawn = carla_spawn.spawn:main']})
+"""
+
+
+@pytest.mark.parametrize(
+    "script",
+    [
+        SETUP_FOR_TWO,
+        SETUP_FOR_TWO.replace("os.environ['ROS_VERSION']", "os.environ.get('ROS_VERSION', 0)"),
+        SETUP_FOR_TWO.replace("int(os.environ['ROS_VERSION'])", "int(os.getenv('ROS_VERSION'))"),
+        SETUP_FOR_TWO.replace("ROS_VERSION == 1", "ROS_VERSION < 2"),
+        # Where the condition has no value, the call with entry points is taken.
+        SETUP_FOR_TWO.replace("int(os.environ['ROS_VERSION'])", "detect()"),
+    ],
+)
+def test_a_setup_for_ros_1_and_2_is_read_as_for_ros_2(empty_folder, monkeypatch, script):
+    monkeypatch.delenv("ROS_VERSION", raising=False)
+    folder = make_package(empty_folder / "carla_spawn", "carla_spawn", setup_dot_py=script)
+    assert source_programs.console_scripts(folder) == {"spawn": "carla_spawn.spawn:main"}
+
+
 def test_files_that_cannot_be_read_declare_nothing(empty_folder):
     folder = make_package(empty_folder / "p", "p", setup_dot_py="setup()\0")
     (folder / "setup.cfg").mkdir()

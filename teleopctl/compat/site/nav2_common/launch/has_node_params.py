@@ -4,9 +4,10 @@ from __future__ import annotations
 
 from pathlib import Path
 
-import yaml
 from launch import LaunchContext, SomeSubstitutionsType, Substitution
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
+
+from teleopctl.base import ros_yaml
 
 
 class HasNodeParams(Substitution):
@@ -34,5 +35,5 @@ class HasNodeParams(Substitution):
     def perform(self, context: LaunchContext) -> str:
         """Read the file."""
         with Path(perform_substitutions(context, self._source_file)).open(encoding="utf-8") as file:
-            sections = yaml.safe_load(file)
+            sections = ros_yaml.safe_load(file.read())
         return str(isinstance(sections, dict) and self._node_name in sections)

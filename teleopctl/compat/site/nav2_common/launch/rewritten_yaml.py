@@ -11,6 +11,10 @@ import yaml
 from launch import LaunchContext, SomeSubstitutionsType, Substitution
 from launch.utilities import normalize_to_list_of_substitutions, perform_substitutions
 
+from teleopctl.base import ros_yaml
+
+# Ten times as fast, where it was built. Nav2's bringup rewrites a file of 500 lines 22 times.
+_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
 _PARAMETERS = "ros__parameters"
 
 
@@ -67,7 +71,7 @@ class RewrittenYaml(Substitution):
             return {key: text(value) for key, value in given.items()}
 
         with Path(text(self._source_file)).open(encoding="utf-8") as file:
-            data = yaml.safe_load(file)
+            data = ros_yaml.safe_load(file.read())
         values = {key: self._value(new) for key, new in texts(self._param_rewrites).items()}
         _set_everywhere(data, values)
         paths = set(_paths(data))
@@ -84,7 +88,7 @@ class RewrittenYaml(Substitution):
         with tempfile.NamedTemporaryFile(
             "w", encoding="utf-8", dir=folder, delete=False
         ) as rewritten:
-            yaml.safe_dump(data, rewritten)
+            yaml.dump(data, rewritten, Dumper=_DUMPER)
         return rewritten.name
 
     def _value(self, text: str) -> bool | int | float | str:
