@@ -10,7 +10,7 @@ from teleopctl.errors import BrokenPluginError, TeleopctlError, UnknownPluginErr
 from teleopctl.plugins import lookup, reloading
 from tests.distributions import install
 
-KINDS = [kind for kind in vars(plugins).values() if isinstance(kind, plugins.Kind)]
+KINDS = plugins.kinds()
 GROUP = plugins.CONTROLLERS.group
 CONTROLLER = """
     from teleopctl.control.controllers.base import ControllerInterface

@@ -157,7 +157,8 @@ class Catalog:
         """Return the sorted names of the types in the interface folders of found ROS packages."""
         from teleopctl.packages import list_packages
 
-        found = list_packages()
+        # teleopctl's own packages have the built-in types.
+        found = [package for package in list_packages() if package.kind != "own"]
         return sorted(name for each in found for name, _ in _files(str(each.folder), each.name))
 
     def package_names(self, package: str, kind: str | None = None) -> list[str]:

@@ -16,9 +16,8 @@ from teleopctl.packages.own_packages import (
     DATA_PACKAGES,
     HERE,
     Manifest,
-    data_folder,
     is_own,
-    own_prefix_path,
+    share_path,
 )
 from teleopctl.packages.records import DISTRIBUTION, Package, PackageProgram
 
@@ -33,8 +32,7 @@ def builtin_package(name: str) -> Package | None:
     if not is_own(name):
         return None
     programs = executables_of(name, plugins.NODES.builtin.items())
-    folder = data_folder(name) or own_prefix_path() / "share" / name
-    return Package(name, folder, read_executables=lambda: programs)
+    return Package(name, share_path(name), read_executables=lambda: programs)
 
 
 def executables_of(package: str, nodes: Iterable[tuple[str, str]]) -> dict[str, PackageProgram]:

@@ -121,6 +121,14 @@ def data_folder(name: str) -> Path | None:
     return folder if folder.is_dir() else HERE.parent / DATA_PACKAGES[name]
 
 
+def share_path(name: str) -> Path:
+    """Return the share folder of an own package; unless it is `data_folder`, it may not exist yet."""
+    folder = data_folder(name)
+    if folder is None or (_DEFINITIONS / name).is_dir():
+        return own_prefix_path() / "share" / name
+    return folder
+
+
 def own_prefix_path() -> Path:
     """Return the path of the install prefix of teleopctl's packages, which may not exist yet."""
     from zlib import crc32
@@ -175,7 +183,11 @@ def _write_prefix(prefix: Path) -> None:
         (index / "packages" / name).touch()
         folder = data_folder(name)
         if folder is not None:
-            link(share / name, folder)
+            if name in interfaces:  # already a folder
+                for entry in folder.iterdir():
+                    link(share / name / entry.name, entry)
+            else:
+                link(share / name, folder)
             continue
         version, description = records.get(name) or (_own_version(), f"{name}, by teleopctl")
         manifest = Manifest(name, version, description, has_interfaces=name in interfaces)

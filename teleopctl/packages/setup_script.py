@@ -136,9 +136,9 @@ class _Script:
         match node:
             case ast.Constant(value=value):
                 return value
-            case ast.Attribute() | ast.Name() if (name := _dotted(node)) in _CONSTANTS:
-                return _CONSTANTS[name]
-            case ast.Attribute() | ast.Name() if name in ("os.environ", "environ"):
+            case ast.Attribute() if _dotted(node) in _CONSTANTS:
+                return _CONSTANTS[_dotted(node)]
+            case ast.Attribute() | ast.Name() if _dotted(node) in ("os.environ", "environ"):
                 return _environment()
             case ast.Name(id=name):
                 return self._value_of(name)

@@ -130,9 +130,13 @@ def test_a_launch_of_many_components_reads_each_script_of_the_workspace_once(
 ):
     for name in ("one", "two"):
         make_package(empty_folder / "src" / name, name, setup_dot_py=SETUP_PY)
-    read = []
-    text_of = source_programs.text_of
-    monkeypatch.setattr(source_programs, "text_of", lambda file: read.append(file) or text_of(file))
+    read: list[Path] = []
+
+    def text_of(file: Path) -> str | None:
+        read.append(file)
+        return source_folders.text_of(file)
+
+    monkeypatch.setattr(source_programs, "text_of", text_of)
     for component in ("nav2_amcl::AmclNode", "nav2_planner::PlannerServer"):
         with pytest.raises(TeleopctlError):
             packages.find_component(component.partition("::")[0], component)

@@ -7,6 +7,7 @@ import pytest
 from teleopctl import packages, plugins
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.packages.own_packages import is_own_prefix, own_names, own_prefix
+from teleopctl.plugins import lookup
 from tests.distributions import install
 
 INDEX = "share/ament_index/resource_index"
@@ -74,14 +75,14 @@ def test_a_source_package_of_the_name_comes_first_and_ours_second(tmp_path, monk
 
 def test_a_distribution_s_package_has_a_manifest_of_its_metadata(tmp_path, monkeypatch):
     monkeypatch.syspath_prepend(str(tmp_path))
-    plugins.lookup._installed.cache_clear()
+    lookup.forget_entry_points()
     files = {"strange_claw/config/claw.yaml": "{}"}
     install(tmp_path, "strange-claw", {"teleopctl.packages": {"claw": "strange_claw"}}, files)
     found = packages.find_package("claw")
     root = ElementTree.parse(found.manifest).getroot()
     assert [root.findtext(tag) for tag in ("name", "version")] == ["claw", "1.0"]
     assert (found.prefix / "share/claw/config/claw.yaml").read_text() == "{}"
-    plugins.lookup._installed.cache_clear()
+    lookup.forget_entry_points()
 
 
 def test_ros_packages_that_pip_installed_beside_python_are_found(tmp_path, monkeypatch):
