@@ -122,7 +122,7 @@ def data_folder(name: str) -> Path | None:
 
 
 def share_path(name: str) -> Path:
-    """Return the share folder of an own package; unless it is `data_folder`, it may not exist yet."""
+    """Return the share folder of an own package; without `data_folder` it may not exist yet."""
     folder = data_folder(name)
     if folder is None or (_DEFINITIONS / name).is_dir():
         return own_prefix_path() / "share" / name
