@@ -136,6 +136,7 @@ def run_here(
     *,
     on_terminal: bool = False,
     coloured: bool = False,
+    verbose: bool = False,
 ) -> int:
     """Run a launch in the foreground until all processes have ended; return the exit status.
 
@@ -145,6 +146,8 @@ def run_here(
         on_terminal: Whether the output goes to a terminal; the launch then logs when all processes
             are up.
         coloured: Whether levels and process names are coloured on a terminal.
+        verbose: Whether a terminal gets all output; otherwise only warnings and errors of nodes
+            from teleopctl's own launch files, unless these choose the output.
 
     Raises:
         TeleopctlError: The file cannot be evaluated; no process was started.
@@ -160,6 +163,7 @@ def run_here(
             plan,
             evaluation,
             coloured=on_terminal and coloured,
+            is_terse=on_terminal and not (verbose or request.debug),
             debug=request.debug,
             log_name=request.log_name,
             standby=standby,

@@ -15,10 +15,7 @@ _UNKNOWN_PACKAGE = (
     "\n  Put the folder of the package that defines it, with its package.xml, on "
     "TELEOPCTL_PACKAGE_PATH."
 )
-_NOT_YAML = (
-    ": This is not YAML: while parsing a flow node did not find expected node content in "
-    '"<unicode string>", line 2, column 1'
-)
+_NOT_YAML = ": This is not YAML: did not find expected node content in line 2, column 1"
 
 
 class Refusal(NamedTuple):

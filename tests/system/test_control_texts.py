@@ -88,9 +88,11 @@ TEXTS = [
         0,
     ),
     (
-        "set_controller_state nope active",
+        "set_controller_state am_controler active",
         "",
-        refused("controller nope does not seem to be loaded"),
+        refused(
+            "controller am_controler does not seem to be loaded", "  Did you mean arm_controller?\n"
+        ),
         1,
     ),
     (
@@ -309,7 +311,8 @@ TEXTS = [
         "",
         refused(
             "Could not activate controller with name 'nope' because no controller with this name "
-            "exists"
+            "exists",
+            "  There is arm_controller.\n",
         ),
         1,
     ),

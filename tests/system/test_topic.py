@@ -380,8 +380,8 @@ def test_pub_does_not_take_a_subscriber_of_another_type_for_its_own(ros):
     done = ros.run("topic pub --once --max-wait-time-secs 0.1 /chatter std_msgs/msg/Int32")
     assert done.returncode == 1
     assert done.stderr.splitlines()[:2] == [
-        f"WARNING: topic [/chatter] is subscribed with the type {STRING}",
         "Waiting for at least 1 matching subscription(s)...",
+        f"'/chatter' has the type {STRING}, not std_msgs/msg/Int32.",
     ]
 
 

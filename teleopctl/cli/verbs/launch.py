@@ -57,6 +57,13 @@ def launch(
             help="Show the standard output of every process.",
         ),
     ] = False,
+    verbose: Annotated[
+        bool,
+        Option(
+            "--verbose",
+            help="Show all that built-in launch files' nodes log; else a terminal gets warnings.",
+        ),
+    ] = False,
     launch_prefix: Annotated[
         str | None,
         Option("--launch-prefix", help="Prefix of each command line."),
@@ -178,6 +185,7 @@ def launch(
                 standby,
                 on_terminal=sys.stdout.isatty(),
                 coloured=console.colour_enabled(sys.stdout),
+                verbose=verbose or show_all,
             )
         except TeleopctlError:
             for warning in undeclared_argument_warnings(file, arguments):

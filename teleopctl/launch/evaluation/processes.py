@@ -167,6 +167,8 @@ class ProcessBuilder:
             shell=shell,
             stdout=stdout,
             stderr=stderr,
+            # In users' launch files, output appears as in ROS 2.
+            is_quiet=action.output is None and is_builtin(self._context.file),
             emulate_tty=self._emulates_tty(action.emulate_tty),
             is_node=action.node is not None,
             node_name=node_name,

@@ -16,7 +16,7 @@ from typing import IO
 
 from teleopctl.base import interrupts, progress
 from teleopctl.base.output import LOG_FILE, LogFile
-from teleopctl.launch.execution.screen import Screen
+from teleopctl.launch.execution.screen import QuietLines, Screen
 from teleopctl.launch.execution.standby import StandbyProcess
 from teleopctl.launch.execution.streams import lines, stream
 from teleopctl.launch.model.plan import ProcessPlan
@@ -184,13 +184,15 @@ class Child:
     def _relay(self, pipe: IO[bytes], log: LogFile, is_stdout: bool) -> None:
         output = self.plan.stdout if is_stdout else self.plan.stderr
         own = self._own_log("stdout" if is_stdout else "stderr") if output.own_log else None
+        quiet = QuietLines() if self.plan.is_quiet and self._screen.is_terse else None
         with pipe, contextlib.closing(own) if own is not None else contextlib.nullcontext():
             for line in lines(pipe):
                 log.write(line)
                 if own is not None:
                     own.write(line)
                 self._on_output(self, line, is_stdout)
-                self._screen.relay(self.plan.name, line, shown=output.screen, kept=output.log)
+                shown = output.screen and not (quiet is not None and quiet.hides(line))
+                self._screen.relay(self.plan.name, line, shown=shown, kept=output.log)
 
     def _own_log(self, stream: str) -> LogFile:
         return LogFile(self.log_file.with_name(f"{self.plan.name}-{stream}.log"))

@@ -404,9 +404,5 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
 def _what_is_up_now(running: list[ProcessStatus]) -> str:
     names = [process.node_name or process.name for process in running]
     first = "control list_controllers" if "/controller_manager" in names else "node list"
-    lines = [
-        f"Up: {', '.join(names)}",
-        "  Ctrl-C ends everything. Next, in another terminal:",
-        *(f"    teleopctl {command}" for command in (first, "topic list", "topic hz --all")),
-    ]
-    return "\n".join(lines)
+    next_ = ", ".join(f"`teleopctl {command}`" for command in (first, "topic list"))
+    return f"Up: {', '.join(names)}\n  Ctrl-C ends everything. Next, in another terminal: {next_}"

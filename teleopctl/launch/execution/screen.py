@@ -28,6 +28,7 @@ _COLOURS = {
     "FATAL": b"\x1b[31m",
 }
 _RESET = b"\x1b[0m"
+_ADDRESS, _MARKED = re.compile(rb"https?://\S+"), b"\x1b[1;4m\\g<0>\x1b[0m"
 # Of the 256 colours, those with a contrast (WCAG 2.2, 1.4.3) of at least 3.9 to black and to white;
 # no red, yellow or grey, and neighbours far from each other.
 _OF_PROCESSES = (30, 133, 64, 63, 130, 31, 163, 28, 98, 29)
@@ -45,7 +46,7 @@ def launch_line(level: str, name: str, text: str) -> bytes:
     return (
         _painted(colour, f"[{level}] ".encode())
         + _painted(_of_process(name) or colour, f"[{name}]".encode(errors="replace"))
-        + _painted(colour, f": {text}".encode(errors="replace"))
+        + _painted(colour, _ADDRESS.sub(_MARKED, f": {text}".encode(errors="replace")))
         + b"\n"
     )
 
@@ -159,6 +160,25 @@ _LONGEST_ARGUMENT = 300
 _BEGIN = 60
 
 
+class QuietLines:
+    """Filter of a process's output that hides what is logged below WARN, line by line."""
+
+    def __init__(self) -> None:
+        self._hides = False
+
+    def hides(self, line: bytes) -> bool:
+        """Return whether to hide the next line: a log line, or an indented line that belongs to it.
+
+        What a process prints without a logger, such as a traceback, is not hidden.
+        """
+        match = _LOG_LINE.match(line)
+        if match is not None:
+            self._hides = match[1] in (b"DEBUG", b"INFO")
+        elif not line[:1].isspace():
+            self._hides = False
+        return self._hides
+
+
 class Screen:
     """Writer of a launch's lines to the terminal and the log file; thread-safe.
 
@@ -168,14 +188,26 @@ class Screen:
     Args:
         log_file: Log file for the launch's lines; None if stdout is the log.
         coloured: Whether levels and process names are coloured on the screen.
+        is_terse: Whether details of quiet processes are written to the log only.
     """
 
-    def __init__(self, log_file: Path | None, *, coloured: bool = False) -> None:
+    def __init__(
+        self, log_file: Path | None, *, coloured: bool = False, is_terse: bool = False
+    ) -> None:
         self._coloured = coloured
+        self.is_terse = is_terse
         self._lock = threading.Lock()
         self._log = None if log_file is None else LogFile(log_file)
 
-    def log(self, level: str, name: str, text: str, *, in_short: str | None = None) -> None:
+    def log(
+        self,
+        level: str,
+        name: str,
+        text: str,
+        *,
+        in_short: str | None = None,
+        is_detail: bool = False,
+    ) -> None:
         """Write a line of the launch itself, ``[INFO] [launch]: …``, to the log and the terminal.
 
         Args:
@@ -184,10 +216,13 @@ class Screen:
             text: Message.
             in_short: Message for the screen if there is a log file: a shorter one, or one with
                 secrets that the log must not contain.
+            is_detail: Whether a terse screen leaves the line to the log.
         """
         if self._log is not None:
             self._log.write(f"{LOG_FORMAT.line(level, name, text)}\n".encode(errors="replace"))
             text = in_short or text
+        if is_detail and self.is_terse:
+            return
         if self._coloured and SCREEN_FORMAT.is_default:
             self._write(launch_line(level, name, text))
         else:

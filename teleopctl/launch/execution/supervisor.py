@@ -50,6 +50,7 @@ class Supervisor:
         in_background: Whether stdout is the log of a background process, so that no other log file
             is written.
         coloured: Whether levels and process names are coloured on the screen.
+        is_terse: Whether the screen gets only warnings and errors of quiet processes.
         debug: Whether to log all events.
         log_name: Name of the log file with all output, without its suffix.
         standby: Process that waits for its arguments, for the first plan that it fits.
@@ -65,6 +66,7 @@ class Supervisor:
         *,
         in_background: bool = False,
         coloured: bool = False,
+        is_terse: bool = False,
         debug: bool = False,
         log_name: str = "launch",
         standby: StandbyProcess | None = None,
@@ -79,7 +81,7 @@ class Supervisor:
             self._loop, self._published.publish, self._timer_fired, self._work_ended
         )
         log_file = None if in_background else plan.log_directory / f"{log_name}.log"
-        self._screen = Screen(log_file, coloured=coloured)
+        self._screen = Screen(log_file, coloured=coloured, is_terse=is_terse)
         self._terminator = ProcessTerminator(self._loop, self._screen)
         self._interrupts = LaunchSignals(self._loop, self._shutdown_requested, self._send_to_all)
         self._children: list[Child] = []
@@ -168,7 +170,12 @@ class Supervisor:
     def _start(self) -> None:
         self._say("INFO", f"All log files can be found below {self._plan.log_directory}")
         verbosity = "DEBUG" if self._debug else "INFO"
-        self._say("INFO", f"Default logging verbosity is set to {verbosity}")
+        self._screen.log(
+            "INFO",
+            _LAUNCH,
+            f"Default logging verbosity is set to {verbosity}",
+            is_detail=all(process.is_quiet for process in self._plan.processes),
+        )
         for warning in self._plan.warnings:
             self._say("WARNING", warning)
         self._show(self._plan.start)
@@ -326,7 +333,10 @@ class Supervisor:
             return
         if child.ended_cleanly:
             self._screen.log(
-                "INFO", child.plan.name, f"process has finished cleanly [pid {child.pid}]"
+                "INFO",
+                child.plan.name,
+                f"process has finished cleanly [pid {child.pid}]",
+                is_detail=child.plan.is_quiet and child.plan.ends_by_itself,
             )
         else:
             # A process that the launch has signalled may end with any status.

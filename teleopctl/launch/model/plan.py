@@ -30,6 +30,7 @@ class ProcessPlan:
         shell: Whether a shell executes the command.
         stdout: Destinations of stdout.
         stderr: Destinations of stderr.
+        is_quiet: Whether a terminal gets only warnings and errors of what the process logs.
         emulate_tty: Whether the process writes to a pseudo-terminal instead of a pipe.
         is_node: Whether the process is a ROS node, which appears in the graph.
         node_name: Full name of the node if the launch file gives the name, or None.
@@ -52,6 +53,7 @@ class ProcessPlan:
     shell: bool = False
     stdout: Output = LOG
     stderr: Output = BOTH
+    is_quiet: bool = False
     emulate_tty: bool = False
     is_node: bool = False
     node_name: str | None = None

@@ -7,7 +7,7 @@ import sys
 
 import pytest
 
-from teleopctl.launch.execution.screen import launch_line, process_line
+from teleopctl.launch.execution.screen import QuietLines, launch_line, process_line
 from teleopctl.testing import LONGEST_WAIT_S
 
 LINE = b"[WARN] [1795251189.877707557] [head]: too hot\n"
@@ -25,6 +25,26 @@ def test_a_warning_is_coloured_whole_and_the_name_like_its_process():
     assert process_line("head-1", info) == prefix + info
     died = RED + b"[ERROR] " + RESET + ORCHID + b"[arm-2]" + RESET + RED + b": died" + RESET
     assert launch_line("ERROR", "arm-2", "died") == died + b"\n"
+
+
+def test_an_address_that_the_launch_says_is_marked():
+    marked = b"\x1b[1;4mhttp://localhost:8080/\x1b[0m"
+    assert marked in launch_line("INFO", "launch", "Up: /a\n  The robot: http://localhost:8080/")
+
+
+def test_a_quiet_process_hides_what_it_logs_below_warn_and_nothing_that_it_prints():
+    hidden = QuietLines().hides
+    lines = [
+        (b"[INFO] [1.0] [head]: Loading\n", True),
+        (b"\tposition\n", True),
+        (b"Traceback (most recent call last):\n", False),
+        (b'  File "x"\n', False),
+        (b"[DEBUG] [1.0] [head]: detail\n", True),
+        (LINE, False),
+        (b"  by 3 K\n", False),
+    ]
+    for line, is_hidden in lines:
+        assert hidden(line) is is_hidden, line
 
 
 def test_a_colour_that_a_process_leaves_on_ends_with_its_line():
@@ -109,10 +129,8 @@ def test_on_a_terminal_it_is_said_what_is_up_and_what_may_come_next(ros):
     )
     up = {
         b"[INFO] [launch]: Up: /mouth\n",
-        b"  Ctrl-C ends everything. Next, in another terminal:\n",
-        b"    teleopctl node list\n",
-        b"    teleopctl topic list\n",
-        b"    teleopctl topic hz --all\n",
+        b"  Ctrl-C ends everything. Next, in another terminal: "
+        b"`teleopctl node list`, `teleopctl topic list`\n",
     }
     spoken = False
     screen = Screen(ros, "one.yaml", NO_COLOR="1")
@@ -126,6 +144,28 @@ def test_on_a_terminal_it_is_said_what_is_up_and_what_may_come_next(ros):
         up.discard(line)
     screen.launch.terminate()
     screen.end(1)  # as `ros2 launch` does at SIGTERM
+
+
+def test_a_terminal_gets_what_is_up_of_a_builtin_launch_and_the_log_the_rest(ros):
+    screen = Screen(ros, "display.yaml viewer:=false", NO_COLOR="1")
+    lines: list[bytes] = []
+    while not lines or b"Ctrl-C" not in lines[-1]:
+        lines.append(screen.line())
+        assert lines[-1], lines
+    screen.launch.terminate()
+    screen.end(1)
+    assert [re.sub(rb"\d+|/.*", b"N", line) for line in lines] == [
+        b"[INFO] [launch]: All log files can be found below N\n",
+        *(
+            b"[INFO] [%s-N]: process started with pid [N]\n" % name
+            for name in (b"robot_state_publisher", b"joint_state_publisher")
+        ),
+        b"[INFO] [launch]: Up: N\n",
+        b"  Ctrl-C ends everything. Next, in another terminal: "
+        b"`teleopctl node list`, `teleopctl topic list`\n",
+    ]
+    (log,) = ros.folder.rglob("launch.log")
+    assert "got segment base_link" in log.read_text()
 
 
 def test_our_own_configuration_warns_of_nothing(ros):
