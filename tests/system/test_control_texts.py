@@ -312,7 +312,7 @@ TEXTS = [
         refused(
             "Could not activate controller with name 'nope' because no controller with this name "
             "exists",
-            "  There is arm_controller.\n",
+            "  There are arm_controller, joint_state_broadcaster.\n",
         ),
         1,
     ),
@@ -385,7 +385,7 @@ TEXTS = [
         refused(
             f"Error unloading controller arm_controller, {LOGS}",
             "  Could not unload controller with name 'arm_controller' because no controller with "
-            "this name exists\n",
+            "this name exists\n  There is joint_state_broadcaster.\n",
         ),
         1,
     ),
