@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Sequence
-from dataclasses import dataclass, field
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -73,20 +73,23 @@ class PlannedMotion:
 # --- in this process -----------------------------------------------------------------------------
 
 
-def plan_here(arm: Arm, goal: MotionGoal, target: MotionTarget) -> PlannedMotion:
+def plan_here(
+    arm: Arm, goal: MotionGoal, target: MotionTarget, is_canceled: Callable[[], bool]
+) -> PlannedMotion:
     """Plan a motion in this process.
 
     Raises:
-        PlanningError: There is none.
+        PlanningError: There is none, or planning is canceled.
     """
+    settings = replace(goal.settings, is_canceled=is_canceled)
     if target.positions is not None:
-        plan = arm.plan(target.positions, settings=goal.settings)
+        plan = arm.plan(target.positions, settings=settings)
     else:
         assert target.pose is not None
         if goal.linear:
-            plan = arm.line(target.pose, settings=goal.settings)
+            plan = arm.line(target.pose, settings=settings)
         else:
-            plan = arm.plan(target.pose, settings=goal.settings, is_position=target.is_position)
+            plan = arm.plan(target.pose, settings=settings, is_position=target.is_position)
     trajectory = write_joint_trajectory(plan, arm.model.description.root)
     return PlannedMotion(trajectory, target, plan.planner, plan.computing_s, plan.notes)
 
@@ -108,17 +111,19 @@ class MoveGroupPlanner:
         self._move = ActionClient(node, self._action, MOVE_ACTION)
         self._path = node.create_client(self._line, _CARTESIAN_PATH)
 
-    def plan(self, arm: Arm, goal: MotionGoal, target: MotionTarget) -> PlannedMotion:
+    def plan(
+        self, arm: Arm, goal: MotionGoal, target: MotionTarget, is_canceled: Callable[[], bool]
+    ) -> PlannedMotion:
         """Let move_group plan a motion; Ctrl-C ends its search.
 
         Raises:
-            PlanningError: There is none; with the code of move_group.
+            PlanningError: There is none, with the code of move_group; or planning is canceled.
             UnavailableError: move_group does not answer.
         """
         trajectory, computing_s = (
-            self._cartesian_path(arm, goal, target.pose)
+            self._cartesian_path(arm, goal, target.pose, is_canceled)
             if goal.linear and target.pose is not None
-            else self._motion_plan(arm, goal, target)
+            else self._motion_plan(arm, goal, target, is_canceled)
         )
         _check_end(arm, target, trajectory.joint_trajectory)
         return PlannedMotion(
@@ -129,7 +134,9 @@ class MoveGroupPlanner:
             robot_trajectory=trajectory,
         )
 
-    def _motion_plan(self, arm: Arm, goal: MotionGoal, target: MotionTarget) -> tuple[Any, float]:
+    def _motion_plan(
+        self, arm: Arm, goal: MotionGoal, target: MotionTarget, is_canceled: Callable[[], bool]
+    ) -> tuple[Any, float]:
         message = self._action.Goal()
         request = message.request
         request.group_name, request.planner_id = arm.group.name, goal.planner
@@ -142,18 +149,20 @@ class MoveGroupPlanner:
         message.planning_options.plan_only = True
         message.planning_options.planning_scene_diff.is_diff = True
         message.planning_options.planning_scene_diff.robot_state.is_diff = True
-        handle = _answer(self._move.send_goal_async(message), _ANSWER_S)
+        handle = _answer(self._move.send_goal_async(message), _ANSWER_S, is_canceled)
         if not handle.accepted:
             raise UnavailableError("move_group rejected the goal")
         try:
-            response = _answer(handle.get_result_async(), goal.timeout_s + _ANSWER_S)
+            response = _answer(handle.get_result_async(), goal.timeout_s + _ANSWER_S, is_canceled)
         except BaseException:
             handle.cancel_goal_async()
             raise
         _check_code(response.result.error_code)
         return response.result.planned_trajectory, float(response.result.planning_time)
 
-    def _cartesian_path(self, arm: Arm, goal: MotionGoal, pose: Array) -> tuple[Any, float]:
+    def _cartesian_path(
+        self, arm: Arm, goal: MotionGoal, pose: Array, is_canceled: Callable[[], bool]
+    ) -> tuple[Any, float]:
         kinematics = arm.kinematics
         if kinematics.T_tip_tool[:3, 3].any() and served_task(kinematics) is not PoseTask.POSE:
             raise UsageError(
@@ -174,7 +183,7 @@ class MoveGroupPlanner:
         request.start_state.is_diff = True
         request.waypoints = [write_pose(kinematics.tip_pose(pose))]
         begin = time.monotonic()
-        response = _answer(self._path.call_async(request), goal.timeout_s + _ANSWER_S)
+        response = _answer(self._path.call_async(request), goal.timeout_s + _ANSWER_S, is_canceled)
         if response.fraction < 1.0:
             why = getattr(response.error_code, "message", "")
             raise PlanningError(
@@ -259,16 +268,18 @@ def _check_code(code: Any) -> None:
 
 
 # Any: responses of any service.
-def _answer(future: Future[Any], longest_s: float) -> Any:
+def _answer(future: Future[Any], longest_s: float, is_canceled: Callable[[], bool]) -> Any:
     """Return the result of a future of move_group.
 
     Raises:
+        PlanningError: Planning is canceled.
         UnavailableError: It does not come in time.
     """
     end_s = time.monotonic() + longest_s
     # In short waits, so that Ctrl-C ends it on Windows too.
     while not future.wait(_LOOK_S) and time.monotonic() < end_s:
-        pass
+        if is_canceled():
+            raise PlanningError("The search was canceled", MoveItErrorCode.PREEMPTED)
     if not future.ended() or (result := future.result()) is None:
         raise UnavailableError(f"move_group does not answer within {longest_s:g} s")
     return result

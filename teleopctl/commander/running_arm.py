@@ -286,11 +286,11 @@ class RunningArm:
             planner=planner,
             timeout_s=timeout_s,
         )
+        stop_count = self._stop_count
         self._measure()
         target = target_of(goal, self.arm, self._lookup)
-        if self._planner is not None:
-            return self._planner.plan(self.arm, goal, target)
-        return plan_here(self.arm, goal, target)
+        plan = plan_here if self._planner is None else self._planner.plan
+        return plan(self.arm, goal, target, lambda: self._stop_count != stop_count)
 
     def execute(
         self, motion: PlannedMotion, on_progress: Callable[[float], object] | None = None
@@ -386,7 +386,7 @@ class RunningArm:
         return MotionResult(f"Gripper: {where}", at, time.monotonic() - begin_s)
 
     def stop(self) -> None:
-        """Stop the motion that another thread has begun; it raises ExecutionError there."""
+        """Stop what another thread has begun: a plan or motion, which raises its error there."""
         with self._lock:
             self._stop_count += 1
             running = self._running

@@ -4,12 +4,14 @@ import os
 import re
 import sys
 import threading
+from functools import partial
 from typing import Any
 
 import numpy as np
 import pytest
 
 import teleopctl
+from teleopctl.control import ControllerManagerClient
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import GroupKinematics, KinematicModel, StatusCode, find_groups
 from teleopctl.robot import RobotDescription
@@ -58,6 +60,9 @@ class Hand:
         """Position of the gripper in the world, m."""
         self.kinematics.set(self.kinematics.vector(self.positions))
         return self.kinematics.pose()[:3, 3]
+
+    def is_near(self, joint, position):
+        return abs(self.positions[joint] - position) < 0.05
 
     def is_still(self):
         return self.step < 1e-4
@@ -242,6 +247,28 @@ def test_the_command_type_may_be_chosen_and_servo_paused(arm, shared_ros):
     assert arm.tool() == pytest.approx(before, abs=1e-3)
 
 
+def test_a_forward_controller_that_is_active_instead_takes_the_commands(arm, shared_ros):
+    file = shared_ros.folder / "forward.yaml"
+    file.write_text(
+        "forward: {ros__parameters: {type: forward_command_controller/ForwardCommandController, "
+        "joints: [joint_3, joint_1, joint_2], interface_name: position}}"
+    )
+    spawned = shared_ros.run(f"run controller_manager spawner forward --inactive -p {file}")
+    assert spawned.returncode == 0, spawned.stderr
+    client = ControllerManagerClient(shared_ros.node, "/controller_manager")
+    assert client.switch_controllers(["forward"], ["arm_controller"])[0]
+    before = arm.tool()
+    # Servo chooses the controller when the manager publishes the switch.
+    arm.hold(
+        arm.twists,
+        twist(linear=(0.0, 0.0, 0.3)),
+        lambda: arm.tool()[2] - before[2] > 0.03,
+    )
+    arm.stop()
+    assert np.abs((arm.tool() - before)[:2]).max() < 0.01
+    assert client.switch_controllers(["arm_controller"], ["forward"])[0]
+
+
 def test_an_obstacle_of_the_planning_scene_stops_the_gripper(arm, shared_ros):
     moving = shared_ros.launch("move.yaml", "servo:=false")
     objects = shared_ros.node.create_publisher(CollisionObject, "/collision_object", 10)
@@ -306,9 +333,10 @@ def test_keys_move_the_gripper_and_close_it(arm, shared_ros):
 
         eventually(turn)
         arm.stop()
-        grip = arm.positions["joint_4"]
-        terminal.press("g")
-        eventually(lambda: abs(arm.positions["joint_4"] - grip) > 0.3)
+        # Closed at the start, at its upper limit, so that the first press opens it.
+        for end in (-1.5708, 0.0, -1.5708):
+            terminal.press("g")
+            eventually(partial(arm.is_near, "joint_4", end))
         terminal.press("q")
         assert terminal.wait() == 0
         assert "Stopped." in terminal.text

@@ -18,6 +18,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.kinematics.clearance import Approach, ClearanceChecker
+from teleopctl.kinematics.error_codes import MoveItErrorCode, PlanningError
 from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.poses import Array
 
@@ -48,6 +49,7 @@ class EdgeChecker:
         clearance: Checker of collisions; None to check none.
         condition: Further condition on the states; None for none.
         least_m: Distance from which a state is free, m.
+        is_canceled: Whether the search shall end, asked at each state; None for never.
 
     Attributes:
         least_m: Distance from which a state is free, m.
@@ -61,20 +63,26 @@ class EdgeChecker:
         condition: StateCondition | None = None,
         *,
         least_m: float = LEAST_M,
+        is_canceled: Callable[[], bool] | None = None,
     ) -> None:
         self.kinematics = kinematics
         self.clearance = clearance
         self.condition = condition
         self.least_m = least_m
         self.states = 0
+        self._is_canceled = is_canceled
         self._within_m = _WITHIN_M
         self._rows, self._reach = _pair_reach(kinematics)
         # What the group cannot change is no matter of its motions: an object on the ground.
         self._counts = self._reach.max(axis=2) > 0.0
 
     def is_free(self, positions: Array) -> bool:
-        """Return whether a state touches nothing and meets the condition."""
-        self.states += 1
+        """Return whether a state touches nothing and meets the condition.
+
+        Raises:
+            PlanningError: The search is canceled; so do the checks of motions.
+        """
+        self.count()
         if self.condition is not None and not self.condition(positions):
             return False
         if self.clearance is None:
@@ -86,6 +94,16 @@ class EdgeChecker:
         rows = self._rows[bodies]
         touches = (distances <= self.least_m) & self._counts[rows[:, 0], rows[:, 1]]
         return not bool(touches.any())
+
+    def count(self) -> None:
+        """Count a state that is checked; end the search here if it is canceled.
+
+        Raises:
+            PlanningError: It is canceled.
+        """
+        self.states += 1
+        if self._is_canceled is not None and self._is_canceled():
+            raise PlanningError("The search was canceled", MoveItErrorCode.PREEMPTED)
 
     def loosen(self, *states: Array) -> None:
         """Lower `least_m` to half of the distance of bodies that nearly touch at some states."""
@@ -244,7 +262,7 @@ class _Motion:
         """
         edges = self.edges
         positions = self.start + fraction * self.change
-        edges.states += 1
+        edges.count()
         most = math.inf
         if edges.condition is not None:
             if not edges.condition(positions):

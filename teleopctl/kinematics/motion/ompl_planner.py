@@ -49,11 +49,12 @@ class OmplPlanner(Planner):
         """Return the corners of a path, (m, n), or None if none was found in time."""
         util.noOutputHandler()
         information = _space_information(query)
-        information.setStateValidityChecker(_state_validator(edges, len(query.start)))
-        information.setMotionValidator(_MotionValidator(information, edges, len(query.start)))
-        return self._solve(information, query)
+        checks = _Checks(edges, len(query.start))
+        information.setStateValidityChecker(checks.is_valid)
+        information.setMotionValidator(_MotionValidator(information, checks))
+        return self._solve(information, query, checks)
 
-    def _solve(self, information: Any, query: Query) -> Array | None:
+    def _solve(self, information: Any, query: Query, checks: _Checks) -> Array | None:
         information.setup()
         count = len(query.start)
 
@@ -81,7 +82,9 @@ class OmplPlanner(Planner):
             _set_parameter(planner, self.name, key, value)
         planner.setProblemDefinition(definition)
         planner.setup()
-        planner.solve(base.timedPlannerTerminationCondition(query.timeout_s))
+        checks.termination = base.timedPlannerTerminationCondition(query.timeout_s)
+        planner.solve(checks.termination)
+        checks.end()
         if not definition.hasExactSolution():
             return None
         states = definition.getSolutionPath().getStates()
@@ -99,22 +102,66 @@ def _space_information(query: Query) -> Any:
     return base.SpaceInformation(space)
 
 
-def _state_validator(edges: EdgeChecker, count: int) -> Callable[[Any], bool]:
-    return lambda state: edges.is_free(np.array(state[0:count]))
+class _Checks:
+    """Checks of states and motions that OMPL calls.
+
+    An exception must not pass through OMPL, some of whose planners have threads: it ends the search
+    and is kept.
+
+    Attributes:
+        termination: OMPL's condition that ends the search.
+        error: The exception of a check; None without one.
+    """
+
+    def __init__(self, edges: EdgeChecker, count: int) -> None:
+        self._edges, self._count = edges, count
+        self.termination: Any = None
+        self.error: BaseException | None = None
+
+    def is_valid(self, state: Any) -> bool:
+        """Return whether a state is free."""
+        return self._try(lambda: self._edges.is_free(np.array(state[0 : self._count])))
+
+    def is_motion_valid(self, start: Any, end: Any) -> bool:
+        """Return whether a straight motion is free."""
+        edges, count = self._edges, self._count
+        last = np.array(end[0:count])
+        return self._try(
+            lambda: edges.is_free(last) and edges.is_edge_free(np.array(start[0:count]), last)
+        )
+
+    def end(self) -> None:
+        """End the use of the checks; raise the exception of one of them."""
+        error, self.error, self.termination = self.error, None, None
+        if error is not None:
+            try:
+                raise error
+            finally:
+                # Its traceback has this frame, and OMPL's objects must not be held by a circle.
+                del error
+
+    def _try(self, check: Callable[[], bool]) -> bool:
+        if self.error is not None:
+            return False
+        try:
+            return check()
+        except BaseException as error:  # noqa: BLE001 - raised again after the search
+            self.error = error
+            if self.termination is not None:
+                self.termination.terminate()
+            return False
 
 
 class _MotionValidator(base.MotionValidator):  # type: ignore[misc]
-    """OMPL's check of a motion, by the edge checker of the present query."""
+    """OMPL's check of a motion."""
 
-    def __init__(self, information: Any, edges: EdgeChecker, count: int) -> None:
+    def __init__(self, information: Any, checks: _Checks) -> None:
         super().__init__(information)
-        self._edges, self._count = edges, count
+        self._checks = checks
 
     # OMPL's name, and its third argument of planners that use a part of a motion.
     def checkMotion(self, start: Any, end: Any, _last: Any = None) -> bool:  # noqa: N802
-        count, edges = self._count, self._edges
-        last = np.array(end[0:count])
-        return edges.is_free(last) and edges.is_edge_free(np.array(start[0:count]), last)
+        return self._checks.is_motion_valid(start, end)
 
 
 def _set_parameter(planner: Any, name: str, key: str, value: str) -> None:

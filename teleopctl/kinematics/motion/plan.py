@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import TYPE_CHECKING
@@ -74,6 +74,8 @@ class MotionSettings:
         period_s: Time between the points of the plan, s.
         seed: Start of the random numbers; the same seed gives the same path.
         parameters: Parameters of the planner by OMPL's names, such as ``range``.
+        is_canceled: Whether planning shall end, asked at each state that is checked; it then raises
+            a PlanningError with the code PREEMPTED.
 
     Example:
         >>> from teleopctl import Arm, MotionSettings
@@ -93,6 +95,7 @@ class MotionSettings:
     period_s: float = 0.01
     seed: int = 0
     parameters: Mapping[str, str] = field(default_factory=dict)
+    is_canceled: Callable[[], bool] | None = None
 
 
 @dataclass(frozen=True, slots=True)
@@ -163,7 +166,7 @@ def plan_to_joints(
     wanted = np.array([check_positions(kinematics, np.asarray(goal), "goal") for goal in listed])
     limits = _limits(kinematics, settings)
     planner, notes = choose_planner(settings.planner, settings.library)
-    edges = EdgeChecker(kinematics, clearance, condition)
+    edges = EdgeChecker(kinematics, clearance, condition, is_canceled=settings.is_canceled)
     try:
         found = find_path(
             edges,
@@ -226,7 +229,7 @@ def plan_to_pose(
     start = check_positions(kinematics, start, "start")
     solver = IkSolver(kinematics, task=task, tolerance=tolerance, clearance=clearance)
     try:
-        edges = EdgeChecker(kinematics, clearance, condition)
+        edges = EdgeChecker(kinematics, clearance, condition, is_canceled=settings.is_canceled)
         goals = _solutions(solver, edges, T_root_tool, start, settings)
     finally:
         kinematics.set(start)
@@ -278,7 +281,7 @@ def plan_line(
     settings = settings or MotionSettings()
     start = check_positions(kinematics, start, "start")
     limits = _limits(kinematics, settings)
-    edges = EdgeChecker(kinematics, clearance, condition)
+    edges = EdgeChecker(kinematics, clearance, condition, is_canceled=settings.is_canceled)
     edges.loosen(start)
     try:
         if not edges.is_free(start):

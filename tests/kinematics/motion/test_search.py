@@ -16,6 +16,7 @@ from teleopctl.kinematics import (
 )
 from teleopctl.kinematics.motion import planner_names as planners
 from teleopctl.kinematics.motion.edges import EdgeChecker
+from teleopctl.kinematics.motion.planner import Query, search_bounds
 from teleopctl.kinematics.motion.planner_names import choose_planner, planner_names
 from teleopctl.kinematics.motion.search import find_path
 from teleopctl.kinematics.motion.shortcut import path_length, shorten
@@ -305,3 +306,49 @@ def test_the_ground_of_a_world_is_an_obstacle():
             UP,
             1.4 * INTO_TABLE,
         )
+
+
+class Countdown:
+    """Whether a search shall end: after a number of states."""
+
+    def __init__(self, states: int) -> None:
+        self.left = states
+
+    def __call__(self) -> bool:
+        self.left -= 1
+        return self.left < 0
+
+
+@pytest.mark.parametrize(
+    ("name", "library"),
+    [
+        ("RRTConnect", "teleopctl"),
+        pytest.param("RRTstar", "ompl", marks=needs_ompl),
+        # A planner with a thread of its own.
+        pytest.param("PRMstar", "ompl", marks=needs_ompl),
+    ],
+)
+def test_a_canceled_search_ends_at_the_next_state(table, name, library):
+    kinematics, clearance = table
+    countdown = Countdown(60)
+    edges = EdgeChecker(kinematics, clearance, lambda at: abs(at[0]) > 0.3, is_canceled=countdown)
+    left, right = UP.copy(), UP.copy()
+    left[0], right[0] = 1.0, -1.0
+    planner, _ = choose_planner(name, library)
+    with pytest.raises(PlanningError, match="canceled") as caught:
+        find_path(edges, planner, left, right[None, :])
+    assert caught.value.code is MoveItErrorCode.PREEMPTED
+    assert countdown.left == -1
+
+
+@needs_ompl
+def test_ctrl_c_in_a_check_of_ompl_ends_the_search(table):
+    def interrupted(_: np.ndarray) -> bool:
+        raise KeyboardInterrupt
+
+    edges = EdgeChecker(table[0], table[1], interrupted)
+    goal = UP + 0.1
+    bounds = search_bounds(edges, np.vstack((UP, goal)))
+    planner, _ = choose_planner("", "ompl")
+    with pytest.raises(KeyboardInterrupt):
+        planner.search(edges, Query(UP, goal[None, :], *bounds, 5.0, 0, {}))

@@ -140,7 +140,11 @@ class MoveGroupActions:
             tell("PLANNING")
             begin_s = time.monotonic()
             try:
-                planned = self._planning.plan(self._from_now(request, plan_only), _or_none(diff))
+                planned = self._planning.plan(
+                    self._from_now(request, plan_only),
+                    _or_none(diff),
+                    lambda: handle.is_cancel_requested,
+                )
             except PlanningError as error:
                 outcome = Outcome(error.code, error.message)
                 again = error.code in (MoveItErrorCode.PLANNING_FAILED, MoveItErrorCode.TIMED_OUT)

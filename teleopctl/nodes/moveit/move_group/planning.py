@@ -5,6 +5,7 @@ from __future__ import annotations
 import math
 import re
 import time
+from collections.abc import Callable
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -97,12 +98,18 @@ class Planning:
 
     # --- plans ----------------------------------------------------------------------------------
 
-    def plan(self, request: Any, scene_diff: Any = None) -> Planned:
+    def plan(
+        self,
+        request: Any,
+        scene_diff: Any = None,
+        is_canceled: Callable[[], bool] | None = None,
+    ) -> Planned:
         """Return a plan for a MotionPlanRequest.
 
         Args:
             request: A ``moveit_msgs/msg/MotionPlanRequest``.
             scene_diff: A PlanningScene of changes that hold for this plan alone; None for none.
+            is_canceled: Whether the search shall end; None for never.
 
         Raises:
             PlanningError: There is no plan; with MoveIt's code.
@@ -137,7 +144,7 @@ class Planning:
                 f"The start violates the path constraints: {violated}",
                 MoveItErrorCode.START_STATE_VIOLATES_PATH_CONSTRAINTS,
             )
-        settings = self._settings(request, planner, kinematics)
+        settings = replace(self._settings(request, planner, kinematics), is_canceled=is_canceled)
         plan = self._search(request, kinematics, vector, compiled, path, settings)
         plan = self._slowed(plan, kinematics, request)
         for note in plan.notes:
