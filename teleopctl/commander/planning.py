@@ -120,7 +120,7 @@ class MoveGroupPlanner:
             PlanningError: There is none, with the code of move_group; or planning is canceled.
             UnavailableError: move_group does not answer.
         """
-        trajectory, computing_s = (
+        trajectory, computing_s, notes = (
             self._cartesian_path(arm, goal, target.pose, is_canceled)
             if goal.linear and target.pose is not None
             else self._motion_plan(arm, goal, target, is_canceled)
@@ -131,12 +131,13 @@ class MoveGroupPlanner:
             target,
             f"move_group{' ' if goal.planner else ''}{goal.planner}",
             computing_s,
+            [notes] if notes else [],
             robot_trajectory=trajectory,
         )
 
     def _motion_plan(
         self, arm: Arm, goal: MotionGoal, target: MotionTarget, is_canceled: Callable[[], bool]
-    ) -> tuple[Any, float]:
+    ) -> tuple[Any, float, str]:
         message = self._action.Goal()
         request = message.request
         request.group_name, request.planner_id = arm.group.name, goal.planner
@@ -157,12 +158,14 @@ class MoveGroupPlanner:
         except BaseException:
             handle.cancel_goal_async()
             raise
-        _check_code(response.result.error_code)
-        return response.result.planned_trajectory, float(response.result.planning_time)
+        result = response.result
+        _check_code(result.error_code)
+        notes = getattr(result.error_code, "message", "")
+        return result.planned_trajectory, float(result.planning_time), notes
 
     def _cartesian_path(
         self, arm: Arm, goal: MotionGoal, pose: Array, is_canceled: Callable[[], bool]
-    ) -> tuple[Any, float]:
+    ) -> tuple[Any, float, str]:
         kinematics = arm.kinematics
         if kinematics.T_tip_tool[:3, 3].any() and served_task(kinematics) is not PoseTask.POSE:
             raise UsageError(
@@ -192,7 +195,8 @@ class MoveGroupPlanner:
                 MoveItErrorCode.PLANNING_FAILED,
             )
         _check_code(response.error_code)
-        return response.solution, time.monotonic() - begin
+        notes = getattr(response.error_code, "message", "")
+        return response.solution, time.monotonic() - begin, notes
 
 
 def _check_end(arm: Arm, target: MotionTarget, trajectory: Any) -> None:

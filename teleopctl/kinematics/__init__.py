@@ -21,6 +21,10 @@ if TYPE_CHECKING:
         Approach as Approach,
         ClearanceChecker as ClearanceChecker,
     )
+    from teleopctl.kinematics.efforts import (
+        joint_efforts as joint_efforts,
+        overload_note as overload_note,
+    )
     from teleopctl.kinematics.error_codes import (
         MoveItErrorCode as MoveItErrorCode,
         PlanningError as PlanningError,

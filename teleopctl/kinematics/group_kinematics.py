@@ -115,6 +115,14 @@ class GroupKinematics:
         mujoco.mj_kinematics(self._mj_model, data)
         mujoco.mj_comPos(self._mj_model, data)
 
+    def spread(self) -> Array:
+        """Return the velocities of MuJoCo's degrees of freedom at 1 of each joint, (nv, n)."""
+        if self._spread is not None:
+            return self._spread
+        spread = np.zeros((self._mj_model.nv, len(self.names)))
+        spread[self._columns, range(len(self.names))] = 1.0
+        return spread
+
     def columns(self) -> Iterator[tuple[int, tuple[int, float]]]:
         """Yield MuJoCo's number of each joint that the group moves, its variable and its factor.
 

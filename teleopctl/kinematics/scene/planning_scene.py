@@ -19,6 +19,8 @@ from teleopctl.kinematics.scene.shapes import CollisionShape, ShapeKind, add_geo
 
 # Prefix of the names of bodies and geoms that a scene adds to the model.
 _PREFIX = "scene/"
+# Density of what a link carries, kg/m³, where its mass is not given: water's, MuJoCo's default.
+_DENSITY = 1000.0
 # Distance, m, from which a held object counts as lying on something.
 _RESTS_M = 2e-3
 
@@ -56,7 +58,7 @@ class AttachedBody:
         object: The object, with its pose in the link's frame.
         link: Name of the link.
         touch_links: Links that may touch it.
-        weight: Its weight, as the message says it.
+        weight: Its mass, kg; 0 for that of water in its shapes.
         detach_posture: Message of the gripper's motion that releases it; None if not given.
     """
 
@@ -81,6 +83,10 @@ class CompiledScene:
     model: KinematicModel
     clearance: ClearanceChecker
     version: int
+
+    def mass(self, attached: str) -> float:
+        """Return the mass of an attached object, kg."""
+        return float(self.model.mj_model.body(f"{_PREFIX}{attached}").mass[0])
 
 
 class CollisionScene:
@@ -344,9 +350,11 @@ class CollisionScene:
             for attached in self._attached.values():
                 one = attached.object
                 body = spec.body(attached.link).add_body(name=f"{_PREFIX}{one.name}")
-                geoms[one.name] = _add(spec, body, one.pose, one)
+                geoms[one.name] = _add(spec, body, one.pose, one, _DENSITY)
 
         model = self.model.with_changes(add)
+        for attached in self._attached.values():
+            _weigh(model, f"{_PREFIX}{attached.object.name}", attached.weight)
         numbers = {
             name: [int(model.mj_model.geom(geom).id) for geom in names]
             for name, names in geoms.items()
@@ -425,7 +433,19 @@ def _find(name: str, objects: Mapping[str, CollisionBody]) -> tuple[CollisionBod
     return None
 
 
-def _add(spec: Any, parent: Any, T_parent_object: Array, one: CollisionBody) -> list[str]:
+def _weigh(model: KinematicModel, body: str, mass: float) -> None:
+    """Give a compiled body a mass, kg, spread over its shapes as it is; 0 leaves it as it is."""
+    m = model.mj_model
+    number = m.body(body).id
+    before = float(m.body_mass[number])
+    if mass > 0.0 and before > 0.0:
+        m.body_mass[number] = mass
+        m.body_inertia[number] *= mass / before
+
+
+def _add(
+    spec: Any, parent: Any, T_parent_object: Array, one: CollisionBody, density: float = 0.0
+) -> list[str]:
     names: list[str] = []
     for number, (shape, pose) in enumerate(zip(one.shapes, one.shape_poses, strict=True)):
         placed = np.asarray(T_parent_object @ pose)
@@ -435,5 +455,6 @@ def _add(spec: Any, parent: Any, T_parent_object: Array, one: CollisionBody) -> 
                     f"The object '{one.name}' is a plane, which no link can carry"
                 )
             shape = plane_side(shape, np.asarray(one.pose @ pose))
-        names += add_geoms(spec, parent, shape, placed, f"{_PREFIX}{one.name}/{number}")
+        prefix = f"{_PREFIX}{one.name}/{number}"
+        names += add_geoms(spec, parent, shape, placed, prefix, density)
     return names

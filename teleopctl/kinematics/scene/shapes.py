@@ -109,7 +109,14 @@ class CollisionShape:
 
 
 # Any: MuJoCo's elements, which have no types.
-def add_geoms(spec: Any, parent: Any, shape: CollisionShape, pose: Array, prefix: str) -> list[str]:
+def add_geoms(
+    spec: Any,
+    parent: Any,
+    shape: CollisionShape,
+    pose: Array,
+    prefix: str,
+    density: float = 0.0,
+) -> list[str]:
     """Add the geoms of a shape to a body of a ``mujoco.MjSpec``; return their names.
 
     Args:
@@ -118,20 +125,23 @@ def add_geoms(spec: Any, parent: Any, shape: CollisionShape, pose: Array, prefix
         shape: The shape.
         pose: Pose of the shape in the frame of the body, (4, 4).
         prefix: Prefix of all names.
+        density: Density, kg/m³; 0 for shapes that have no mass.
     """
     kinds = mujoco.mjtGeom
     size = shape.dimensions
     match shape.kind:
         case ShapeKind.BOX:
-            return [_add(parent, prefix, pose, kinds.mjGEOM_BOX, [0.5 * s for s in size])]
+            half = [0.5 * s for s in size]
+            return [_add(parent, prefix, pose, kinds.mjGEOM_BOX, half, density)]
         case ShapeKind.SPHERE:
-            return [_add(parent, prefix, pose, kinds.mjGEOM_SPHERE, [size[0], 0.0, 0.0])]
+            radius = [size[0], 0.0, 0.0]
+            return [_add(parent, prefix, pose, kinds.mjGEOM_SPHERE, radius, density)]
         case ShapeKind.CYLINDER:
             half = [size[1], 0.5 * size[0], 0.0]
-            return [_add(parent, prefix, pose, kinds.mjGEOM_CYLINDER, half)]
+            return [_add(parent, prefix, pose, kinds.mjGEOM_CYLINDER, half, density)]
         case ShapeKind.PLANE:
             upright = pose @ _plane_pose(shape)
-            return [_add(parent, prefix, upright, kinds.mjGEOM_PLANE, [0.0, 0.0, 1.0])]
+            return [_add(parent, prefix, upright, kinds.mjGEOM_PLANE, [0.0, 0.0, 1.0], 0.0)]
         case ShapeKind.CONE:
             pieces: tuple[Array, ...] = (_cone(*size),)
         case ShapeKind.MESH:
@@ -141,7 +151,8 @@ def add_geoms(spec: Any, parent: Any, shape: CollisionShape, pose: Array, prefix
         name = f"{prefix}/{number}"
         mesh = spec.add_mesh(name=name, inertia=mujoco.mjtMeshInertia.mjMESH_INERTIA_CONVEX)
         mesh.uservert = vertices.ravel().tolist()
-        names.append(_add(parent, name, pose, kinds.mjGEOM_MESH, [0.0, 0.0, 0.0], meshname=name))
+        no_size = [0.0, 0.0, 0.0]
+        names.append(_add(parent, name, pose, kinds.mjGEOM_MESH, no_size, density, meshname=name))
     return names
 
 
@@ -160,7 +171,14 @@ def plane_side(shape: CollisionShape, T_root_shape: Array) -> CollisionShape:
 
 # Any: MuJoCo's elements, which have no types.
 def _add(
-    parent: Any, name: str, pose: Array, kind: Any, size: list[float], *, meshname: str = ""
+    parent: Any,
+    name: str,
+    pose: Array,
+    kind: Any,
+    size: list[float],
+    density: float,
+    *,
+    meshname: str = "",
 ) -> str:
     x, y, z, w = pose_transform(pose).rotation
     parent.add_geom(
@@ -172,7 +190,7 @@ def _add(
         meshname=meshname,
         contype=_ALL_BITS,
         conaffinity=_ALL_BITS,
-        mass=0.0,
+        density=density,
     )
     return name
 

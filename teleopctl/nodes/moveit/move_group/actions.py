@@ -154,7 +154,7 @@ class MoveGroupActions:
                 result.planning_time = time.monotonic() - begin_s
                 self._fill(result, planned)
                 if plan_only:
-                    return Outcome(MoveItErrorCode.SUCCESS)
+                    return Outcome(MoveItErrorCode.SUCCESS, "; ".join(planned.plan.notes))
                 if handle.is_cancel_requested:
                     return Outcome(MoveItErrorCode.PREEMPTED, "The goal was canceled")
                 tell("MONITOR")

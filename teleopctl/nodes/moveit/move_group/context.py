@@ -349,6 +349,11 @@ class MoveGroupContext:
         if operation == messages.MOVE:
             raise UsageError(f"The attached object '{given.id}' cannot be moved: it is held")
         scene.model.body(link)
+        weight = float(message.weight)
+        if not (math.isfinite(weight) and weight >= 0.0):
+            raise UsageError(
+                f"The weight of the attached object '{given.id}' must be 0 kg or more, got {weight}"
+            )
         if given.primitives or given.meshes or given.planes:
             at = self.frame(given.header.frame_id or link, scene)
             own = np.linalg.inv(scene.model.pose(link)) @ at
@@ -360,13 +365,18 @@ class MoveGroupContext:
             one,
             link,
             frozenset(message.touch_links),
-            float(message.weight),
+            weight,
             message.detach_posture if message.detach_posture.joint_names else None,
         )
         if operation == messages.APPEND:
             scene.append_attached(attached)
             return
         under = scene.attach(attached)
+        if not weight:
+            self.node.get_logger().info(
+                f"Attached object '{given.id}' has no weight: as much as water in its shapes is "
+                "assumed (field weight, kg)"
+            )
         if under:
             self.node.get_logger().info(
                 f"Attached object '{given.id}' may touch what it lies on: {', '.join(under)}"

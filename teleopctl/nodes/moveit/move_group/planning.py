@@ -23,6 +23,7 @@ from teleopctl.kinematics import (
     MoveItErrorCode,
     PlanningError,
     has_ompl,
+    overload_note,
     plan_line,
     plan_to_joints,
     planner_names,
@@ -149,6 +150,10 @@ class Planning:
         plan = self._slowed(plan, kinematics, request)
         for note in plan.notes:
             self._log.info(note)
+        if scene.attached and (note := overload_note(kinematics, plan)):
+            held = ", ".join(f"'{name}' ({compiled.mass(name):.3g} kg)" for name in scene.attached)
+            self._log.warning(f"{note}, with {held}")
+            plan = replace(plan, notes=(*plan.notes, f"{note}, with {held}"))
         planned = Planned(plan, start, compiled, kinematics, scene)
         self._publish(planned)
         return planned
@@ -410,7 +415,9 @@ class Planning:
         else:
             answer.trajectory = messages.write_trajectory(planned.plan, frame)
             answer.trajectory_start = messages.write_robot_state(planned.start, frame)
-            answer.error_code = messages.error_code(MoveItErrorCode.SUCCESS)
+            answer.error_code = messages.error_code(
+                MoveItErrorCode.SUCCESS, "; ".join(planned.plan.notes)
+            )
         answer.planning_time = time.monotonic() - begin_s
         return response
 
