@@ -143,6 +143,10 @@ def position(at, radius=1e-3):
     return Constraints(position_constraints=[constraint], orientation_constraints=[orientation])
 
 
+# What is in the scene of the simulation by itself.
+WORLD = {"table", "cube", "floor"}
+
+
 def box(name, at, size, operation=CollisionObject.ADD):
     message = CollisionObject(id=name, operation=operation, pose=pose(at))
     message.header.frame_id = "world"
@@ -166,9 +170,9 @@ def empty_scene(arm):
     arm.attached.publish(
         AttachedCollisionObject(object=CollisionObject(operation=CollisionObject.REMOVE))
     )
-    for name in arm.object_names() - {"table", "cube"}:
+    for name in arm.object_names() - WORLD:
         arm.objects.publish(CollisionObject(id=name, operation=CollisionObject.REMOVE))
-    eventually(lambda: arm.object_names() <= {"table", "cube"})
+    eventually(lambda: arm.object_names() <= WORLD)
 
 
 def test_a_joint_goal_is_planned_and_executed(arm):
@@ -320,8 +324,8 @@ def test_a_state_in_collision_is_invalid_and_names_both_bodies(arm):
 
 
 def test_the_simulator_s_world_is_in_the_scene_and_the_gripper_may_touch_its_cube(arm):
+    eventually(lambda: arm.object_names() == WORLD)
     scene = arm.scene()
-    assert {one.id for one in scene.world.collision_objects} >= {"table", "cube"}
     matrix = scene.allowed_collision_matrix
     row = matrix.entry_values[list(matrix.entry_names).index("cube")].enabled
     assert row[list(matrix.entry_names).index("gripper_left")]
@@ -356,10 +360,10 @@ def test_a_scene_without_objects_clears_it_and_a_difference_adds_to_it(arm):
     assert "b" not in arm.object_names()
     scene = arm.scene()
     scene.world.collision_objects = [
-        one for one in scene.world.collision_objects if one.id in ("table", "cube")
+        one for one in scene.world.collision_objects if one.id in WORLD
     ]
     assert arm.call(ApplyPlanningScene, "/apply_planning_scene", scene=scene).success
-    assert arm.object_names() == {"table", "cube"}
+    assert arm.object_names() == WORLD
 
 
 def test_changes_of_the_scene_are_published(arm, shared_ros):

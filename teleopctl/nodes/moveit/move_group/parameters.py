@@ -31,6 +31,7 @@ _USED = (
     "publish_planning_scene_hz",
     "planning_scene_monitor.publish_planning_scene_hz",
     "world_from_simulation",
+    "floor",
     "use_sim_time",
     "start_type_description_service",
     "qos_overrides.",

@@ -12,6 +12,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.kinematics import CollisionBody, CollisionShape, PlanningError, ShapeKind
 from teleopctl.node import qos_profile_latched
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
+from teleopctl.nodes.moveit.move_group.parameters import setting
 from teleopctl.sim import WORLD_MARKERS_TOPIC
 
 SIMULATED_DB = "mujoco_sim"
@@ -19,6 +20,11 @@ SIMULATED_DB = "mujoco_sim"
 
 # Time between two looks at the poses of moving bodies, s, and the least change that counts, m.
 _PERIOD_S, _MOVED_M = 0.5, 5e-4
+# The floor of the simulation, and its frame where the robot does not stand on it by itself.
+_FLOOR, _WORLD = "floor", "world"
+# Depth, m, from which a link that moves is taken to be below the floor on purpose, and distance up
+# to which it stands or rolls on it.
+_BELOW_M, _ON_M = 0.01, 0.002
 
 # Any, here and below: message classes are generated at run time from definitions.
 _Marker: Any = get_message("visualization_msgs/msg/Marker")
@@ -27,8 +33,9 @@ _Marker: Any = get_message("visualization_msgs/msg/Marker")
 class SimulationWorld:
     """Follows the shapes of the simulator's world.
 
-    Fixed bodies are obstacles. Bodies that move freely are obstacles for the arm, and may be
-    touched by the gripper, so that a hand can grasp them; they follow their frames.
+    Fixed bodies are obstacles, and so is the floor at z = 0 of the world, unless links that move
+    are below it; links that stand on it may touch it. Bodies that move freely are obstacles for the
+    arm, and may be touched by the gripper, so that a hand can grasp them; they follow their frames.
 
     Args:
         context: Robot, state and scene.
@@ -46,6 +53,7 @@ class SimulationWorld:
             qos_profile_latched,
         )
         self._timer = node.create_timer(_PERIOD_S, self._follow)
+        self._has_floor = bool(setting(node, "floor", default=True))
 
     def _on_markers(self, message: Any) -> None:
         """Replace the objects of the simulator by those of a message of all its shapes."""
@@ -57,7 +65,9 @@ class SimulationWorld:
         names = []
         free = []
         with context.lock:
-            for name in [n for n, one in context.scene.objects.items() if one.is_simulated]:
+            for name in [
+                n for n, one in context.scene.objects.items() if one.is_simulated and n != _FLOOR
+            ]:
                 context.scene.remove(name)
             self._frames.clear()
             for (name, frame), markers in groups.items():
@@ -82,6 +92,45 @@ class SimulationWorld:
                 f"{', '.join(free)}"
             )
 
+    def _add_floor(self) -> None:
+        """Add the floor, once the state of the joints is known."""
+        context = self._context
+        if _FLOOR in context.scene.objects or not context.measured():
+            return
+        self._has_floor = False
+        try:
+            at = context.frame(_WORLD)
+        except PlanningError:
+            # The robot stands at the origin.
+            at = np.eye(4)
+        plane = CollisionShape.plane(0.0, 0.0, 1.0, 0.0)
+        floor = CollisionBody(_FLOOR, at, (plane,), (np.eye(4),), is_simulated=True)
+        with context.lock:
+            context.update_state()
+            before = context.scene.copy()
+            context.scene.add(floor)
+            on: list[str] = []
+            below: list[str] = []
+            for one in context.scene.compile().clearance.near(_ON_M):
+                if _FLOOR in one.bodies:
+                    (link,) = {*one.bodies} - {_FLOOR}
+                    if link in context.scene.model.links:
+                        (below if one.distance_m < -_BELOW_M else on).append(link)
+            if below:
+                context.scene.restore(before)
+            for link in () if below else on:
+                context.scene.allowed.set(_FLOOR, link, is_allowed=True)
+        if below:
+            self._log.info(
+                f"The floor of the simulation is no obstacle: {', '.join(below)} is below it"
+            )
+            return
+        context.scene_changed()
+        self._log.info(
+            "The floor of the simulation is an obstacle (parameter floor: false for none)"
+            + (f"; {', '.join(on)} may touch it" if on else "")
+        )
+
     def _object(self, name: str, frame: str, markers: list[Any]) -> CollisionBody:
         at = self._context.frame(frame)
         # Shapes that move are in the frame of their body, which has its name.
@@ -105,6 +154,8 @@ class SimulationWorld:
     def _follow(self) -> None:
         """Move the bodies that move freely to where their frames are."""
         context = self._context
+        if self._has_floor:
+            self._add_floor()
         is_moved = False
         for name, (frame, before) in list(self._frames.items()):
             if name not in context.scene.objects:
