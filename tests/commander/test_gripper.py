@@ -12,7 +12,7 @@ from teleopctl.commander import (
 )
 from teleopctl.errors import NotFoundError, UsageError
 from teleopctl.kinematics import KinematicModel, find_groups
-from teleopctl.nodes.teleop.keyboard import opening_of
+from teleopctl.nodes.teleop.gripper import opening_of
 from teleopctl.robot import RobotDescription
 from tests.kinematics.arms import THREE, arm_urdf
 
