@@ -23,7 +23,7 @@ TYPED = {
     page: ROOT / f"{'' if page == 'README' else 'docs/'}{page}.md"
     for page in (
         *("README", "bag", "cheat_sheet", "foxglove", "from_ros2", "json", "launch_files", "nodes"),
-        *("page", "ros2", "simulation", "ten_words", "terminal", "tutorial"),
+        *("episodes", "page", "ros2", "simulation", "ten_words", "terminal", "tutorial"),
         *("kinematics", "launch_tests", "sensors", "servo", "stop", "worlds"),
     )
 }

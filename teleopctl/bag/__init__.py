@@ -23,11 +23,6 @@ if TYPE_CHECKING:
         reindex as reindex,
     )
     from teleopctl.bag.export.decoding import DecodedMessage as DecodedMessage, Decoder as Decoder
-    from teleopctl.bag.export.lerobot import (
-        LeRobotOptions as LeRobotOptions,
-        LeRobotSummary as LeRobotSummary,
-        export_lerobot as export_lerobot,
-    )
     from teleopctl.bag.export.plots import (
         Curve as Curve,
         check_plot_file as check_plot_file,
@@ -44,6 +39,29 @@ if TYPE_CHECKING:
         ExportedVideo as ExportedVideo,
         VideoExport as VideoExport,
     )
+    from teleopctl.bag.lerobot.dataset import (
+        EpisodeNotes as EpisodeNotes,
+        EpisodeRow as EpisodeRow,
+        LeRobotDataset as LeRobotDataset,
+    )
+    from teleopctl.bag.lerobot.episode_folder import (
+        EPISODE_RECORD as EPISODE_RECORD,
+        EpisodeFolder as EpisodeFolder,
+        EpisodeSettings as EpisodeSettings,
+    )
+    from teleopctl.bag.lerobot.export import (
+        LeRobotSummary as LeRobotSummary,
+        add_episode as add_episode,
+        export_lerobot as export_lerobot,
+    )
+    from teleopctl.bag.lerobot.features import (
+        DEPTH_ENCODINGS as DEPTH_ENCODINGS,
+        camera_name as camera_name,
+        find_actions as find_actions,
+        find_cameras as find_cameras,
+        find_hand as find_hand,
+    )
+    from teleopctl.bag.lerobot.sampling import LeRobotOptions as LeRobotOptions
     from teleopctl.bag.mcap_file.chunk_builder import (
         ChunkSettings as ChunkSettings,
         Compression as Compression,
@@ -79,6 +97,8 @@ if TYPE_CHECKING:
         Selection as Selection,
         read_static_topics as read_static_topics,
     )
+    from teleopctl.bag.recorder.session import RecordingSession as RecordingSession
+    from teleopctl.bag.recorder.subscriptions import PauseGate as PauseGate
     from teleopctl.bag.records import (
         NO_TIME_NS as NO_TIME_NS,
         BagAttachment as BagAttachment,
@@ -116,6 +136,7 @@ if TYPE_CHECKING:
         flatten_fields as flatten_fields,
     )
     from teleopctl.bag.verify.session import (
+        STATE_ATTACHMENT as STATE_ATTACHMENT,
         RecordedSession as RecordedSession,
         RecordedTopic as RecordedTopic,
         end_of_run_ns as end_of_run_ns,

@@ -177,6 +177,7 @@ class LoggerService:
 _PARAMETER = "start_type_description_service"
 
 
+# Any: the types of the service are made at run time.
 def start_type_description_service(node: NodeParameters) -> Service[Any, Any] | None:
     """Start and return a node's ``~/get_type_description``; None if its parameter disables it."""
     descriptor = get_message("rcl_interfaces/msg/ParameterDescriptor")(

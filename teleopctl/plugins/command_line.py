@@ -21,6 +21,7 @@ _VERBS = {
     "node": ("node:GROUP", "List nodes and their endpoints."),
     "graph": ("graph:VERB", "Draw the graph of nodes and topics."),
     "bag": ("bag:GROUP", "Record, play and inspect bags."),
+    "episode": ("episode:GROUP", "Record and edit episodes for training."),
     "param": ("param:GROUP", "Read and change parameters of nodes."),
     "service": ("service:GROUP", "List, call and watch services."),
     "action": ("action:GROUP", "List actions, send goals and watch them."),

@@ -28,6 +28,7 @@ NODES = (
         for name, module in {
             "camera/camera": "camera",
             "controller_manager/ros2_control_node": "controller_manager",
+            "episode_recorder/episode_recorder": "episodes.recorder",
             "foxglove_bridge/foxglove_bridge": "foxglove_bridge",
             "joint_state_publisher/joint_state_publisher": "joint_state_publisher",
             "joint_state_publisher_gui/joint_state_publisher_gui": "joint_state_publisher_gui",

@@ -41,6 +41,7 @@ if TYPE_CHECKING:
         read_fixed_base as read_fixed_base,
     )
     from teleopctl.sim.simulation import Simulation as Simulation
+    from teleopctl.sim.state.saved_state import SavedState as SavedState
     from teleopctl.sim.world_markers import WORLD_MARKERS_TOPIC as WORLD_MARKERS_TOPIC
 else:
     from teleopctl.base.lazy import attach

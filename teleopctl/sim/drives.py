@@ -197,17 +197,18 @@ class Drives:
 
     def save(self) -> dict[str, Array]:
         """Return the internal state of all drives, as arrays by name."""
-        return {f"drives{name}": np.array(getattr(self, name), float) for name in _STATE}
+        values = {f"drives{name}": np.array(getattr(self, name), float) for name in _STATE}
+        return {**values, "drives_still": np.array([self.settled, self._at_rest], float)}
 
     def restore(self, saved: Mapping[str, Array]) -> None:
         """Set the internal state of all drives to what `save` returned."""
         for name in _STATE:
             setattr(self, name, saved[f"drives{name}"].tolist())
         self._mode = [int(mode) for mode in self._mode]
-        self.settled = self._at_rest = False
         self._last_command = None
         self._tune()
         self._apply_modes()
+        self.settled, self._at_rest = (bool(still) for still in saved["drives_still"])
 
     def apply(
         self,

@@ -12,6 +12,7 @@ from teleopctl.sim.assembly import assemble, build_robot, declare_parameters
 from teleopctl.sim.lockstep import Command, LockstepLoop
 from teleopctl.sim.ports import TopicPorts, reported_joints
 from teleopctl.sim.simulation import Simulation
+from teleopctl.sim.state.saved_state import SavedState
 from teleopctl.sim.state.services import put_bodies
 from teleopctl.sim.world_markers import WorldMarkers
 
@@ -31,8 +32,10 @@ class SimulationReplay:
         urdf: The robot description.
         parameters: Parameters of the simulator's node by name; missing ones have their defaults.
         publish: Called with each topic, the simulated time in nanoseconds, and the message's CDR.
+        start: State and time from which it runs; None for the simulator's start at time zero.
 
     Raises:
+        RefusedError: The state is of another model.
         InvalidDescriptionError: The robot or the world cannot be simulated.
         InvalidParameterError: A parameter is invalid.
         NotFoundError: The world's file does not exist.
@@ -50,6 +53,7 @@ class SimulationReplay:
         urdf: str,
         parameters: Mapping[str, object],
         publish: Callable[[str, int, bytes], object],
+        start: SavedState | None = None,
     ) -> None:
         memory = _MemoryNode(parameters, self._publish)
         # The memory node has the part of a node's interface that is used here.
@@ -60,6 +64,8 @@ class SimulationReplay:
         self._take = publish
         robot = build_robot(node, urdf)
         self._simulation = robot.simulation
+        if start is not None:
+            start.put(robot.simulation, keeps_time=True)
         made = assemble(node, robot)
         self._ports = _AnsweredTopics(made.ports)
         self._loop = made.loop(node, self._ports)
@@ -80,7 +86,7 @@ class SimulationReplay:
         on_tick: Callable[[int], object] = lambda _: None,
         changes: Iterable[tuple[int, Any]] = (),
     ) -> None:
-        """Run the simulation from time zero to an end time with recorded commands.
+        """Run the simulation from its start to an end time with recorded commands.
 
         A state without a command had no answer in the recording: the joints hold, as they did then.
 

@@ -267,8 +267,13 @@ class Simulation:
             "step": np.array([self._steps % self.steps_per_period, self.steps_per_period], float),
         }
 
-    def restore(self, saved: Mapping[str, Array]) -> None:
-        """Set the state to what `save` returned for a model with the same parts; time restarts.
+    def restore(self, saved: Mapping[str, Array], time_ns: int | None = None) -> None:
+        """Set the state to what `save` returned for a model with the same parts.
+
+        Args:
+            saved: The state.
+            time_ns: Simulated time from which it continues, in nanoseconds; None restarts time, at
+                the same step of a control period.
 
         Raises:
             RefusedError: A saved push is invalid; nothing is changed.
@@ -287,6 +292,10 @@ class Simulation:
         put_physics_state(self._m, self._d, saved)
         step, period = saved["step"]
         self._steps = int(step) % self.steps_per_period if period == self.steps_per_period else 0
+        if time_ns is not None:
+            self._steps = 0
+            self._steps = self.steps_until(time_ns)
+            self._d.time = self._steps * self.timestep_s
         self.read()
 
     def refresh(self) -> None:

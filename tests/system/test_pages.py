@@ -18,6 +18,11 @@ NOT_TYPED = {
     "launch_files": ["teleopctl launch --watch robots/counting.launch.py"],
     "nodes": ["mypy --strict my_node.py", "teleopctl launch -d sim.yaml"],
     "foxglove": ["teleopctl run foxglove_bridge foxglove_bridge --ros-args -p address:=0.0.0.0"],
+    "kinematics": [
+        "teleopctl launch pick_and_place.yaml camera:=false times:=20 seed:=1 real_time_factor:=0 "
+        "record:=picks",
+        "teleopctl bag verify picks",
+    ],
     "page": ["teleopctl run rviz2 rviz2 --host 0.0.0.0"],
     "ros2": [
         "export RMW_IMPLEMENTATION=rmw_zenoh_cpp",

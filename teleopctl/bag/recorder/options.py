@@ -42,6 +42,7 @@ class RecorderOptions:
         from_first_message: Whether to subscribe to all topics of the domain at once, rather than to
             each topic when it appears in the graph. The first messages of later nodes are then not
             missed, but messages of topics that are not recorded are also transferred.
+        logs_topics: Whether each subscription is logged, and what is not recorded.
         statistics_hz: Largest rate at which losses are published, in Hz; 0 for never.
         node_name: Name of the recorder's node.
 
@@ -60,6 +61,7 @@ class RecorderOptions:
     recording_metadata: bool = True
     qos: Mapping[str, QoSProfile] = field(default_factory=dict)
     from_first_message: bool = False
+    logs_topics: bool = True
     statistics_hz: float = 1.0
     node_name: str = NODE_NAME
 

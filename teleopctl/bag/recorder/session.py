@@ -15,6 +15,7 @@ from teleopctl.bag.recorder.recording_metadata import RecordingMetadata
 from teleopctl.bag.recorder.subscriptions import DomainSubscription, PauseGate, RecordedTopics
 from teleopctl.bag.recorder.writing import MessageQueue, SnapshotBuffer, WritingThread
 from teleopctl.bag.storage.bag_writer import BagWriter
+from teleopctl.node import LoggingSeverity
 
 if TYPE_CHECKING:
     from teleopctl.errors import TeleopctlError
@@ -53,6 +54,10 @@ class RecordingSession:
     ) -> None:
         self._node = node
         self._options = options
+        self._logger = node.get_logger()
+        if not options.logs_topics:
+            self._logger = self._logger.get_child("topics")
+            self._logger.set_level(LoggingSeverity.WARN)
         writer = BagWriter(folder, options.writer)
         writer.on_split = on_split
         self._queue = queue = MessageQueue(options.cache_bytes or CACHE_BYTES)
@@ -77,6 +82,7 @@ class RecordingSession:
             self.writing.add_topic,
             uses_simulated_time=options.use_sim_time,
             domain_subscription=self._domain_subscription,
+            logger=self._logger,
         )
         self._metadata: RecordingMetadata | None = None
         self._changed = threading.Event()
@@ -157,7 +163,7 @@ class RecordingSession:
             )
 
     def _run(self) -> None:
-        logger = self._node.get_logger()
+        logger = self._logger
         if self._options.use_sim_time:
             logger.info("use_sim_time set, waiting for /clock before starting recording...")
             while not self._is_over.is_set() and not self._node.get_clock().nanoseconds():

@@ -29,7 +29,7 @@ if TYPE_CHECKING:
     from teleopctl.bag.recorder.losses import LossCounter
     from teleopctl.bag.recorder.selection import Selection
     from teleopctl.bag.recorder.writing import MessageQueue
-    from teleopctl.node import MessageInfo, Node, Subscription
+    from teleopctl.node import MessageInfo, Node, RcutilsLogger, Subscription
     from teleopctl.wire import EndpointToken, Graph
 
 
@@ -170,6 +170,7 @@ class RecordedTopics:
         add_topic: Called with each topic when its definition is available.
         uses_simulated_time: Whether messages get the time of the node's clock.
         domain_subscription: Subscription that keeps the first messages of topics; None for none.
+        logger: Logger of the subscriptions.
     """
 
     def __init__(
@@ -184,10 +185,11 @@ class RecordedTopics:
         *,
         uses_simulated_time: bool,
         domain_subscription: DomainSubscription | None = None,
+        logger: RcutilsLogger,
     ) -> None:
         self._domain_subscription = domain_subscription
         self._node = node
-        self._logger = node.get_logger()
+        self._logger = logger
         self._selection = selection
         self._qos = qos
         self._queue = queue

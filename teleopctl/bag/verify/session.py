@@ -25,6 +25,9 @@ if TYPE_CHECKING:
 DESCRIPTION_TOPIC = "/robot_description"
 EVENTS_TOPIC = "/parameter_events"
 
+STATE_ATTACHMENT = "simulation_state.json"
+"""Name of the attachment with the state of the simulation at the start of an episode."""
+
 RECORD_NAME = "teleopctl"
 """Name of the metadata record with the versions of programs and libraries."""
 
@@ -86,6 +89,8 @@ class RecordedSession:
         counts: Number of messages of each topic, by name.
         parameters: Recorded parameters, by full node name and dotted parameter name.
         versions: Recorded versions of programs and libraries, by name.
+        start: State of the simulation at the start, as the simulator saves it; empty for a
+            recording that begins with the simulation.
     """
 
     robot_description: str
@@ -93,6 +98,7 @@ class RecordedSession:
     counts: Mapping[str, int] = field(default_factory=dict)
     parameters: Mapping[str, Mapping[str, object]] = field(default_factory=dict)
     versions: Mapping[str, str] = field(default_factory=dict)
+    start: str = ""
 
 
 def read_session(bag: Bag) -> RecordedSession:
@@ -119,6 +125,7 @@ def read_session(bag: Bag) -> RecordedSession:
         counts,
         read_parameters(bag),
         dict(bag.records()).get(RECORD_NAME, {}),
+        next((a.data.decode() for a in bag.attachments() if a.name == STATE_ATTACHMENT), ""),
     )
 
 
@@ -195,8 +202,12 @@ def read_commands(
     return RecordedCommands(found, late, unstamped)
 
 
-def end_of_run_ns(topics: Collection[RecordedTopic]) -> int:
+def end_of_run_ns(topics: Collection[RecordedTopic], start_ns: int = 0) -> int:
     """Return the simulated time in ns when the recorded run ends; raise if its start is missing.
+
+    Args:
+        topics: Recorded topics.
+        start_ns: Simulated time at which the run begins.
 
     Raises:
         InvalidFileError: The run was not recorded from its start, or was restarted.
@@ -207,7 +218,7 @@ def end_of_run_ns(topics: Collection[RecordedTopic]) -> int:
             "The bag has no simulated run",
             hint="Record the launch from its first message: launch sim.yaml record:=true",
         )
-    if times_ns[0] != 0:
+    if times_ns[0] > start_ns:
         raise InvalidFileError(
             f"The bag begins at {to_seconds(times_ns[0]):.3f} s of simulated time: earlier "
             "events were not recorded",
@@ -216,7 +227,7 @@ def end_of_run_ns(topics: Collection[RecordedTopic]) -> int:
     for topic in topics:
         if topic.is_stamped and topic.type_name in (_CLOCK, _JOINT_STATE):
             _refuse_restart(topic)
-    end_ns = 0
+    end_ns = start_ns
     for time_ns in times_ns:
         if time_ns > end_ns + _LONGEST_GAP_NS:
             break

@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from teleopctl.bag import (
+    STATE_ATTACHMENT,
     ComparedStream,
     Difference,
     DifferenceKind,
@@ -27,7 +28,7 @@ from teleopctl.interfaces import deserialize, get_message, serialize, to_seconds
 from teleopctl.nodes.bag_verification.broadcaster_replay import BroadcasterReplay
 from teleopctl.nodes.bag_verification.frame_replay import TF_TYPE, FrameReplay, split_by_frames
 from teleopctl.robot import COMMANDS_TOPIC, STATES_TOPIC
-from teleopctl.sim import CHANGES_TOPIC, SimulationReplay
+from teleopctl.sim import CHANGES_TOPIC, SavedState, SimulationReplay
 
 # Libraries whose versions affect the bits of the messages.
 _LIBRARIES = ("mujoco", "numpy", "teleopctl")
@@ -141,7 +142,9 @@ class _Run:
         self._streams: dict[str, ComparedStream] = {}
         self._frames_stream: ComparedStream | None = None
         self._bodies_stream: ComparedStream | None = None
-        self._rerun = SimulationReplay(session.robot_description, parameters, self._publish)
+        start = SavedState.parse(session.start, STATE_ATTACHMENT) if session.start else None
+        self._start_ns = 0 if start is None else start.time_ns
+        self._rerun = SimulationReplay(session.robot_description, parameters, self._publish, start)
         self._period_ns = self._rerun.control_period_ns
         self._broadcasters = BroadcasterReplay(
             session.robot_description,
@@ -165,6 +168,16 @@ class _Run:
         Raises:
             InvalidFileError: A controller commands joints, and no commands were recorded.
         """
+        if self._start_ns:
+            end_of_run_ns(topics.values(), self._start_ns)  # raises if the start is missing
+            # Messages of the state's own time came before it; commands and changes may follow it.
+            since_ns = {self._commands_topic: self._start_ns, CHANGES_TOPIC: self._start_ns}
+            # The fixed frames have the time of their publisher's start.
+            since_ns[_TF_STATIC] = 0
+            topics = {
+                name: _from(topic, since_ns.get(name, self._start_ns + 1))
+                for name, topic in topics.items()
+            }
         self._recorded = topics
         commands = topics.get(self._commands_topic)
         cycles = any(topics[name].messages for name in self._broadcasters.topics & set(topics))
@@ -182,7 +195,9 @@ class _Run:
                     f"{name} moves a robot in the simulator itself: the times of its effect are "
                     "not in the bag, so they show as differences"
                 )
-        self._end_ns = end_of_run_ns(topics.values())
+        # A state is saved between two messages.
+        latest_ns = self._start_ns + self._period_ns if self._start_ns else 0
+        self._end_ns = end_of_run_ns(topics.values(), latest_ns)
         for name, topic in topics.items():
             played_back = (self._commands_topic, CHANGES_TOPIC)
             if name not in (_TF, _TF_STATIC, *played_back) and topic.is_stamped:
@@ -439,3 +454,10 @@ def _other_versions(recorded: Mapping[str, str]) -> dict[str, tuple[str, str]]:
         for name in _LIBRARIES
         if name in recorded and recorded[name] != here[name]
     }
+
+
+def _from(topic: RecordedTopic, start_ns: int) -> RecordedTopic:
+    """Return a topic without the messages before a simulated time."""
+    if not topic.is_stamped:
+        return topic
+    return topic._replace(messages=[each for each in topic.messages if each.time_ns >= start_ns])

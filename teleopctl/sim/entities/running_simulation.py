@@ -51,6 +51,7 @@ class RunningSimulation:
         infos: EntityInfo messages that clients have set, by the entity's name.
     """
 
+    # Any: messages, whose classes are made at run time.
     def __init__(
         self,
         simulation: Simulation,

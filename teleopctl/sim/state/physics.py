@@ -14,6 +14,11 @@ Array = npt.NDArray[np.float64]
 
 # All that a step starts from, to the last bit: also controls and the solver's warm start.
 _ALL = mujoco.mjtState.mjSTATE_INTEGRATION
+_SLEEP_ARRAYS = (
+    *("tree_asleep", "tree_awake", "body_awake"),
+    *("body_awake_ind", "parent_awake_ind", "dof_awake_ind"),
+)
+_SLEEP_COUNTS = ("ntree_awake", "nbody_awake", "nparent_awake", "nv_awake")
 _Object = mujoco.mjtObj
 _NAMED = {
     "body": (_Object.mjOBJ_BODY, "nbody"),
@@ -43,6 +48,7 @@ def physics_state(model: Any, data: Any) -> dict[str, Array]:
     return {
         "physics": state,
         "gravity": np.array(model.opt.gravity),
+        "asleep": _sleep(data),
         "standing": np.concatenate([model.body_pos.ravel(), model.body_quat.ravel()]),
     }
 
@@ -51,9 +57,27 @@ def put_physics_state(model: Any, data: Any, saved: Mapping[str, Array]) -> None
     """Set MuJoCo's state, the gravity and static poses to what `physics_state` returned."""
     mujoco.mj_setState(model, data, saved["physics"], _ALL)
     model.opt.gravity[:] = saved["gravity"]
+    _put_sleep(data, saved["asleep"])
     places = 3 * model.nbody
     model.body_pos[:] = saved["standing"][:places].reshape(-1, 3)
     model.body_quat[:] = saved["standing"][places:].reshape(-1, 4)
+
+
+def _sleep(data: Any) -> Array:
+    """Return which bodies sleep, and when the others will: no part of MuJoCo's own state."""
+    arrays = [np.asarray(getattr(data, name), float).ravel() for name in _SLEEP_ARRAYS]
+    counts = [float(getattr(data, name)) for name in _SLEEP_COUNTS]
+    return np.concatenate([*arrays, counts])
+
+
+def _put_sleep(data: Any, saved: Array) -> None:
+    at = 0
+    for name in _SLEEP_ARRAYS:
+        array = getattr(data, name)
+        array[:] = saved[at : at + array.size].reshape(array.shape).astype(array.dtype)
+        at += array.size
+    for name, count in zip(_SLEEP_COUNTS, saved[at:], strict=True):
+        setattr(data, name, int(count))
 
 
 def part_names(model: Any) -> list[str]:

@@ -25,7 +25,10 @@ Array = npt.NDArray[np.float64]
 
 _FORMAT = "teleopctl simulation state 1"
 # Values that files of earlier versions lack.
-_LATER = ("sliding", "drives_inertia", "drives_tuned_at", "drives_speed_before")
+_LATER = (
+    *("sliding", "drives_inertia", "drives_tuned_at", "drives_speed_before"),
+    *("drives_still", "asleep"),
+)
 # Limit of a file's size in bytes, a million numbers: far more than the state of any robot.
 _LONGEST_FILE = 32_000_000
 
@@ -37,15 +40,17 @@ class SavedState:
     Attributes:
         parts: Names of the model's parts: a state fits only a model with the same parts.
         values: Values that `Simulation.save` returned.
+        time_ns: Simulated time of the state, in nanoseconds; 0 in files of earlier versions.
     """
 
     parts: tuple[str, ...]
     values: Mapping[str, Array]
+    time_ns: int = 0
 
     @classmethod
     def of(cls, simulation: Simulation) -> SavedState:
         """Return the present state of a simulation as `SavedState`."""
-        return cls(_parts(simulation), simulation.save())
+        return cls(_parts(simulation), simulation.save(), simulation.time_ns)
 
     @classmethod
     def read(cls, path: Path) -> SavedState:
@@ -56,14 +61,27 @@ class SavedState:
         """
         if _plain_size(path) > _LONGEST_FILE:
             raise InvalidFileError(f"{path} is too large for a saved state")
+        return cls.parse(read_text(path), str(path))
+
+    @classmethod
+    def parse(cls, text: str, source: str) -> SavedState:
+        """Return the saved state in a text that `write` has written; raise for other texts.
+
+        Args:
+            text: Text of the file.
+            source: Name of the source for error messages.
+
+        Raises:
+            InvalidFileError: The text is no saved state.
+        """
         try:
-            content = json.loads(read_text(path))
+            content = json.loads(text)
             if content["format"] != _FORMAT:
                 raise ValueError
             values = {str(k): np.array(v, float).ravel() for k, v in content["values"].items()}
-            return cls(tuple(map(str, content["parts"])), values)
+            return cls(tuple(map(str, content["parts"])), values, int(content.get("time_ns", 0)))
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
-            raise InvalidFileError(f"{path} is not a state saved by the simulator") from error
+            raise InvalidFileError(f"{source} is not a state saved by the simulator") from error
 
     def write(self, path: Path) -> None:
         """Write the state to a file, replacing an existing one.
@@ -73,7 +91,13 @@ class SavedState:
         """
         _plain_size(path)
         values = {name: value.tolist() for name, value in self.values.items()}
-        text = json.dumps({"format": _FORMAT, "parts": self.parts, "values": values})
+        content = {
+            "format": _FORMAT,
+            "time_ns": self.time_ns,
+            "parts": self.parts,
+            "values": values,
+        }
+        text = json.dumps(content)
         draft = path.with_name(f".{path.name}.{os.getpid()}")
         try:
             draft.write_text(f"{text}\n", "utf-8")
@@ -83,8 +107,12 @@ class SavedState:
                 draft.unlink()
             raise InvalidFileError(f"Cannot write {path}: {error.strerror}") from error
 
-    def put(self, simulation: Simulation) -> None:
+    def put(self, simulation: Simulation, *, keeps_time: bool = False) -> None:
         """Set a simulation to this state; raise if its model does not have the same parts.
+
+        Args:
+            simulation: Simulation to set.
+            keeps_time: Whether simulated time continues from that of the state, not from zero.
 
         Raises:
             RefusedError: The state is of another model, or invalid; nothing is changed.
@@ -106,7 +134,7 @@ class SavedState:
             )
         if not all(np.isfinite(value).all() for value in self.values.values()):
             raise RefusedError("The saved state is invalid: not all of its numbers are finite")
-        simulation.restore(values)
+        simulation.restore(values, self.time_ns if keeps_time else None)
 
 
 def _plain_size(path: Path) -> int:

@@ -46,10 +46,11 @@ def export(
         ),
     ] = "/joint_states",
     action: Annotated[
-        str | None,
+        list[str] | None,
         Option(
             "--action",
-            help="With lerobot: the topic of the robot's commands, or a field.",
+            help="With lerobot: a topic of the robot's commands, or a field; repeatable; by "
+            "default those of all controllers.",
             metavar="FIELD",
         ),
     ] = None,
@@ -57,8 +58,8 @@ def export(
         list[str] | None,
         Option(
             "--camera",
-            help="With lerobot: a topic of images; repeatable.",
-            metavar="TOPIC",
+            help="With lerobot: a topic of images; repeatable; by default all colour images.",
+            metavar="[NAME=]TOPIC",
         ),
     ] = None,
     task: Annotated[
@@ -87,7 +88,7 @@ def export(
             console.warn(remark)
         written = _Written(as_json)
         if form == "lerobot":
-            _export_lerobot(bag, folder, state, action, camera or [], fps, task, written)
+            _export_lerobot(bag, folder, state, action, camera, fps, task, written)
         elif form == "mp4":
             _export_films(bag, folder, topics, fps, written)
         else:
@@ -166,26 +167,44 @@ def _export_lerobot(
     bag: "Bag",
     folder: Path,
     state: str,
-    action: str | None,
-    cameras: list[str],
+    action: list[str] | None,
+    cameras: list[str] | None,
     fps: float | None,
     task: str,
     written: _Written,
 ) -> None:
-    from teleopctl.bag import LeRobotOptions, export_lerobot
+    from teleopctl.bag import (
+        LeRobotOptions,
+        export_lerobot,
+        find_actions,
+        find_cameras,
+        find_hand,
+    )
 
     if fps is not None and not fps.is_integer():
         raise UsageError(f"LeRobot's rates are whole numbers, not {fps:g}")
-    options = LeRobotOptions(state, action, cameras, int(fps or 30), task)
+    if action is None:
+        action = find_actions(bag)
+    if cameras is None:
+        cameras = [f"{name}={topic}" for name, topic in find_cameras(bag).items()]
+    hand = find_hand(bag)
+    options = LeRobotOptions(state, action, cameras, int(fps or 30), task, hand=hand)
     summary = export_lerobot(bag, folder, options)
     lines = [f"{folder}: frames {summary.frames} at {options.fps} Hz, one episode"]
     lines += [f"  {key}: {', '.join(names)}" for key, names in summary.names.items()]
+    lines += [f"  {camera}" for camera in summary.cameras]
+    times = "stamps" if summary.by_stamps else "times of recording"
+    worst = f" ({summary.worst_feature})" if summary.worst_feature else ""
+    age_ms = summary.worst_offset_s * 1e3
+    lines += [f"  values by their {times}, at most {age_ms:.0f} ms old{worst}"]
     written.say(
         "\n".join(lines),
         path=str(folder),
         frames=summary.frames,
         fps=options.fps,
         names={key: list(names) for key, names in summary.names.items()},
+        cameras=list(summary.cameras),
+        worst_offset_s=summary.worst_offset_s,
     )
     for topic, count in summary.left_out.items():
         console.warn(f"{topic}: {count} messages left out")

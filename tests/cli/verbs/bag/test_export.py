@@ -98,7 +98,8 @@ def test_joint_states_become_a_data_set_of_lerobot(tmp_path, monkeypatch, capsys
     line = ["bag", "export", "session", "--format", "lerobot"]
     assert main.run([*line, "--fps", "20"]) == 0
     assert capsys.readouterr().out == (
-        "session_lerobot: frames 21 at 20 Hz, one episode\n  observation.state: a, b\n"
+        "session_lerobot: frames 21 at 20 Hz, one episode\n  observation.state: a.pos, b.pos\n"
+        "  values by their times of recording, at most 0 ms old\n"
     )
     assert main.run([*line, "--fps", "12.5"]) == 2
     assert main.run([*line, "--topics", "/joint_states"]) == 2

@@ -21,7 +21,7 @@ from teleopctl.bag import (
     export_lerobot,
     open_bag,
 )
-from teleopctl.bag.export.lerobot_files import PictureStatistics, feature_statistics
+from teleopctl.bag.lerobot.statistics import PictureStatistics, feature_statistics
 from teleopctl.errors import (
     InvalidFileError,
     NotFoundError,
@@ -106,19 +106,24 @@ def test_each_frame_has_the_latest_message_that_is_not_younger(session, tmp_path
     summary = export(
         session,
         tmp_path / "set",
-        action="/controller_state",
+        action=["/controller_state"],
         cameras=["/cam/image_raw"],
         fps=10,
         task="wave",
     )
-    assert summary == (3, {"observation.state": ("a", "b"), "action": ("a", "b")}, {})
+    joined = ("a.pos", "b.pos")
+    assert summary.names == {"observation.state": joined, "action": joined}
+    assert (summary.frames, summary.left_out) == (3, {})
+    # The state of 0.10 s is that of the frame at 0.15 s, which has an image of 0.05 s.
+    assert (summary.by_stamps, summary.worst_feature) == (False, "action")
+    assert summary.worst_offset_s == pytest.approx(0.13)
     found = rows(tmp_path / "set")
     assert [row["observation.state"] for row in found] == [[0.0, 1.0], [0.5, 2.0], [0.5, 2.0]]
     assert [row["action"] for row in found] == [[0.5, -0.5], [0.5, -0.5], [0.75, -0.75]]
     assert [row["timestamp"] for row in found] == pytest.approx([0.0, 0.1, 0.2])
     assert [row["frame_index"] for row in found] == [row["index"] for row in found] == [0, 1, 2]
     assert {(row["episode_index"], row["task_index"]) for row in found} == {(0, 0)}
-    film = tmp_path / "set" / "videos" / "observation.images.cam__image_raw" / f"{FILE}.mp4"
+    film = tmp_path / "set" / "videos" / "observation.images.cam" / f"{FILE}.mp4"
     with av.open(str(film)) as file:
         stream = file.streams.video[0]
         frames = list(file.decode(stream))
@@ -137,18 +142,19 @@ def test_the_files_say_what_is_in_them(session, tmp_path):
     assert (said["fps"], said["robot_type"]) == (10, "so101")
     assert (said["total_episodes"], said["total_frames"], said["total_tasks"]) == (1, 3, 1)
     state = said["features"]["observation.state"]
-    assert state == {"dtype": "float32", "shape": [2], "names": ["a", "b"]}
-    camera = said["features"]["observation.images.cam__image_raw"]
+    assert (state["dtype"], state["shape"], state["names"]) == ("float32", [2], ["a.pos", "b.pos"])
+    assert state["info"] == {"units": ["rad", "rad"]}
+    camera = said["features"]["observation.images.cam"]
     assert (camera["dtype"], camera["shape"]) == ("video", [48, 64, 3])
-    assert set(said["features"]) - {"observation.images.cam__image_raw"} == set(rows(folder)[0])
+    assert set(said["features"]) - {"observation.images.cam"} == set(rows(folder)[0])
     (episode,) = parquet.read_table(folder / "meta/episodes" / f"{FILE}.parquet").to_pylist()
     assert (episode["length"], episode["tasks"]) == (3, ["wave"])
     assert (episode["dataset_from_index"], episode["dataset_to_index"]) == (0, 3)
-    assert episode["videos/observation.images.cam__image_raw/to_timestamp"] == pytest.approx(0.3)
+    assert episode["videos/observation.images.cam/to_timestamp"] == pytest.approx(0.3)
     stats = json.loads((folder / "meta" / "stats.json").read_text(encoding="utf-8"))
     assert stats["observation.state"]["max"] == [0.5, 2.0]
     assert episode["stats/observation.state/max"] == [0.5, 2.0]
-    assert np.shape(stats["observation.images.cam__image_raw"]["mean"]) == (3, 1, 1)
+    assert np.shape(stats["observation.images.cam"]["mean"]) == (3, 1, 1)
     tasks = parquet.read_table(folder / "meta" / "tasks.parquet")
     assert tasks.to_pylist() == [{"task_index": 0, "__index_level_0__": "wave"}]
     assert b'"index_columns": ["__index_level_0__"]' in tasks.schema.metadata[b"pandas"]
@@ -170,13 +176,13 @@ def test_actions_may_be_trajectories_arrays_or_any_field(tmp_path):
         (0.1, "/joint_states", joints(a=0.0, b=1.0)),
     )
     expected = {
-        "/joint_trajectory": (("b",), 8.0),
-        "/joint_trajectory/points[0]/positions": (("b",), 7.0),
+        "/joint_trajectory": (("b.pos",), 8.0),
+        "/joint_trajectory/points[0]/positions": (("b.pos",), 7.0),
         "/commands": (("0", "1", "2"), [1.0, 2.0, 3.0]),
-        "/joint_states/position": (("a", "b"), [0.0, 1.0]),
+        "/joint_states/position": (("a.pos", "b.pos"), [0.0, 1.0]),
     }
     for number, (action, (names, values)) in enumerate(expected.items()):
-        summary = export(bag, tmp_path / str(number), action=action)
+        summary = export(bag, tmp_path / str(number), action=[action])
         assert summary.names["action"] == names
         assert rows(tmp_path / str(number))[0]["action"] == values
 
@@ -193,7 +199,9 @@ def test_what_cannot_be_used_is_counted_and_passed_over(tmp_path):
         (0.2, "/cam/image_raw", raw(size=(32, 32))),
         (0.3, "/cam/image_raw", raw("no_such_encoding")),
     )
-    summary = export(bag, tmp_path / "set", action="/commands", cameras=["/cam/image_raw"], fps=10)
+    summary = export(
+        bag, tmp_path / "set", action=["/commands"], cameras=["/cam/image_raw"], fps=10
+    )
     assert summary.frames == 3
     assert summary.left_out == {"/joint_states": 1, "/commands": 1, "/cam/image_raw": 2}
 
@@ -201,8 +209,8 @@ def test_what_cannot_be_used_is_counted_and_passed_over(tmp_path):
 @pytest.mark.parametrize(
     ("options", "error", "text"),
     [
-        ({"action": "/commands"}, NotFoundError, "no message of /commands"),
-        ({"action": "/comands"}, NotFoundError, "begins with none of the bag's topics"),
+        ({"action": ["/commands"]}, NotFoundError, "no message of /commands"),
+        ({"action": ["/comands"]}, NotFoundError, "begins with none of the bag's topics"),
         ({"state": "/cam/image_raw"}, UsageError, "name one of its fields"),
         ({"cameras": ["/joint_states"]}, UsageError, "has no pictures"),
         ({"cameras": ["/camera"]}, NotFoundError, "no topic '/camera'"),

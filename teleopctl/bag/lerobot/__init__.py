@@ -1,0 +1,1 @@
+"""LeRobot data sets made of bags, episode by episode."""
