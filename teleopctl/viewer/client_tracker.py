@@ -75,9 +75,20 @@ const report = async () => {
   }
   sending = false;
 };
+// The legends of plots show the newest values while the mouse is elsewhere.
+const fillLegends = () => {
+  for (const {chart} of Object.values(window.__viserTestpoints?.uplots ?? {})) {
+    if (chart.cursor.left < 0 && chart.data?.[0]?.length) {
+      chart.setLegend({idx: chart.data[0].length - 1});
+    }
+  }
+};
 document.onvisibilitychange = report;
 clearInterval(window.teleopctlReports);
-window.teleopctlReports = setInterval(report, 250);
+window.teleopctlReports = setInterval(() => {
+  report();
+  if (document.visibilityState !== "hidden") fillLegends();
+}, 250);
 """
 
 

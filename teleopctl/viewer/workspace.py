@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl import plugins
 from teleopctl.errors import TeleopctlError
+from teleopctl.node import Clock, ClockType
 from teleopctl.viewer.client_tracker import panel_mark
 from teleopctl.viewer.layout import PageLayout, PanelColumn, layout_of, load_layout
 from teleopctl.viewer.panels.base import Panel
@@ -36,6 +37,10 @@ _LEFT_ORDER = 100.0
 _STORED = "teleopctl.workspace"
 _LONGEST_STORED = 1_000_000
 _TIMEOUT_S = 5.0
+# viser halves a panel for the next one: three have a half and two quarters. With a fourth one above
+# them for a moment, which is time enough for a browser to place it, each has a third.
+_SPACER_S = 1.0
+_EQUAL = 3
 
 # Any: YAML values, and viser's handles.
 
@@ -60,6 +65,7 @@ class _Desk:
         closed: Panels that were closed by hand.
         stacks: Stacks of the left and of the right column.
         stored: Text in the browser's local storage.
+        is_placing: Whether all panels are being placed, not one more.
     """
 
     client: viser.ClientHandle
@@ -68,6 +74,7 @@ class _Desk:
     closed: set[str] = field(default_factory=set)
     stacks: tuple[list[_Stack], list[_Stack]] = field(default_factory=lambda: ([], []))
     stored: str = ""
+    is_placing: bool = False
 
     def arrangement(self) -> PageLayout:
         """Return the layout with the panels that were opened and closed by hand."""
@@ -299,7 +306,9 @@ class PageWorkspace:
             self._build(name)
         self._bar += tuple(name for name in desk.layout.bar if name not in self._bar)
         desk.client.gui.main_panel.float(x=_MARGIN_PX, y=-_MARGIN_PX, width=_BAR_WIDTH_PX)
+        desk.is_placing = True
         self._update(desk)
+        desk.is_placing = False
         self.refresh()
 
     def _update(self, desk: _Desk) -> None:
@@ -347,11 +356,33 @@ class PageWorkspace:
             return
         panels = [self._build(name) for name in shown]
         if stack.handle is None:
+            if number == _EQUAL - 1 and desk.is_placing:
+                self._add_spacer(desk, side)
             order = number + (0.0 if side else _LEFT_ORDER)
             stack.handle, is_new = desk.client.gui.add_panel(order=order), True
         _set_tabs(stack.handle, panels, [self._folders[name] for name in shown])
         if is_new:
             self._dock(desk, side, column, number)
+
+    def _add_spacer(self, desk: _Desk, side: int) -> None:
+        """Put an empty panel above the two of a column for a moment, see `_SPACER_S`."""
+        handles = [one.handle for one in desk.stacks[side] if one.handle is not None]
+        if len(handles) != _EQUAL - 1:
+            return
+        spacer = desk.client.gui.add_panel()
+        spacer.add_tab(" ")
+        spacer.dock_above(handles[0])
+
+        def remove() -> None:
+            self._page.node.destroy_timer(timer)
+            with suppress(RuntimeError):  # the browser has left
+                spacer.remove()
+
+        timer = self._page.node.create_timer(
+            _SPACER_S,
+            self._page.on_node_thread(remove),
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
 
     def _dock(self, desk: _Desk, side: int, column: PanelColumn, number: int) -> None:
         stacks = desk.stacks[side]

@@ -129,7 +129,7 @@ class PageClient:
         return [
             tuple(part["_tab_labels"])
             for part in self.parts.values()
-            if part["type"] == "GuiPanelMessage" and part["_tab_labels"]
+            if part["type"] == "GuiPanelMessage" and "".join(part["_tab_labels"]).strip()
         ]
 
     def wait_for(self, check: Callable[[], object]) -> None:

@@ -1,4 +1,4 @@
-"""Panel of plots of numeric message fields over time, as rqt_plot has them."""
+"""Panel of plots of numeric message fields over time, as rqt_plot and PlotJuggler have them."""
 
 from __future__ import annotations
 
@@ -6,7 +6,8 @@ import time
 from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import NumericField
+from teleopctl.interfaces import NumericField, Shape, get_message, numeric_fields
+from teleopctl.node import QoSProfile
 from teleopctl.viewer.html import age_text, escaped_markdown
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.plot_chart import (
@@ -18,23 +19,42 @@ from teleopctl.viewer.panels.plot_chart import (
     plot_csv,
     plot_png,
 )
-from teleopctl.viewer.panels.plot_series import PlottedTopic
+from teleopctl.viewer.panels.plot_expression import (
+    FUNCTIONS,
+    DerivedSamples,
+    PlotExpression,
+    topic_and_path,
+)
+from teleopctl.viewer.panels.plot_series import MOST_OF_ALL, MOST_SAMPLES, PlottedTopic, Samples
+from teleopctl.viewer.subscriptions import topic_qos
 
 MOST_CHARTS = 20
+MOST_OFFERED = 3000
+"""Number of fields that are offered in the list; any other can be typed."""
 
-_CHOOSE = "(choose)"
+_CHOOSE = "type a part of its name"
 _NEW = "New plot"
 _FIRST_WINDOW_S = 10.0
-_LONGEST_WINDOW_S = 600.0
+_LONGEST_WINDOW_S = 36_000.0
 # Each of ten ticks a second draws one half of the plots in turn: five drawings of each plot.
 _TURNS = 2
 _TICKS_PER_LIST = 10
 # A topic without messages for this time has ended, or its node hangs.
 _SILENT_S = 3.0
+# Topics of which one message is received for the lengths of its arrays and the names in it. Those
+# of other types, such as images and clouds, are large and hold nothing to plot.
+_MOST_SAMPLED = 100
+_NEVER_SAMPLED = frozenset(
+    f"sensor_msgs/msg/{name}"
+    for name in ("Image", "CompressedImage", "PointCloud", "PointCloud2", "LaserScan")
+) | {"nav_msgs/msg/OccupancyGrid", "visualization_msgs/msg/MarkerArray"}
+_CONTROLLER_STATE = "control_msgs/msg/JointTrajectoryControllerState"
+# Pairs of fields that one click plots together.
+_COMPARED = ("reference.positions", "feedback.positions")
 
 
 class PlotPanel(Panel):
-    """Panel of plots of numeric message fields over time."""
+    """Panel of plots of numeric message fields, and expressions of them, over time."""
 
     title: ClassVar[str] = "Plot"
     icon = "chart-line"
@@ -45,66 +65,70 @@ class PlotPanel(Panel):
         self._charts: list[Chart] = []
         self._charts_made = 0
         self._topics: dict[str, PlottedTopic] = {}
-        self._fields: dict[str, NumericField] = {}
+        # Fields of each topic, as known from a message or from the type.
+        self._fields: dict[str, list[NumericField]] = {}
+        self._sampled: dict[str, Any] = {}
+        self._offered: dict[str, list[str]] = {}
+        # Lines of a stored layout whose topics are not published yet.
+        self._expected: list[tuple[Chart, str, list[str]]] = []
         self._paused = False
+        self._paused_s = 0.0
         self._watched = False
-        self._is_graph_new = False
+        self._is_graph_new = True
         self._ticks = 0
 
     def build(self) -> None:
-        """Add the dropdowns of topic and field, the common controls and the folder of plots."""
+        """Add the list of fields, the folder of plots, and the common controls."""
         on = self.page.on_node_thread
-        self._topic: Any = self.gui.add_dropdown("Topic", (_CHOOSE,))
-        self._topic.on_update(on(lambda _event: self._choose_topic()))
         self._field: Any = self.gui.add_dropdown(
-            "Field", (_CHOOSE,), hint="Known once the topic has had a message"
+            "Add", (_CHOOSE,), hint="Any number of any topic; a whole array; a controller's error"
         )
+        self._field.on_update(on(self._choose_field))
+        self._place = self.gui.add_folder(None)
+        with self.gui.add_form(None) as form:
+            self._expression: Any = self.gui.add_text(
+                "Expression",
+                "",
+                hint="Such as /a/x - /b/x or d(/joint_states/position[0]), then Enter; functions: "
+                + ", ".join(FUNCTIONS),
+            )
+        form.on_submit(on(lambda _event: self._take_expression()))
         self._where: Any = self.gui.add_dropdown("Where", (_NEW,))
-        self._add_button = self.gui.add_button("Add")
-        self._add_button.on_click(on(lambda _event: self._add()))
         self._window: Any = self.gui.add_number(
             "Seconds",
             _FIRST_WINDOW_S,
-            min=1.0,
+            min=0.1,
             max=_LONGEST_WINDOW_S,
             hint="Length of the time window",
         )
         self._buttons: Any = self.gui.add_button_group("All plots", ("Pause", "Clear"))
         self._buttons.on_click(on(self._pressed))
-        self._place = self.gui.add_folder(None)
-        self._follow_graph()
+        self._back: Any = self.gui.add_slider(
+            "Look back", 0.0, 1.0, 0.01, 0.0, visible=False, hint="Seconds before the pause"
+        )
+        self._back.on_update(on(self._look_back))
 
     # --- subscriptions ------------------------------------------------------------------------
 
     def began(self) -> None:
         """Drop old samples, and subscribe to the plotted topics."""
         self._watched = True
+        self._is_graph_new = True
         for topic in self._topics.values():
             topic.clear()
             topic.subscribe()
 
     def ended(self) -> None:
-        """Unsubscribe from all plotted topics; the plots stay on the page."""
+        """Unsubscribe from all topics; the plots stay on the page."""
         self._watched = False
         for topic in self._topics.values():
             topic.unsubscribe()
+        for name in list(self._sampled):
+            self._end_sample(name)
 
     def graph_changed(self) -> None:
         """Mark the offered topics as outdated, to be updated by a later `tick`."""
         self._is_graph_new = True
-
-    def _follow_graph(self) -> None:
-        """Update the offered topics, and the QoS of the subscriptions."""
-        self._is_graph_new = False
-        options = (_CHOOSE, *sorted(self._published()))
-        if options != tuple(self._topic.options):
-            chosen = self._topic.value
-            self._topic.options = options
-            if chosen in options:
-                self._topic.value = chosen
-        if self._watched:
-            for topic in self._topics.values():
-                topic.subscribe()
 
     def _published(self) -> dict[str, str]:
         """Return the topics with publishers, and their types."""
@@ -115,70 +139,169 @@ class PlotPanel(Panel):
             if graph.publishers(name)
         }
 
-    def _listen(self, name: str, type_name: str) -> PlottedTopic:
-        topic = self._topics.get(name)
-        if topic is None:
-            topic = PlottedTopic(self.page.stage, name, type_name)
-            topic.subscribe()
-            self._topics[name] = topic
-        return topic
+    def _follow_graph(self) -> None:
+        """Update the known fields, the QoS of the subscriptions, and lines that were waited for."""
+        self._is_graph_new = False
+        published = self._published()
+        for name, type_name in published.items():
+            if name not in self._fields and self.page.stage.knows_type(type_name):
+                self._fields[name] = numeric_fields(get_message(type_name)())
+                self._sample(name, type_name)
+        for name in self._fields.keys() - published.keys() - self._topics.keys():
+            del self._fields[name]
+            self._end_sample(name)
+        if self._watched:
+            for topic in self._topics.values():
+                topic.subscribe()
+        expected, self._expected = self._expected, []
+        for chart, text, topics in expected:
+            self._add_text(chart, text, topics)
+        self._offer()
 
-    def _forget_unused(self) -> None:
-        """Unsubscribe from topics that are neither chosen nor drawn."""
-        drawn = {line.topic for chart in self._charts for line in chart.lines}
-        for name in self._topics.keys() - drawn - {self._topic.value}:
-            self._topics.pop(name).unsubscribe()
+    def _sample(self, name: str, type_name: str) -> None:
+        """Receive one message of a topic, for the lengths of its arrays and the names in it."""
+        if type_name in _NEVER_SAMPLED or len(self._sampled) >= _MOST_SAMPLED:
+            return
+        if not _has_lists(get_message(type_name)()):
+            return
+
+        def take(message: Any) -> None:
+            if self._sampled.get(name) is not None:
+                self._fields[name] = numeric_fields(message)
+                self._end_sample(name)
+                self._offer()
+
+        qos: QoSProfile = topic_qos(self.page.node, name, {})
+        self._sampled[name] = self.page.stage.subscribe(name, type_name, take, qos)
+
+    def _end_sample(self, name: str) -> None:
+        end = self._sampled.pop(name, None)
+        if end is not None:
+            end()
 
     # --- choosing -----------------------------------------------------------------------------
 
-    def _choose_topic(self) -> None:
-        name = self._topic.value
-        self._fields.clear()
-        self._offer_fields()
-        self._forget_unused()
-        type_name = self._published().get(name)
-        if type_name is not None:
-            self._listen(name, type_name)
+    def _offer(self) -> None:
+        """Offer all known fields, with the text that is drawn for each choice."""
+        offered: dict[str, list[str]] = {}
+        published = self._published()
+        for name in sorted(self._fields):
+            if published.get(name) == _CONTROLLER_STATE:
+                offered[f"{name.rpartition('/')[0]}: reference and feedback"] = [
+                    _text(name, field.path)
+                    for field in self._fields[name]
+                    if field.length is None and field.path.startswith(_COMPARED)
+                ]
+        for name in sorted(self._fields):
+            for field in self._fields[name]:
+                if field.length is None:
+                    # In a narrow list the end of a text is cut off.
+                    what = f"{field.path} {field.label}".rstrip()
+                    offered[f"{what}  {name}"] = [_text(name, field.path)]
+                else:
+                    offered[f"{field.path} (all {field.length})  {name}"] = [
+                        _text(name, one.path)
+                        for one in self._fields[name]
+                        if one.length is None and one.path.startswith(f"{field.path}[")
+                    ]
+                if len(offered) >= MOST_OFFERED:
+                    break
+        self._offered = {choice: texts for choice, texts in offered.items() if texts}
+        options = (_CHOOSE, *self._offered)
+        if options != tuple(self._field.options):
+            self._field.options = options
 
-    def _list_fields(self) -> None:
-        """Add the numeric fields of the newest message to the offered ones."""
-        topic = self._topics.get(self._topic.value)
-        if topic is None:
+    def _choose_field(self, event: Any) -> None:
+        texts = self._offered.get(event.target.value)
+        # The event of a value that was set by this process has no client.
+        if event.client is None or texts is None:
             return
-        known = len(self._fields)
-        for field in topic.fields():
-            self._fields.setdefault(_text_of(field), field)
-        if len(self._fields) != known:
-            self._offer_fields()
+        self._field.value = _CHOOSE
+        self._add(texts)
 
-    def _offer_fields(self) -> None:
-        chosen = self._field.value
-        self._field.options = (_CHOOSE, *self._fields)
-        self._field.value = chosen if chosen in self._fields else _CHOOSE
+    def _take_expression(self) -> None:
+        text = self._expression.value.strip()
+        if text:
+            self._add([text])
+            self._expression.value = ""
 
-    def _add(self) -> None:
-        topic = self._topics.get(self._topic.value)
-        field = self._fields.get(self._field.value)
-        if topic is None or field is None:
-            self.page.notify("Nothing to plot yet", "Choose a topic and one of its fields.")
-            return
+    def _add(self, texts: list[str]) -> None:
+        """Add lines to the chosen plot, or to a new one."""
+        for text in texts:
+            self._line_of(text, [])
         chart = self._chart_to_add_to()
         if chart is None:
             self.page.notify("No more plots", f"{MOST_CHARTS} are drawn already.")
             return
-        fields = [field]
-        if field.length is not None:
-            inside = (one for one in self._fields.values() if one.length is None)
-            fields = [one for one in inside if one.path.startswith(f"{field.path}[")]
         room = MOST_LINES - len(chart.lines)
-        chart.add([_line(topic, one) for one in fields[:room]])
-        if len(fields) > room:
+        for text in texts[:room]:
+            self._add_text(chart, text, [])
+        if len(texts) > room:
             self.page.notify(f"{chart.title} is full", f"It has {MOST_LINES} lines.")
+
+    def _add_text(self, chart: Chart, text: str, topics: list[str]) -> None:
+        line = self._line_of(text, topics)
+        if line is None:
+            self._expected.append((chart, text, topics))
+        else:
+            chart.add([line])
+            self._share_memory()
+
+    def _line_of(self, text: str, topics: list[str]) -> PlotLine | None:
+        """Return a line of a field or an expression; None if a topic of it is not published yet.
+
+        Args:
+            text: The field or expression.
+            topics: Topics that are expected, of a stored layout; empty if all have to be there.
+
+        Raises:
+            TeleopctlError: The text is no expression, or a topic of it is unknown.
+        """
+        expression = PlotExpression(text)
+        known = {*self._published(), *self._topics, *topics}
+        parts = [topic_and_path(field, known) for field in expression.fields]
+        for field, part in zip(expression.fields, parts, strict=True):
+            if part is None:
+                if topics:
+                    return None
+                raise TeleopctlError(f"There is no topic with the field {field}")
+        inputs: list[Samples] = []
+        for topic, path in filter(None, parts):
+            inputs.append(self._listen(topic).add_field(path))
+        names = tuple(dict.fromkeys(topic for topic, _ in filter(None, parts)))
+        if not expression.is_field:
+            return PlotLine(expression.text, names, DerivedSamples(expression, inputs), str)
+        ((topic, path),) = filter(None, parts)
+        return PlotLine(text, names, inputs[0], lambda: self._label_of(topic, path))
+
+    def _label_of(self, topic: str, path: str) -> str:
+        """Return a field's name in the newest message, such as the joint's name and the field."""
+        found = self._topics[topic].fields() if topic in self._topics else []
+        label = next((field.label for field in found if field.path == path), "")
+        return f"{label} {path.partition('[')[0]}" if label else ""
+
+    def _listen(self, name: str) -> PlottedTopic:
+        topic = self._topics.get(name)
+        if topic is None:
+            topic = self._topics[name] = PlottedTopic(self.page.stage, name)
+            if self._watched:
+                topic.subscribe()
+        return topic
+
+    def _share_memory(self) -> None:
+        """Share the memory for samples among all series."""
+        series = [one for topic in self._topics.values() for one in topic.series.values()]
+        limit = min(MOST_SAMPLES, MOST_OF_ALL // max(len(series), 1))
+        for one in series:
+            one.set_limit(limit)
 
     def _chart_to_add_to(self) -> Chart | None:
         for chart in self._charts:
             if chart.title == self._where.value:
                 return chart
+        return self._new_chart()
+
+    def _new_chart(self) -> Chart | None:
         if len(self._charts) >= MOST_CHARTS:
             return None
         self._charts_made += 1
@@ -192,6 +315,38 @@ class PlotPanel(Panel):
     def _offer_charts(self, chosen: str) -> None:
         self._where.options = (_NEW, *(chart.title for chart in self._charts))
         self._where.value = chosen
+
+    # --- what is kept -------------------------------------------------------------------------
+
+    def state(self) -> Any:
+        """Return the lines of each plot, and the length of the time window."""
+        expected = [(chart, text, topics) for chart, text, topics in self._expected]
+        plots = []
+        for chart in self._charts:
+            lines = [{"line": line.text, "topics": list(line.topics)} for line in chart.lines]
+            lines += [
+                {"line": text, "topics": topics} for of, text, topics in expected if of is chart
+            ]
+            plots.append(lines)
+        return {"plots": plots, "seconds": self._window.value} if plots else None
+
+    def restore(self, state: Any) -> None:
+        """Draw the plots that `state` has returned; lines of other topics wait for these."""
+        if not isinstance(state, dict):
+            return
+        seconds = state.get("seconds")
+        if isinstance(seconds, int | float) and 0.1 <= seconds <= _LONGEST_WINDOW_S:
+            self._window.value = float(seconds)
+        for chart in tuple(self._charts):
+            self._remove(chart)
+        plots = state.get("plots")
+        for lines in plots[:MOST_CHARTS] if isinstance(plots, list) else ():
+            made = self._new_chart()
+            for one in lines[:MOST_LINES] if made and isinstance(lines, list) else ():
+                text, topics = _kept_line(one)
+                if made and text and topics:
+                    self._add_text(made, text, topics)
+        self._is_graph_new = True
 
     # --- buttons ------------------------------------------------------------------------------
 
@@ -207,6 +362,17 @@ class PlotPanel(Panel):
                 chart.freeze()
             else:
                 chart.resume()
+        spans = [span for chart in self._charts if (span := chart.span_s()) is not None]
+        self._back.visible = self._paused and bool(spans)
+        if self._back.visible:
+            first, self._paused_s = min(a for a, _ in spans), max(b for _, b in spans)
+            self._back.max = max(round(self._paused_s - first, 2), 0.02)
+            self._back.value = 0.0
+
+    def _look_back(self, event: Any) -> None:
+        if event.client is not None and self._paused:
+            for chart in self._charts:
+                chart.look_back(self._paused_s - event.target.value)
 
     def _pressed_at(self, chart: Chart, event: Any) -> None:
         if event.target.value == "Remove":
@@ -214,7 +380,7 @@ class PlotPanel(Panel):
             return
         name = chart.title.lower().replace(" ", "_")
         if event.target.value == "CSV":
-            names = [line.full_name for line in chart.lines]
+            names = [line.text for line in chart.lines]
             samples = chart.samples(self._window.value)
             self.page.stage.run_in_background(
                 lambda: plot_csv(names, samples),
@@ -224,7 +390,7 @@ class PlotPanel(Panel):
             times, values = chart.window(self._window.value)
             times = times - times[-1] if len(times) else times
             curves = [
-                PlotCurve(line.label, color, some)
+                PlotCurve(line.name, color, some)
                 for line, color, some in zip(chart.lines, COLORS, values, strict=False)
             ]
             self.page.stage.run_in_background(
@@ -237,22 +403,28 @@ class PlotPanel(Panel):
             return
         chart.remove()
         self._charts.remove(chart)
-        drawn = {(line.topic, line.path) for other in self._charts for line in other.lines}
-        for line in chart.lines:
-            if (line.topic, line.path) not in drawn and line.topic in self._topics:
-                self._topics[line.topic].remove_field(line.path)
+        self._expected = [one for one in self._expected if one[0] is not chart]
         self._forget_unused()
-        self._offer_charts(_NEW)
+        self._offer_charts(self._charts[-1].title if self._charts else _NEW)
+
+    def _forget_unused(self) -> None:
+        """Drop fields that no line draws, and unsubscribe from topics without any."""
+        texts = [line.text for chart in self._charts for line in chart.lines]
+        drawn = {field for text in texts for field in PlotExpression(text).fields}
+        for name, topic in list(self._topics.items()):
+            for path in [path for path in topic.series if _text(name, path) not in drawn]:
+                topic.remove_field(path)
+            if not topic.series:
+                self._topics.pop(name).unsubscribe()
+        self._share_memory()
 
     # --- drawing ------------------------------------------------------------------------------
 
     def tick(self) -> None:
         """Redraw plots with new samples, half of the plots per call."""
         self._ticks += 1
-        if self._is_graph_new and self._ticks % _TICKS_PER_LIST == 0:
+        if self._is_graph_new and self._ticks % _TICKS_PER_LIST in (0, 1):
             self._follow_graph()
-        if self._ticks % _TICKS_PER_LIST == 0 or not self._fields:
-            self._list_fields()
         if self._ticks % _TICKS_PER_LIST == 0:
             self._show_silence()
         for chart in self._charts[self._ticks % _TURNS :: _TURNS]:
@@ -263,28 +435,51 @@ class PlotPanel(Panel):
         now_s = time.monotonic()
         ages = {name: now_s - topic.received_s for name, topic in self._topics.items()}
         for chart in self._charts:
-            silent = sorted({line.topic for line in chart.lines if ages[line.topic] > _SILENT_S})
+            names = {name for line in chart.lines for name in line.topics}
+            silent = sorted(name for name in names if ages[name] > _SILENT_S)
+            expected = [text for of, text, _ in self._expected if of is chart]
             chart.show_note(
                 ". ".join(
-                    f"Last message of {escaped_markdown(name)}: {age_text(ages[name])}"
-                    if self._topics[name].newest is not None
-                    else f"No message of {escaped_markdown(name)} yet"
-                    for name in silent
+                    [
+                        f"Last message of {escaped_markdown(name)}: {age_text(ages[name])}"
+                        if self._topics[name].newest is not None
+                        else f"No message of {escaped_markdown(name)} yet"
+                        for name in silent
+                    ]
+                    + [f"Not published: {escaped_markdown(text)}" for text in expected[:1]]
                 )
             )
 
 
-def _line(topic: PlottedTopic, field: NumericField) -> PlotLine:
-    label = f"{field.label} {field.path.partition('[')[0]}" if field.label else ""
-    line = PlotLine(topic.name, field.path, label, topic.add_field(field.path))
-    return line if label else line._replace(label=line.full_name)
+# Any: a message, whose class is made from its definition at run time.
+def _has_lists(message: Any) -> bool:
+    """Return whether a message has sequences, whose lengths its type does not tell."""
+    for field in message.__definition__.fields:
+        kind = field.type
+        if kind.shape in (Shape.BOUNDED, Shape.UNBOUNDED):
+            if kind.is_nested or kind.is_numeric:
+                return True
+        elif kind.is_nested and kind.shape is Shape.SINGLE:
+            inner = getattr(message, field.attribute)
+            if _has_lists(inner):
+                return True
+    return False
 
 
-def _text_of(field: NumericField) -> str:
-    """Return a field's text in the list: its path and its label in the message."""
-    if field.length is not None:
-        return f"{field.path} (all {field.length})"
-    return f"{field.path}  {field.label}" if field.label else field.path
+# Any: YAML values.
+def _kept_line(value: Any) -> tuple[str, list[str]]:
+    """Return text and topics of a line in a stored layout; empty if the values are none."""
+    if not isinstance(value, dict):
+        return "", []
+    text, topics = value.get("line"), value.get("topics")
+    if not isinstance(text, str) or not isinstance(topics, list):
+        return "", []
+    return text, [name for name in topics if isinstance(name, str)]
+
+
+def _text(topic: str, path: str) -> str:
+    """Return a field in rqt_plot's spelling: ``/joint_states/position[0]``."""
+    return f"{topic}/{path.replace('.', '/')}"
 
 
 def _send(client: Any, name: str, content: Any) -> None:

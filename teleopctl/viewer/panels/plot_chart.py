@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from teleopctl.base.printable import printable_line
-from teleopctl.viewer.panels.plot_series import Floats, Series, resample
+from teleopctl.viewer.panels.plot_series import Floats, Samples, resample
 
 if TYPE_CHECKING:
     import viser
@@ -229,7 +229,7 @@ BUTTONS = ("CSV", "PNG", "Remove")
 
 _WAITING = "Waiting for messages…"
 _NO_NUMBERS = "Waiting for numbers: the messages have NaN there."
-_HEIGHT_PX = 190
+_HEIGHT_PX = 165
 # Within these limits uPlot's labels, with three decimals and commas, are distinct and fit.
 _LEAST_USUAL_STEP = 0.005
 _LARGEST_USUAL = 1e4
@@ -238,17 +238,25 @@ _LONGEST_LABEL = 60
 
 
 class PlotLine(NamedTuple):
-    """Line of a `Chart`: topic, field path, label and series of samples."""
+    """Line of a `Chart`: its text in rqt_plot's spelling, topics, samples and label.
 
-    topic: str
-    path: str
-    label: str
-    series: Series
+    Attributes:
+        text: A field, such as ``/joint_states/position[0]``, or an expression of fields.
+        topics: Names of the topics of its fields.
+        samples: Samples of the line.
+        label: Function that returns the name that messages have for the number, such as the joint's
+            name; empty for none.
+    """
+
+    text: str
+    topics: tuple[str, ...]
+    samples: Samples
+    label: Callable[[], str]
 
     @property
-    def full_name(self) -> str:
-        """Name of the line in rqt_plot's spelling: ``/joint_states/position[0]``."""
-        return f"{self.topic}/{self.path.replace('.', '/')}"
+    def name(self) -> str:
+        """Name of the line in the legend."""
+        return self.label() or self.text
 
 
 class Chart:
@@ -274,10 +282,10 @@ class Chart:
         self._handle: Any = None
         self._drawn: tuple[object, ...] = ()
         self._axis: VerticalAxis | None = None
-        self._folder = gui.add_folder(title)
+        self._folder = gui.add_folder(None)
         with self._folder:
             self._note = gui.add_markdown(_WAITING, order=0.0)
-            gui.add_button_group("This plot", BUTTONS, order=1.0).on_click(on_button)
+            gui.add_button_group(title, BUTTONS, order=1.0).on_click(on_button)
 
     def add(self, lines: Sequence[PlotLine]) -> None:
         """Add lines to the plot; the next `draw` sends them to the browsers."""
@@ -294,7 +302,7 @@ class Chart:
         text = fault
         if self._handle is None and not fault:
             # A velocity that is not measured is NaN.
-            come = [line.series.between(-np.inf, np.inf)[1] for line in self.lines]
+            come = [line.samples.between(-np.inf, np.inf)[1] for line in self.lines]
             values = np.concatenate([np.empty(0), *come])
             text = _NO_NUMBERS if len(values) and np.isnan(values).all() else _WAITING
         if text != self._note.content:
@@ -310,13 +318,21 @@ class Chart:
         """Stop the plot's time window at the newest sample."""
         self.frozen_s = self._end_s()
 
+    def look_back(self, end_s: float) -> None:
+        """End the frozen time window at a time.
+
+        Args:
+            end_s: Time in seconds.
+        """
+        self.frozen_s = end_s
+
     def resume(self) -> None:
         """Let the plot's time window follow new samples again."""
         self.frozen_s = None
 
     def draw(self, window_s: float) -> None:
         """Send the lines within the last ``window_s`` seconds to the browsers, if changed."""
-        news = (window_s, self.frozen_s, *(line.series.added for line in self.lines))
+        news = (window_s, self.frozen_s, *(line.samples.added for line in self.lines))
         if self.frozen_s is not None:
             news = news[:2]
         if news == self._drawn:
@@ -356,7 +372,7 @@ class Chart:
         names: list[dict[str, object]] = [{"label": "s"}]
         names += [
             {
-                "label": line.label[:_LONGEST_LABEL],
+                "label": printable_line(line.name)[:_LONGEST_LABEL],
                 "stroke": COLORS[number],
                 "width": 1.5,
                 "points": {"show": False},
@@ -379,19 +395,26 @@ class Chart:
     def window(self, window_s: float) -> tuple[Floats, list[Floats]]:
         """Return resampled times, and each line's values at these times, in the time window."""
         end_s = self._end_s()
-        return resample([line.series for line in self.lines], end_s - window_s, end_s)
+        return resample([line.samples for line in self.lines], end_s - window_s, end_s)
 
     def samples(self, window_s: float) -> list[tuple[Floats, Floats]]:
         """Return (times, values) as received for each line, in the last ``window_s`` seconds."""
         end_s = self._end_s()
         start_s = end_s - window_s
-        found = (line.series.between(start_s, end_s) for line in self.lines)
+        found = (line.samples.between(start_s, end_s) for line in self.lines)
         return [(times[times >= start_s], values[times >= start_s]) for times, values in found]
+
+    def span_s(self) -> tuple[float, float] | None:
+        """Return the times of the first and the last sample of the plot; None without samples."""
+        starts = [line.samples.first_s for line in self.lines]
+        ends = [line.samples.last_s for line in self.lines]
+        known = [time_s for time_s in (*starts, *ends) if time_s is not None]
+        return (min(known), max(known)) if known else None
 
     def _end_s(self) -> float:
         if self.frozen_s is not None:
             return self.frozen_s
-        ends = [line.series.last_s for line in self.lines]
+        ends = [line.samples.last_s for line in self.lines]
         return max((end for end in ends if end is not None), default=0.0)
 
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, Protocol
 
 import numpy as np
 import numpy.typing as npt
@@ -26,18 +26,43 @@ if TYPE_CHECKING:
 Floats = npt.NDArray[np.float64]
 
 MOST_SAMPLES = 50_000
-"""Largest number of samples of a series: 50 s of a topic with 1 kHz, in 1 MB."""
+"""Usual largest number of samples of a series: 50 s of a topic with 1 kHz, in 1 MB."""
 
-MOST_ROOM = MOST_SAMPLES * 5 // 4
-"""Size of the arrays; older samples are removed in blocks, not with each new one."""
+MOST_OF_ALL = 4_000_000
+"""Largest number of samples of all series of the page: 64 MB."""
 
 _FIRST_ROOM = 1024
 # Larger values are no measurements, and their differences may be infinite.
 _LARGEST = 1e100
+# Of this many old samples the least and the greatest are kept.
+_THINNED = 4
+
+
+class Samples(Protocol):
+    """Times and values of a line of a plot."""
+
+    @property
+    def added(self) -> int:
+        """Counter that rises with each change."""
+
+    @property
+    def first_s(self) -> float | None:
+        """Time of the first sample in seconds; None if there are no samples."""
+
+    @property
+    def last_s(self) -> float | None:
+        """Time of the last sample in seconds; None if there are no samples."""
+
+    def between(self, start_s: float, end_s: float) -> tuple[Floats, Floats]:
+        """Return times and values in a time window, with the last sample before its start."""
 
 
 class Series:
-    """Samples of one message field, the last 50 000, with times in seconds.
+    """Samples of one message field over the whole session, with times in seconds.
+
+    When a series is full, its older half is thinned: of each four samples the least and the
+    greatest are kept. So the newest samples are exact, older ones become coarser with their age,
+    and no peak is lost.
 
     Attributes:
         added: Counter that rises with each change.
@@ -45,9 +70,23 @@ class Series:
 
     def __init__(self) -> None:
         self.added = 0
+        self._most = MOST_SAMPLES
         self._times = np.empty(_FIRST_ROOM)
         self._values = np.empty(_FIRST_ROOM)
         self._count = 0
+
+    def set_limit(self, most: int) -> None:
+        """Set the largest number of samples, and thin the older ones until they fit.
+
+        Args:
+            most: Largest number of samples.
+        """
+        self._most = max(most, _FIRST_ROOM)
+        while self._count > self._most:
+            self._thin()
+        if len(self._times) > self._most:
+            self._times = self._times[: self._most].copy()
+            self._values = self._values[: self._most].copy()
 
     def add(self, time_s: float, value: float) -> None:
         """Add a sample to the series; NaN is stored, but left out of the drawn line."""
@@ -59,14 +98,33 @@ class Series:
         self.added += 1
 
     def _make_room(self) -> None:
-        if self._count < MOST_ROOM:
-            room = min(2 * self._count, MOST_ROOM)
+        room = min(2 * self._count, self._most)
+        if room > self._count:
             self._times = np.resize(self._times, room)
             self._values = np.resize(self._values, room)
-            return
-        self._times[:MOST_SAMPLES] = self._times[-MOST_SAMPLES:]
-        self._values[:MOST_SAMPLES] = self._values[-MOST_SAMPLES:]
-        self._count = MOST_SAMPLES
+        else:
+            self._thin()
+
+    def _thin(self) -> None:
+        """Keep of each four samples of the older half the least and the greatest, and the first."""
+        old = self._count // 2 // _THINNED * _THINNED
+        values = self._values[:old].reshape(-1, _THINNED)
+        # NaN counts as neither: a group of NaN alone keeps its first two.
+        least = np.argmin(np.where(np.isnan(values), np.inf, values), axis=1)
+        greatest = np.argmax(np.where(np.isnan(values), -np.inf, values), axis=1)
+        greatest += (greatest == least) * np.where(greatest + 1 < _THINNED, 1, -1)
+        starts = np.arange(0, old, _THINNED)
+        pairs = [np.minimum(least, greatest) + starts, np.maximum(least, greatest) + starts]
+        kept = np.unique(np.concatenate([[0], *pairs]).astype(np.intp))
+        count = len(kept) + self._count - old
+        for array in (self._times, self._values):
+            array[:count] = np.concatenate([array[kept], array[old : self._count]])
+        self._count = count
+
+    @property
+    def first_s(self) -> float | None:
+        """Time of the first sample in seconds; None if there are no samples."""
+        return float(self._times[0]) if self._count else None
 
     @property
     def last_s(self) -> float | None:
@@ -83,8 +141,7 @@ class Series:
 
         With that sample, the line enters the window at the right height.
         """
-        start = max(0, self._count - MOST_SAMPLES)
-        times, values = self._times[start : self._count], self._values[start : self._count]
+        times, values = self._times[: self._count], self._values[: self._count]
         if len(times) > 1 and np.any(np.diff(times) < 0):
             # Two publishers, or messages that were reordered by the network.
             order = np.argsort(times, kind="stable")
@@ -95,7 +152,7 @@ class Series:
 
 
 def resample(
-    series: Sequence[Series], start_s: float, end_s: float, max_times: int = 1000
+    series: Sequence[Samples], start_s: float, end_s: float, max_times: int = 1000
 ) -> tuple[Floats, list[Floats]]:
     """Return common times, and each series' values there (NaN after the series' last sample).
 
@@ -186,20 +243,18 @@ class PlottedTopic:
 
     Args:
         stage: The viewer's node.
-        name: Name of the topic.
-        type_name: Message type of the topic.
+        name: Name of the topic, which may not be published yet.
 
     Attributes:
         name: Name of the topic.
-        type_name: Message type of the topic.
         series: Collected samples by path of the field.
         newest: The newest message, or None.
         received_s: Steady time of the newest message's receipt, or of the construction.
     """
 
-    def __init__(self, stage: Stage, name: str, type_name: str) -> None:
+    def __init__(self, stage: Stage, name: str) -> None:
         self.name = name
-        self.type_name = type_name
+        self._type = ""
         self.series: dict[str, Series] = {}
         self.newest: Any = None
         self._readers: dict[str, Callable[[Any], Any]] = {}
@@ -211,13 +266,20 @@ class PlottedTopic:
         self.received_s = time.monotonic()
 
     def subscribe(self) -> None:
-        """Subscribe with a QoS that suits the publishers, again if their QoS has changed."""
+        """Subscribe with the publishers' type and a QoS that suits them, again if they change.
+
+        Without a publisher, a subscription is kept, and a new one waits for the first publisher.
+        """
+        publishers = self._stage.node.get_publishers_info_by_topic(self.name)
+        if not publishers:
+            return
         qos = topic_qos(self._stage.node, self.name, {})
-        if self._end is not None and qos == self._qos:
+        kind = publishers[0].topic_type
+        if self._end is not None and (kind, qos) == (self._type, self._qos):
             return
         self.unsubscribe()
-        self._qos = qos
-        self._end = self._stage.subscribe(self.name, self.type_name, self._receive, qos)
+        self._type, self._qos = kind, qos
+        self._end = self._stage.subscribe(self.name, kind, self._receive, qos)
 
     def unsubscribe(self) -> None:
         """Unsubscribe from the topic; the samples stay."""

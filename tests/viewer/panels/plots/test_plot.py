@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from PIL import Image
 
+from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
 from teleopctl.viewer.panels import plot, plot_series as topic
 from teleopctl.viewer.panels.plot import PlotPanel
@@ -46,16 +47,20 @@ def state(stamp_s, *positions):
     return message
 
 
-def add(page, panel, field, where="New plot"):
+def add(page, panel, *choices, where="New plot"):
     page.choose(panel._where, where)
-    page.choose(panel._field, field)
-    page.click(panel._add_button)
+    for choice in choices:
+        page.choose(panel._field, choice)
 
 
 def choose_joints(page, panel):
-    page.choose(panel._topic, "/joint_states")
+    panel.tick()
     page.publish("/joint_states", state(now_s(page), 0.0, 0.0))
     panel.tick()
+
+
+HIP, KNEE = "position[0] hip  /joint_states", "position[1] knee  /joint_states"
+BOTH = "position (all 2)  /joint_states"
 
 
 def draw(panel):
@@ -69,21 +74,19 @@ def shown(chart):
     return [one["label"] for one in handle.series[1:]], [some.tolist() for some in handle.data]
 
 
-def test_published_topics_are_offered_and_their_numbers_after_a_message(page, panel):
-    assert {"(choose)", "/joint_states", "/number"} <= set(panel._topic.options)
-    assert panel._field.options == ("(choose)",)
+def test_fields_are_offered_by_the_types_and_those_of_lists_after_one_message(page, panel):
+    panel.tick()
+    assert "data  /number" in panel._field.options
+    assert page.listens_to("/joint_states")
     choose_joints(page, panel)
-    assert panel._field.options[:4] == (
-        "(choose)",
-        "position (all 2)",
-        "position[0]  hip",
-        "position[1]  knee",
-    )
+    assert {HIP, KNEE, BOTH} <= set(panel._field.options)
+    assert not page.listens_to("/joint_states")
+    assert not page.listens_to("/number")
 
 
 def test_a_number_is_drawn_by_the_stamps_of_its_messages(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[1]  knee")
+    add(page, panel, KNEE)
     start_s = now_s(page)
     for step in range(3):
         page.publish("/joint_states", state(start_s + step, 0.0, float(step)))
@@ -96,7 +99,7 @@ def test_a_number_is_drawn_by_the_stamps_of_its_messages(page, panel):
 
 def test_a_whole_array_is_a_line_for_each_element(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position (all 2)")
+    add(page, panel, BOTH)
     start_s = now_s(page)
     for step in range(2):
         page.publish("/joint_states", state(start_s + step, 1.0, 2.0))
@@ -108,11 +111,8 @@ def test_a_whole_array_is_a_line_for_each_element(page, panel):
 
 def test_fields_of_several_topics_share_a_plot(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
-    page.choose(panel._topic, "/number")
-    page.publish("/number", Number(data=3.0))
-    panel.tick()
-    add(page, panel, "data", "Plot 1")
+    add(page, panel, HIP)
+    add(page, panel, "data  /number", where="Plot 1")
     assert page.listens_to("/joint_states")
     for _ in range(3):
         page.publish("/number", Number(data=3.0))
@@ -126,17 +126,16 @@ def test_fields_of_several_topics_share_a_plot(page, panel):
 
 def test_stamps_of_another_clock_give_way_to_the_time_of_receipt(page, panel):
     choose_joints(page, panel)
-    panel._topics["/joint_states"].clear()
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     before_s = now_s(page)
     page.publish("/joint_states", state(5.0, 1.0))
-    last_s = panel._charts[0].lines[0].series.last_s
+    last_s = panel._charts[0].lines[0].samples.last_s
     assert before_s <= last_s <= now_s(page)
 
 
 def test_a_time_that_begins_anew_begins_the_plot_anew(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     start_s = now_s(page)
     for stamp_s in (start_s, start_s + 1, start_s - 5, start_s - 4):
         page.publish("/joint_states", state(stamp_s, 1.0))
@@ -147,7 +146,7 @@ def test_a_time_that_begins_anew_begins_the_plot_anew(page, panel):
 
 def test_an_element_that_is_missing_is_passed_over(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[1]  knee")
+    add(page, panel, KNEE)
     start_s = now_s(page)
     page.publish("/joint_states", state(start_s, 0.0, 1.0))
     page.publish("/joint_states", state(start_s + 1, 0.0))
@@ -164,7 +163,7 @@ def y_axis(chart):
 
 def test_what_is_held_is_drawn_flat_and_what_moves_by_little_has_labels(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     (chart,) = panel._charts
     start_s = now_s(page)
 
@@ -197,7 +196,7 @@ def test_a_topic_that_has_ended_is_not_shown_as_if_it_went_on(page, panel, monke
     monkeypatch.setattr(plot, "time", clock)
     monkeypatch.setattr(topic, "time", clock)
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     (chart,) = panel._charts
     assert note(chart) == "Waiting for messages…"
     start_s = now_s(page)
@@ -218,7 +217,7 @@ def test_a_topic_that_has_ended_is_not_shown_as_if_it_went_on(page, panel, monke
 
 def test_messages_without_a_number_are_not_waited_for(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     for step in range(3):
         page.publish("/joint_states", state(now_s(page) + step, float("nan")))
     for _ in range(10):
@@ -228,7 +227,7 @@ def test_messages_without_a_number_are_not_waited_for(page, panel):
 
 def test_nothing_is_sent_while_nothing_is_new(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     start_s = now_s(page)
     for step in range(3):
         page.publish("/joint_states", state(start_s + step, 1.0))
@@ -240,7 +239,7 @@ def test_nothing_is_sent_while_nothing_is_new(page, panel):
 
 def test_a_paused_plot_stands_still_and_catches_up(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     start_s = now_s(page)
     for step in range(3):
         page.publish("/joint_states", state(start_s + step, float(step)))
@@ -260,7 +259,7 @@ def test_a_paused_plot_stands_still_and_catches_up(page, panel):
 
 def test_the_window_is_as_long_as_chosen(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     start_s = now_s(page)
     for step in range(30):
         page.publish("/joint_states", state(start_s + step, float(step)))
@@ -273,44 +272,104 @@ def test_the_window_is_as_long_as_chosen(page, panel):
 
 def test_nobody_looks_and_nothing_is_listened_to(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
+    add(page, panel, HIP)
     panel.ended()
     assert not page.listens_to("/joint_states")
     panel.began()
     assert page.listens_to("/joint_states")
 
 
+def buttons_of(chart):
+    return next(one for one in chart._folder._children.values() if hasattr(one, "options"))
+
+
 def test_a_removed_plot_is_no_longer_listened_for(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position[0]  hip")
-    page.choose(panel._topic, "(choose)")
+    add(page, panel, HIP)
     assert page.listens_to("/joint_states")
-    (buttons,) = [
-        child for child in panel._charts[0]._folder._children.values() if hasattr(child, "options")
-    ]
-    page.choose(buttons, "Remove")
+    page.choose(buttons_of(panel._charts[0]), "Remove")
     assert panel._where.options == ("New plot",)
     assert not page.listens_to("/joint_states")
+    assert panel.state() is None
 
 
 def test_a_full_plot_says_so(page, panel):
-    page.choose(panel._topic, "/joint_states")
-    page.publish("/joint_states", JointState(position=[0.0] * 30))
     panel.tick()
-    add(page, panel, "position (all 30)")
+    page.publish("/joint_states", JointState(position=[0.0] * 30))
+    add(page, panel, "position (all 30)  /joint_states")
     assert len(panel._charts[0].lines) == MOST_LINES
     assert page.told == [("Plot 1 is full", f"It has {MOST_LINES} lines.")]
 
 
+def enter(page, panel, text):
+    panel._expression.value = text
+    panel._take_expression()
+
+
+def test_an_expression_of_fields_of_two_topics_is_a_line(page, panel):
+    choose_joints(page, panel)
+    enter(page, panel, "2 * /joint_states/position[0] - /number/data")
+    start_s = now_s(page)
+    for step in range(3):
+        page.publish("/number", Number(data=1.0))
+        page.publish("/joint_states", state(start_s + step * 1e-3, float(step)))
+    page.publish("/number", Number(data=1.0))
+    draw(panel)
+    labels, (_, values) = shown(panel._charts[0])
+    assert labels == ["2 * /joint_states/position[0] - /number/data"]
+    assert values[0] == pytest.approx(-1, abs=0.1)
+    for text, words in (("/nothing/data", "no topic"), ("sine(/number/data)", "did you mean sin?")):
+        with pytest.raises(TeleopctlError, match=words):
+            enter(page, panel, text)
+    assert len(panel._charts) == 1
+
+
+def test_what_was_plotted_is_plotted_again_when_its_topics_are_there(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, HIP)
+    enter(page, panel, "d(/number/data)")
+    page.choose(panel._window, 3.0)
+    kept = panel.state()
+    later = {"line": "/later/x/data", "topics": ["/later/x"]}
+    again = PlotPanel(page)
+    again.build()
+    again.began()
+    again.restore({**kept, "plots": [*kept["plots"], [later, 7, {"line": 1, "topics": []}]]})
+    again.tick()
+    texts = [[line.text for line in chart.lines] for chart in again._charts]
+    assert texts == [["/joint_states/position[0]", "d(/number/data)"], ["/later/x/data"]]
+    assert again._window.value == 3.0
+    assert again.state()["plots"][:1] == kept["plots"]
+    again.ended()
+    states: list[object] = [None, [], {"plots": 3}, {"plots": [3, [None]], "seconds": -1}]
+    for wrong in states:
+        again.restore(wrong)
+
+
+def test_a_paused_plot_is_looked_back_on(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, HIP)
+    page.choose(panel._window, 2.0)
+    start_s = now_s(page)
+    for step in range(9):
+        page.publish("/joint_states", state(start_s + step, float(step)))
+    page.choose(panel._buttons, "Pause")
+    assert panel._back.visible
+    assert panel._back.max == pytest.approx(8.0, abs=0.1)
+    page.choose(panel._back, 4.0)
+    draw(panel)
+    assert shown(panel._charts[0])[1][1] == pytest.approx([2, 3, 4], abs=1e-3)
+    page.choose(panel._buttons, "Resume")
+    assert not panel._back.visible
+
+
 def test_a_plot_is_saved_as_its_samples_and_as_a_picture(page, panel):
     choose_joints(page, panel)
-    add(page, panel, "position (all 2)")
+    add(page, panel, BOTH)
     start_s = now_s(page)
     for step in range(3):
         page.publish("/joint_states", state(start_s + step, float(step), -1.0))
-    (buttons,) = [
-        child for child in panel._charts[0]._folder._children.values() if hasattr(child, "options")
-    ]
+    buttons = buttons_of(panel._charts[0])
     page.choose(buttons, "CSV")
     page.choose(buttons, "PNG")
     rows = list(csv.reader(io.StringIO(page.client.files["plot_1.csv"].decode())))

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies
 
-from teleopctl.viewer.panels.plot_series import MOST_ROOM, MOST_SAMPLES, Series, resample
+from teleopctl.viewer.panels.plot_series import Series, resample
 
 
 def series(*samples):
@@ -66,14 +66,23 @@ def test_samples_that_overtook_each_other_are_drawn_in_order():
     assert values.tolist() == [0, 1, 2]
 
 
-def test_a_series_ends_at_its_bound():
+def test_a_series_keeps_the_whole_session_and_the_older_it_is_the_coarser():
     long = Series()
-    for number in range(3 * MOST_SAMPLES):
-        long.add(number, number)
+    long.set_limit(4096)
+    for number in range(40_000):
+        long.add(number, 7.0 if number == 333 else -7.0 if number == 334 else 0.0)
     times, values = long.between(0, 1e9)
-    assert len(times) == MOST_SAMPLES
-    assert times[0] == values[0] == 2 * MOST_SAMPLES
-    assert len(long._times) <= MOST_ROOM
+    assert len(long._times) == 4096
+    assert times[-1] == 39_999
+    assert times[0] < 4
+    assert (np.diff(times) > 0).all()
+    # No peak is lost, and the newest samples are as they came.
+    assert (values.max(), values.min()) == (7.0, -7.0)
+    assert (np.diff(times[-1000:]) == 1).all()
+    assert np.diff(times).max() > 100
+    long.set_limit(1)
+    assert long.between(0, 1e9)[1].max() == 7.0
+    assert len(long._times) == 1024
 
 
 samples = strategies.lists(
