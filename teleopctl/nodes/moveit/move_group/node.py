@@ -21,6 +21,7 @@ from teleopctl.node import Node, Timer, qos_profile_latched
 from teleopctl.nodes.moveit.move_group.actions import MoveGroupActions
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
 from teleopctl.nodes.moveit.move_group.execution import Execution
+from teleopctl.nodes.moveit.move_group.file_services import FileServices
 from teleopctl.nodes.moveit.move_group.kinematics_services import KinematicsServices
 from teleopctl.nodes.moveit.move_group.parameters import (
     limited_joints,
@@ -131,6 +132,7 @@ class MoveGroupNode(Node):
         self.create_subscription(_JointState, "joint_states", context.receive_state, 1, raw=True)
         KinematicsServices(context)
         SceneServices(context)
+        FileServices(context, self._urdf)
         planning = Planning(context)
         MoveGroupActions(context, planning, Execution(context))
         if setting(self, "world_from_simulation", default=False):
