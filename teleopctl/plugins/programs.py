@@ -73,6 +73,14 @@ NODES = (
         }.items()
     }
     | {
+        f"topic_tools/{name}": f"teleopctl.nodes.topic_tools.{module}:{name}"
+        for module, names in {
+            "expressions": "relay_field transform",
+            "serialized": "delay demux drop mux relay throttle",
+        }.items()
+        for name in names.split()
+    }
+    | {
         f"turtlesim/{name}": f"teleopctl.nodes.turtlesim.tutorials:{name}"
         for name in ("draw_square", "mimic", "turtle_teleop_key")
     }

@@ -1,0 +1,1 @@
+"""Executables of ROS 2's package ``topic_tools``: topics are relayed, thinned out and selected."""
