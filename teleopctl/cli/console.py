@@ -26,7 +26,15 @@ if TYPE_CHECKING:
 else:
     Json = object
 
-PROGRAM = "teleopctl"
+
+def _program() -> str:
+    """Return the name by which the user started the program: teleopctl, or ros2."""
+    name = os.path.basename(sys.argv[0] if sys.argv else "")  # noqa: PTH119 -- no Path at start-up
+    return "ros2" if name.partition(".")[0] == "ros2" else "teleopctl"
+
+
+PROGRAM = _program()
+"""Name of the program in usage lines and messages."""
 COMPLETION_VARIABLE = "_TELEOPCTL_COMPLETE"
 """Environment variable that a shell's completion script sets to request candidates."""
 
@@ -100,7 +108,16 @@ def out_done(text: str, /, *, as_json: bool, **document: Json) -> None:
 
 def note(text: str) -> None:
     """Print a line about progress, or a remark, to stderr."""
-    _note(printable_text(text))
+    _note(printable_text(as_typed(text)))
+
+
+def as_typed(text: str) -> str:
+    """Return a text in which command lines have the name by which the program was started."""
+    if PROGRAM == "teleopctl":
+        return text
+    for before in ("`", ": ", "or "):
+        text = text.replace(f"{before}teleopctl ", f"{before}{PROGRAM} ")
+    return text
 
 
 def note_once(key: str, text: str) -> None:

@@ -8,6 +8,7 @@ from __future__ import annotations
 import os
 import sys
 
+from teleopctl import plugins
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.cli import console, declared, ros2_options
 from teleopctl.cli.console import PROGRAM
@@ -90,27 +91,77 @@ def _asks(found: DeclaredVerb, words: Sequence[str]) -> bool:
     return False
 
 
+# Verbs by purpose, as on the cheat sheet; verbs of plug-ins have a line each too, and all others
+# share the last lines.
+_PURPOSES = {
+    "Start": ("run", "launch", "ps", "logs", "stop", "pkg", "python", "test"),
+    "See": ("view", "top", "graph", "camera"),
+    "Look": (
+        *("topic", "node", "service", "action", "param", "logger", "tf", "interface", "doctor"),
+    ),
+    "Move": ("move", "control", "kinematics"),
+    "Record": ("bag",),
+    "Robot": ("robot", "sim"),
+}
+_REST = "Advanced"
+_EXAMPLES = (
+    "launch -d sim.yaml         # a robot in simulation, and its page",
+    "topic echo /joint_states   # what its joints do",
+    "stop --all                 # end everything",
+)
+
+
 def _of_program() -> list[Line]:
-    options = [
-        ("--version", "Print the version."),
-        ("--debug", "Show the traceback of an error."),
-        _HELP,
+    nouns = declared.nouns()
+    shown = {name for names in _PURPOSES.values() for name in names}
+    added = [name for name in nouns if name not in plugins.VERBS.summaries]
+    groups = {**_PURPOSES, **({"Plug-ins": added} if added else {})}
+    names = [name for group in groups.values() for name in group]
+    left = max(map(len, (*groups, _REST)))
+    width = max(map(len, names))
+    lines: list[Line] = [
+        *_usage("[--debug] VERB [ARGS]..."),
+        ((f"  The ROS 2 workflow in one pip install. `{PROGRAM} help VERB` explains a verb.", ""),),
+        (),
     ]
-    return [
-        *_usage("[OPTIONS] COMMAND [ARGS]..."),
-        *_paragraphs(["The ROS 2 workflow in one pip install."]),
-        *_table("Options", options),
-        *_table("Commands", declared.nouns().items()),
-        *_paragraphs(["Each verb explains itself with --help."]),
-    ]
+    for title, group in groups.items():
+        for name in group:
+            first, *more = _wrapped(nouns[name], _width() - left - width - 6)
+            lines.append(
+                (
+                    (f"  {title:{left}}  ", _HEADING),
+                    (name, _NAME),
+                    (f"{' ' * (width - len(name))}  {first}", ""),
+                )
+            )
+            lines += [((" " * (left + width + 6) + line, ""),) for line in more]
+            title = ""
+    rest = [name for name in nouns if name not in shown and name not in added]
+    for number, line in enumerate(_wrapped(", ".join(rest), _width() - left - 4)):
+        title = "" if number else _REST
+        lines.append(((f"  {title:{left}}  ", _HEADING), (line, _NAME)))
+    lines.append(())
+    lines += [((f"  {PROGRAM} {line}", ""),) for line in _EXAMPLES]
+    lines.append(((f"  The page in the browser is RViz and rqt: `{PROGRAM} view`.", ""),))
+    return lines
 
 
 def _of_group(path: Sequence[str], group: VerbGroup) -> list[Line]:
     more = [ros2_options.EXPLANATION] if path[0] in ros2_options.GROUPS else []
+    options: list[Row] = []
+    if group.alone:
+        # The noun alone is this verb, with its options.
+        alone = declared.find_declaration([*path, group.alone])
+        assert isinstance(alone, DeclaredVerb)
+        options = [
+            (_name(each), _text(each))
+            for each in alone.parameters
+            if isinstance(each.declaration, Option)
+        ]
     return [
         *_usage(*path, "[OPTIONS] COMMAND [ARGS]..."),
         *_paragraphs([group.help]),
-        *_table("Options", [_HELP]),
+        *_table("Options", [*options, _HELP]),
         *_table("Commands", [(name, verb.help) for name, verb in group.verbs.items()]),
         *_paragraphs(more),
     ]
@@ -120,7 +171,9 @@ def _of_verb(path: Sequence[str], found: DeclaredVerb) -> list[Line]:
     arguments = [each for each in found.parameters if isinstance(each.declaration, Argument)]
     options = [each for each in found.parameters if not isinstance(each.declaration, Argument)]
     usage = _usage(*path, "[OPTIONS]", *map(_placeholder, arguments))
-    examples: list[Line] = [((f"  {line}", ""),) for line in found.verb.examples]
+    examples: list[Line] = [
+        ((f"  {line.replace('teleopctl ', f'{PROGRAM} ')}", ""),) for line in found.verb.examples
+    ]
     return [
         *usage,
         *_paragraphs([found.verb.help, *found.more]),

@@ -1,5 +1,7 @@
 """Arguments and options that many verbs share, and checks of their values."""
 
+import os
+
 from teleopctl.base.typed import Annotated
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import UsageError
@@ -31,6 +33,13 @@ PictureFile = Annotated[
         metavar="FILE",
     ),
 ]
+LoggerServices = Annotated[
+    bool,
+    Option(
+        "--logger-services",
+        help="Let `teleopctl logger` change levels, as TELEOPCTL_LOGGER_SERVICES=1 does.",
+    ),
+]
 UpTimeout = Annotated[
     float | None,
     Option(
@@ -47,6 +56,11 @@ StallTimeout = Annotated[
         metavar="SECONDS",
     ),
 ]
+
+
+def turn_on_logger_services() -> None:
+    """Turn on the logger services of the nodes of this process and of those that it starts."""
+    os.environ["TELEOPCTL_LOGGER_SERVICES"] = "1"
 
 
 def check_not_negative(**options: float | None) -> None:

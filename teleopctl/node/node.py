@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 from collections.abc import Iterable, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING
@@ -14,6 +15,9 @@ from teleopctl.node.values.qos import QoSProfile, as_qos_profile, qos_profile_ro
 
 if TYPE_CHECKING:
     from teleopctl.node.node_services import RosoutPublisher
+
+LOGGER_SERVICES = "TELEOPCTL_LOGGER_SERVICES"
+"""Environment variable that turns on the logger services of every node whose name is not hidden."""
 
 
 class Node(NodeParameters):
@@ -34,7 +38,7 @@ class Node(NodeParameters):
         automatically_declare_parameters_from_overrides: Whether parameters in the overrides are
             declared.
         enable_logger_service: Whether ``~/get_logger_levels`` and ``~/set_logger_levels`` are
-            offered.
+            offered; `LOGGER_SERVICES` turns them on as well.
 
     Raises:
         NotInitializedException: The context is not initialized.
@@ -69,6 +73,8 @@ class Node(NodeParameters):
         enable_logger_service: bool = False,
     ) -> None:
         overrides = tuple(parameter_overrides or ())
+        if os.environ.get(LOGGER_SERVICES) and not node_name.startswith("_"):
+            enable_logger_service = True
         options = take_next_options()
         if options is not None:
             context = context or options.context

@@ -18,45 +18,46 @@ from teleopctl.base.typed import TYPE_CHECKING
 if TYPE_CHECKING:
     from collections.abc import Sequence
 
+# NAME stands for the command that is completed, and CALL for the one that is called for it.
 BASH = """\
-_teleopctl_completion() {
+_NAME_completion() {
     local candidate
     COMPREPLY=()
     while IFS= read -r candidate; do
         COMPREPLY+=("$candidate")
-    done < <(_TELEOPCTL_COMPLETE=bash "$1" -- "${COMP_LINE:0:$COMP_POINT}" "$COMP_WORDBREAKS")
+    done < <(_TELEOPCTL_COMPLETE=bash CALL -- "${COMP_LINE:0:$COMP_POINT}" "$COMP_WORDBREAKS")
     [[ ${COMPREPLY[0]-} == *[=/.] ]] && compopt -o nospace 2>/dev/null
     return 0
 }
-complete -F _teleopctl_completion teleopctl"""
+complete -F _NAME_completion NAME"""
 
 ZSH = """\
-#compdef teleopctl
-_teleopctl() {
+#compdef NAME
+_NAME() {
     local -a candidates
-    candidates=("${(@f)$(_TELEOPCTL_COMPLETE=zsh "${(Q)words[1]}" -- \\
+    candidates=("${(@f)$(_TELEOPCTL_COMPLETE=zsh CALL -- \\
         "${(@Q)words[2,CURRENT-1]}" "${(Q)PREFIX}")}")
     candidates=(${candidates:#})
     compadd -- ${candidates:#*[=/.]}
     compadd -S '' -- ${(M)candidates:#*[=/.]}
 }
-if [[ ${funcstack[1]-} == _teleopctl ]]; then
-    _teleopctl "$@"
+if [[ ${funcstack[1]-} == _NAME ]]; then
+    _NAME "$@"
 else
     (( $+functions[compdef] )) || { autoload -Uz compinit && compinit }
-    compdef _teleopctl teleopctl
+    compdef _NAME NAME
 fi"""
 
 FISH = """\
-function __teleopctl_complete
+function __NAME_complete
     set -l words (commandline --current-process --tokenize --cut-at-cursor)
     set -l current (commandline --current-token --cut-at-cursor)
-    _TELEOPCTL_COMPLETE=fish $words[1] -- $words[2..-1] "$current"
+    _TELEOPCTL_COMPLETE=fish CALL -- $words[2..-1] "$current"
 end
-complete --command teleopctl --no-files --arguments "(__teleopctl_complete)\""""
+complete --command NAME --no-files --arguments "(__NAME_complete)\""""
 
 POWERSHELL = """\
-Register-ArgumentCompleter -Native -CommandName teleopctl -ScriptBlock {
+Register-ArgumentCompleter -Native -CommandName NAME -ScriptBlock {
     param($wordToComplete, $commandAst, $cursorPosition)
     $words = @($commandAst.CommandElements |
         Select-Object -Skip 1 |
@@ -70,7 +71,7 @@ Register-ArgumentCompleter -Native -CommandName teleopctl -ScriptBlock {
         })
     $Env:_TELEOPCTL_COMPLETE = "powershell"
     $Env:_TELEOPCTL_WORDS = ($words + "$wordToComplete") -join [char]31
-    $program = $commandAst.GetCommandName()
+    $program = CALL
     try {
         & $program | ForEach-Object {
             [System.Management.Automation.CompletionResult]::new($_, $_, "ParameterValue", $_)
@@ -80,6 +81,31 @@ Register-ArgumentCompleter -Native -CommandName teleopctl -ScriptBlock {
         Remove-Item -Path Env:_TELEOPCTL_WORDS
     }
 }"""
+
+# How each script calls the program that the user has typed, by path or not.
+_TYPED = {
+    "bash": '"$1"',
+    "zsh": '"${(Q)words[1]}"',
+    "fish": "$words[1]",
+    "powershell": "$commandAst.GetCommandName()",
+}
+_SCRIPTS = {"bash": BASH, "zsh": ZSH, "fish": FISH, "powershell": POWERSHELL}
+_PROGRAM = "teleopctl"
+
+
+def script(shell: str, name: str = _PROGRAM) -> str:
+    """Return the completion script of a shell.
+
+    Args:
+        shell: Name of the shell.
+        name: Command to complete. Under another name than teleopctl's own it may be an alias,
+            which a script cannot call, so that teleopctl is called for it.
+    """
+    call = _TYPED[shell] if name == _PROGRAM else _PROGRAM
+    if shell == "powershell" and name != _PROGRAM:
+        call = f'"{_PROGRAM}"'
+    return _SCRIPTS[shell].replace("NAME", name).replace("CALL", call)
+
 
 _BLANKS = " \t\n"
 _SPECIAL = frozenset(" \t\"'\\$&()*;<>?[]^{|}~#!`")

@@ -1,10 +1,9 @@
 """``teleopctl completion SHELL``: completion scripts of shells."""
 
-from __future__ import annotations
-
+from teleopctl.base.typed import Annotated
 from teleopctl.cli import console
 from teleopctl.cli.completion import shells
-from teleopctl.cli.verb import Verb, VerbGroup
+from teleopctl.cli.verb import Option, Verb, VerbGroup
 
 GROUP = VerbGroup(
     "Print the completion script of a shell.",
@@ -20,21 +19,32 @@ GROUP = VerbGroup(
 )
 
 
-def bash() -> None:
+As = Annotated[
+    str,
+    Option(
+        "--as",
+        help="Complete the command under this name, such as ros2.",
+        metavar="NAME",
+        choices=("teleopctl", "ros2"),
+    ),
+]
+
+
+def bash(name: As = "teleopctl") -> None:
     """Print the completion script of bash."""
-    console.out_text(shells.BASH)
+    console.out_text(shells.script("bash", name))
 
 
-def zsh() -> None:
+def zsh(name: As = "teleopctl") -> None:
     """Print the completion script of zsh."""
-    console.out_text(shells.ZSH)
+    console.out_text(shells.script("zsh", name))
 
 
-def fish() -> None:
+def fish(name: As = "teleopctl") -> None:
     """Print the completion script of fish."""
-    console.out_text(shells.FISH)
+    console.out_text(shells.script("fish", name))
 
 
-def powershell() -> None:
+def powershell(name: As = "teleopctl") -> None:
     """Print the completion script of PowerShell."""
-    console.out_text(shells.POWERSHELL)
+    console.out_text(shells.script("powershell", name))

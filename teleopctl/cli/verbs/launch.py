@@ -7,7 +7,12 @@ from pathlib import Path
 
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
-from teleopctl.cli.options import StallTimeout, UpTimeout
+from teleopctl.cli.options import (
+    LoggerServices,
+    StallTimeout,
+    UpTimeout,
+    turn_on_logger_services,
+)
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.cli.waiting import start_timeouts
 from teleopctl.errors import TeleopctlError, UsageError
@@ -117,12 +122,15 @@ def launch(
             "--safe", help="Refuse robot descriptions whose expressions are more than arithmetic."
         ),
     ] = False,
+    logger_services: LoggerServices = False,
 ) -> int:
     """Start a launch file, show its output, and stop it on Ctrl-C."""
     del noninteractive
     if safe:
         # For this process and its child processes, which may read descriptions themselves.
         os.environ["TELEOPCTL_SAFE"] = "1"
+    if logger_services:
+        turn_on_logger_services()
     if open_page:
         os.environ["TELEOPCTL_OPEN"] = "1"
     from teleopctl.compat import activation

@@ -6,7 +6,7 @@ from teleopctl.base.typed import TYPE_CHECKING, Annotated, Iterable
 from teleopctl.cli import console
 from teleopctl.cli.graph_lookup import absolute_name, live_graph
 from teleopctl.cli.options import AsJson, NodeName
-from teleopctl.cli.verb import Option, Verb, VerbGroup
+from teleopctl.cli.verb import Argument, Option, Verb, VerbGroup
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.wire import EntityKind, actions_of, is_hidden_name
 
@@ -18,6 +18,11 @@ GROUP = VerbGroup(
     {
         "list": Verb(f"{__name__}:list_nodes", "List the nodes."),
         "info": Verb(f"{__name__}:node_info", "Show the topics, services and actions of a node."),
+        "kill": Verb(
+            f"{__name__}:kill_nodes",
+            "End the processes of nodes of this machine, wherever they were started.",
+            examples=("teleopctl node kill /talker",),
+        ),
     },
     leaves_nothing=True,
 )
@@ -81,6 +86,20 @@ def node_info(
         console.out(f"  {title}:")
         lines = [f"    {entry}: {', '.join(types)}" for entry, types in entries.items()]
         console.out_lines(lines or [""])
+
+
+def kill_nodes(
+    node_names: Annotated[list[str], Argument(metavar="NODE", help="The nodes.", complete="nodes")],
+    as_json: AsJson = False,
+) -> int:
+    """End the processes of nodes: SIGINT, after 5 s SIGTERM, after 5 s more SIGKILL.
+
+    The nodes may run in a terminal, in a launch, in the background, or be of ROS 2 itself, on this
+    machine and of this user. Other nodes of the same process end with it.
+    """
+    from teleopctl.cli.verbs.stop import stop
+
+    return stop([absolute_name(name) for name in node_names], as_json=as_json)
 
 
 def _sections(node: "NodeEntry", *, include_hidden: bool) -> dict[str, NamesAndTypes]:

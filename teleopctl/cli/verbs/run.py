@@ -6,7 +6,12 @@ from collections.abc import Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
-from teleopctl.cli.options import StallTimeout, UpTimeout
+from teleopctl.cli.options import (
+    LoggerServices,
+    StallTimeout,
+    UpTimeout,
+    turn_on_logger_services,
+)
 from teleopctl.cli.verb import Argument, Option, Verb
 from teleopctl.errors import NotFoundError, SystemFailureError, UsageError, did_you_mean
 
@@ -65,6 +70,7 @@ def run(
     detach: Annotated[bool, Option("--detach", "-d", help="Return once the node is up.")] = False,
     timeout: UpTimeout = None,
     stall_timeout: StallTimeout = None,
+    logger_services: LoggerServices = False,
 ) -> int:
     """Run a program of a package or a Python file; with ``detach`` in the background.
 
@@ -75,6 +81,8 @@ def run(
     from teleopctl.wire import ensure_router
 
     timeouts = start_timeouts(timeout, stall_timeout, detach=detach)
+    if logger_services:
+        turn_on_logger_services()
     executable, arguments = find_program(words)
     ensure_router()
     if not detach and prefix is None:

@@ -26,6 +26,7 @@ VERB = Verb(
     "End background processes, or stop the robot's motion.",
     examples=(
         "teleopctl stop --all",
+        "teleopctl stop /talker",
         "teleopctl stop --robot",
         "teleopctl stop --robot --release",
     ),
@@ -37,7 +38,8 @@ def stop(
         list[str] | None,
         Argument(
             metavar="NAME",
-            help="Names as in `teleopctl ps`, or nodes; without any, all stop after a prompt.",
+            help="Names as in `teleopctl ps`, or nodes, wherever they were started; without any, "
+            "all background processes stop after a prompt.",
             complete="running_processes",
         ),
     ] = None,
@@ -144,6 +146,13 @@ def _found(name: str, told: set[str]) -> list[Running]:
     except NotFoundError:
         if name in told:
             return []
+        from teleopctl.cli.verbs.stop.nodes import process_of_node
+
+        try:
+            return [process_of_node(name)]
+        except NotFoundError as unknown:
+            if name.startswith("/"):
+                raise unknown from None
         raise
 
 

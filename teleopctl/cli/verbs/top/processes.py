@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import psutil
 
+from teleopctl.cli.node_processes import pids_of_sessions
 from teleopctl.launch import Running, folder_of, mark_stopped, running, stop_running
-from teleopctl.wire import session_ports
 
 if TYPE_CHECKING:
     from teleopctl.node import Node
@@ -40,8 +40,7 @@ class NodeRow(NamedTuple):
 class Processes:
     """Processes in which nodes run, with load and memory, for ``teleopctl top``.
 
-    The router has the TCP port of each session, and the operating system the process of each port.
-    So nodes of a launch, of another terminal and of ROS 2 itself are all found, if they run on this
+    Nodes of a launch, of another terminal and of ROS 2 itself are all found, if they run on this
     machine and belong to the same user.
 
     Args:
@@ -77,16 +76,8 @@ class Processes:
     def _find(self, sessions: set[str]) -> None:
         for session in self._pids.keys() - sessions:
             del self._pids[session]
-        new = sessions - self._pids.keys()
-        if not new:
-            return
-        ports = session_ports(self._node.context.session)
-        if not new & ports.keys():
-            return  # the router lists new sessions with a delay
-        pid_by_port = _pid_by_port()
-        for session in new & ports.keys():
-            pids = [pid_by_port[port] for port in ports[session] if port in pid_by_port]
-            self._pids[session] = pids[0] if pids else None
+        if new := sessions - self._pids.keys():
+            self._pids.update(pids_of_sessions(self._node.context.session, new))
 
     def _use(self, pid: int) -> tuple[float | None, int | None]:
         try:
@@ -99,22 +90,6 @@ class Processes:
         except psutil.Error:
             self._processes.pop(pid, None)
             return None, None
-
-
-def _pid_by_port() -> dict[int, int]:
-    """Return the process IDs of TCP connections by their local ports."""
-    pids: dict[int, int] = {}
-    try:
-        for connection in psutil.net_connections(kind="tcp"):
-            if connection.laddr and connection.raddr and connection.pid:
-                pids[connection.laddr.port] = connection.pid
-    except psutil.AccessDenied:  # macOS lists connections of the user's own processes only
-        for process in psutil.process_iter():
-            with contextlib.suppress(psutil.Error):
-                for own in process.net_connections(kind="tcp"):
-                    if own.laddr and own.raddr:
-                        pids[own.laddr.port] = process.pid
-    return pids
 
 
 def stop_description(row: NodeRow) -> str:

@@ -50,6 +50,14 @@ GROUP = VerbGroup(
             ),
         ),
         "echo": Verb(f"{__name__}:echo", "Print the feedback and goal states of an action."),
+        "goals": Verb(
+            f"{__name__}.goals:list_goals", "List the goals of actions and their states."
+        ),
+        "cancel": Verb(
+            f"{__name__}.goals:cancel_goals",
+            "Cancel the goals of an action, or one of them.",
+            examples=("teleopctl action cancel /fibonacci",),
+        ),
     },
     leaves_nothing=True,
 )
