@@ -9,6 +9,7 @@ import html
 import os
 import sys
 import webbrowser
+from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.base import progress
@@ -35,15 +36,25 @@ def main(args: list[str] | None = None) -> int:
         PageError: The page cannot be opened.
         LayoutError: There is no such layout.
     """
+    return serve_page("rviz2", sys.argv[1:] if args is None else args)
+
+
+def serve_page(program: str, words: list[str], panels: Sequence[str] = ()) -> int:
+    """Serve the viewer's web page, as `main`.
+
+    Args:
+        program: Name of the program.
+        words: Command line of the program, without its name.
+        panels: Names of the panels to show in place of those of a layout; empty for a layout.
+    """
     if hasattr(os, "nice"):
         # The processes that control the robot have priority over the viewer.
         os.nice(_NICENESS)
     from teleopctl.nodes.teleop.drive_page.page import DrivePage
-    from teleopctl.viewer import PageRoutes, load_layout, open_viewer
+    from teleopctl.viewer import PageLayout, PageRoutes, load_layout, open_viewer
 
-    words = sys.argv[1:] if args is None else args
     parser = argparse.ArgumentParser(
-        prog="rviz2", description="The robot in a browser.", allow_abbrev=False
+        prog=program, description="The robot in a browser.", allow_abbrev=False
     )
     parser.add_argument("-d", "--display-config", default="", help="an .rviz file to begin with")
     parser.add_argument(
@@ -51,6 +62,9 @@ def main(args: list[str] | None = None) -> int:
     )
     add_page_options(parser)
     options, unserved = parser.parse_known_args(parse_ros_arguments(words).program)
+    layout = PageLayout.with_panels(panels) if panels else None
+    if options.layout:
+        layout = load_layout(options.layout)
     progress.report(progress.STARTING)
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
@@ -63,7 +77,7 @@ def main(args: list[str] | None = None) -> int:
             options.port,
             options.token_file,
             view=Path(options.display_config) if options.display_config else None,
-            layout=load_layout(options.layout) if options.layout else None,
+            layout=layout,
             routes=routes,
         )
         with contextlib.closing(drive), viewer as node:

@@ -22,6 +22,13 @@ _DEMOS = {
     "teleop_robot_py_pkg": {"simple_nodes": "simple_parameter simple_publisher simple_subscriber"},
 }
 
+# Each program has the name of its package.
+_RQT = """
+    image_view plotjuggler rqt_action rqt_bag rqt_console rqt_controller_manager rqt_graph
+    rqt_image_view rqt_joint_trajectory_controller rqt_logger_level rqt_msg rqt_plot rqt_publisher
+    rqt_reconfigure rqt_robot_steering rqt_service_caller rqt_srv rqt_tf_tree rqt_top rqt_topic
+"""
+
 NODES = (
     {
         name: f"teleopctl.nodes.{module}:main"
@@ -104,6 +111,8 @@ NODES = (
         for module, names in modules.items()
         for name in names.split()
     }
+    | {f"{name}/{name}": f"teleopctl.nodes.rqt:{name}" for name in _RQT.split()}
+    | {"rqt/rqt": "teleopctl.nodes.rqt:rqt", "rqt_gui/rqt_gui": "teleopctl.nodes.rqt:rqt"}
     | {"xacro/xacro": "teleopctl.nodes.xacro:main"}
 )
 """Programs: functions without an argument, as ``module:function`` by ``package/executable``."""

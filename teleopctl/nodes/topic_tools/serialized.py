@@ -241,7 +241,7 @@ class Drop(TopicTool):
             self._count = 0
 
 
-class Delay(TopicTool):
+class TopicDelay(TopicTool):
     """Node that publishes each message a fixed time later."""
 
     def __init__(self, parameters: dict[str, Any]) -> None:
@@ -504,7 +504,7 @@ def drop() -> None:
 
 def delay() -> None:
     """Publish a topic later, until Ctrl-C."""
-    _run(Delay, "delay")
+    _run(TopicDelay, "delay")
 
 
 def mux() -> None:

@@ -90,7 +90,7 @@ def test_throttle_limits_messages_or_bytes(user, parameters, kept):
 
 
 def test_delay_publishes_later(user):
-    tool = serialized.Delay({"input_topic": "a", "delay": 0.01})
+    tool = serialized.TopicDelay({"input_topic": "a", "delay": 0.01})
     sent = sent_by(tool)
     tool.process(HELLO)
     assert not sent

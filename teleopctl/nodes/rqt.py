@@ -1,0 +1,82 @@
+"""Executables ``rqt``, ``rqt_graph``, ``rqt_plot`` and so on: the page with the panel of each tool.
+
+Tools without a panel name the commands that stand for them.
+"""
+
+from __future__ import annotations
+
+import sys
+from collections.abc import Callable
+from functools import partial
+
+from teleopctl.errors import UnsupportedError
+from teleopctl.nodes.rviz2 import serve_page
+
+_PANELS = {
+    "image_view": "camera",
+    "plotjuggler": "plot",
+    "rqt_bag": "bag",
+    "rqt_console": "log",
+    "rqt_controller_manager": "controllers",
+    "rqt_graph": "graph",
+    "rqt_image_view": "camera",
+    "rqt_joint_trajectory_controller": "joints",
+    "rqt_plot": "plot",
+    "rqt_reconfigure": "parameters",
+    "rqt_topic": "topics",
+}
+"""Panel of the page for each tool."""
+
+_COMMANDS = {
+    "rqt_action": "teleopctl action list",
+    "rqt_logger_level": "teleopctl logger set NODE LEVEL",
+    "rqt_msg": "teleopctl interface show TYPE",
+    "rqt_publisher": "teleopctl topic pub TOPIC TYPE VALUES",
+    "rqt_robot_steering": "teleopctl run teleop_twist_keyboard teleop_twist_keyboard",
+    "rqt_service_caller": "teleopctl service call SERVICE TYPE VALUES",
+    "rqt_srv": "teleopctl interface show TYPE",
+    "rqt_tf_tree": "teleopctl tf view_frames",
+    "rqt_top": "teleopctl top",
+}
+"""Command that stands for each tool without a panel."""
+
+
+def rqt() -> int:
+    """Serve the page, as ``rqt``; with ``-s TOOL`` with the panel of one tool.
+
+    Raises:
+        UnsupportedError: The page has no panel for the tool.
+    """
+    words = sys.argv[1:]
+    for flag in ("-s", "--standalone"):
+        if flag in words[:-1]:
+            place = words.index(flag)
+            tool = words[place + 1].partition(".")[0]
+            return _serve(tool, words[:place] + words[place + 2 :])
+    return serve_page("rqt", [word for word in words if word != "--force-discover"])
+
+
+def _run(tool: str) -> int:
+    return _serve(tool, sys.argv[1:])
+
+
+def _serve(tool: str, words: list[str]) -> int:
+    panel = _PANELS.get(tool)
+    if panel is not None:
+        return serve_page(tool, words, [panel])
+    command = _COMMANDS.get(tool)
+    raise UnsupportedError(
+        f"The page has no {tool}",
+        hint=f"Instead: `{command}`" if command else f"It has {', '.join(sorted(_PANELS))}.",
+    )
+
+
+def __getattr__(tool: str) -> Callable[[], int]:
+    """Return the program of a tool, whose name is that of its package.
+
+    Raises:
+        AttributeError: There is no such tool.
+    """
+    if tool not in _PANELS and tool not in _COMMANDS:
+        raise AttributeError(f"module {__name__!r} has no attribute {tool!r}")
+    return partial(_run, tool)
