@@ -93,7 +93,7 @@ def _asks(found: DeclaredVerb, words: Sequence[str]) -> bool:
 
 # Verbs by purpose, as on the cheat sheet; verbs of plug-ins have a line each too, and all others
 # share the last lines.
-_PURPOSES = {
+PURPOSES = {
     "Start": ("run", "launch", "ps", "logs", "stop", "pkg", "python", "test"),
     "See": ("view", "top", "graph", "camera"),
     "Look": (
@@ -103,6 +103,7 @@ _PURPOSES = {
     "Record": ("bag",),
     "Robot": ("robot", "sim"),
 }
+"""Verbs that the program's page explains, by purpose."""
 _REST = "Advanced"
 _EXAMPLES = (
     "launch -d sim.yaml         # a robot in simulation, and its page",
@@ -113,9 +114,9 @@ _EXAMPLES = (
 
 def _of_program() -> list[Line]:
     nouns = declared.nouns()
-    shown = {name for names in _PURPOSES.values() for name in names}
+    shown = {name for names in PURPOSES.values() for name in names}
     added = [name for name in nouns if name not in plugins.VERBS.summaries]
-    groups = {**_PURPOSES, **({"Plug-ins": added} if added else {})}
+    groups = {**PURPOSES, **({"Plug-ins": added} if added else {})}
     names = [name for group in groups.values() for name in group]
     left = max(map(len, (*groups, _REST)))
     width = max(map(len, names))

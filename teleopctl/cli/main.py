@@ -138,7 +138,7 @@ def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
     if before_verb is not None:
         before_verb()
     words = _with_verb(words)
-    _refuse_unknown_verb(words)
+    refuse_unknown_verb(words)
     status = _run_quickly(words)
     if status is not None:
         return status
@@ -191,7 +191,7 @@ def _with_verb(words: list[str]) -> list[str]:
     return [words[0], alone, *words[1:]] if alone else words
 
 
-def _refuse_unknown_verb(words: Sequence[str]) -> None:
+def refuse_unknown_verb(words: Sequence[str]) -> None:
     """Raise an error for a noun or verb that does not exist, without the import of Typer.
 
     Raises:

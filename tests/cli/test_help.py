@@ -2,6 +2,7 @@
 
 import json
 import os
+import re
 import subprocess
 import sys
 from typing import Annotated
@@ -9,7 +10,7 @@ from typing import Annotated
 import pytest
 
 from teleopctl import plugins
-from teleopctl.cli import declared, help_page, main
+from teleopctl.cli import console, declared, help_page, main
 from teleopctl.cli.declared import DeclaredVerb
 from teleopctl.cli.verb import Argument, Option, Verb, parameters
 from tests.cli.verb_paths import groups, verbs
@@ -35,9 +36,18 @@ def page(capsys, *words: str) -> str:
 def test_the_programs_page_lists_every_verb(capsys, line):
     assert main.run(line.split()) == 0
     listing = capsys.readouterr().out
-    for verb, summary in plugins.VERBS.summaries.items():
+    assert {*plugins.VERBS.summaries} <= {*re.findall(r"\w+", listing)}
+    grouped = [name for names in help_page.PURPOSES.values() for name in names]
+    for verb in grouped:
         assert f"  {verb} " in listing
-        assert summary in listing
+        assert plugins.VERBS.summaries[verb] in listing
+    # The last ones are those that few people need.
+    assert (
+        " ".join(listing.split())
+        .partition(" multicast ")[0]
+        .endswith("wtf, extensions, extension_points,")
+    )
+    assert len(listing.splitlines()) <= 40, "one screen"
 
 
 @pytest.mark.parametrize("noun", groups())
@@ -79,6 +89,36 @@ def test_what_is_remembered_of_a_verb_is_what_it_declares(cache, path):
     file.write_bytes(file.read_bytes()[:-9])
     assert help_page.page_text(path, first) == help_page.page_text(path, again)
     assert declared.find_declaration(path) is not None, "a file that was cut short"
+
+
+def test_help_prints_the_page_of_its_words_and_names_a_near_verb(capsys):
+    assert main.run(["help", "topic", "echo"]) == 0
+    assert capsys.readouterr().out == page(capsys, "topic", "echo")
+    assert main.run(["help", "topic"]) == 0
+    assert capsys.readouterr().out == page(capsys, "topic")
+    assert main.run(["help"]) == 0
+    assert capsys.readouterr().out == page(capsys)
+    assert main.run(["help", "topic", "ecco"]) == 2
+    assert capsys.readouterr().err == (
+        "teleopctl: No such command 'ecco'\n  Did you mean echo? See `teleopctl topic --help`.\n"
+    )
+
+
+def test_a_noun_that_stands_alone_shows_the_options_of_its_verb(capsys):
+    text = page(capsys, "doctor")
+    assert "-r, --report " in text
+    assert "-ep, --exclude-packages " in text
+    assert "\n  hello " in text
+
+
+def test_pages_have_the_name_by_which_the_program_was_started(capsys, monkeypatch):
+    monkeypatch.setattr(console, "PROGRAM", "ros2")
+    monkeypatch.setattr(help_page, "PROGRAM", "ros2")
+    text = page(capsys, "topic", "pub")
+    assert text.startswith("Usage: ros2 topic pub [OPTIONS]")
+    assert "teleopctl" not in text
+    console.note("Try `teleopctl doctor`, or teleopctl ps")
+    assert capsys.readouterr().err == "Try `ros2 doctor`, or ros2 ps\n"
 
 
 def test_no_page_loads_a_library_that_parses_or_draws(tmp_path):

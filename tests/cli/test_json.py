@@ -155,6 +155,18 @@ action info /fib
 action type /fib
 action find {FIBONACCI}
 action send_goal -f /fib {FIBONACCI} "{{order: 3}}"
+action goals /fib -a
+action cancel /fib
+logger list
+logger get simple_publisher
+logger set simple_publisher info
+wait topic /chatter --timeout 5
+wait node /simple_publisher --timeout 5
+wait service /simple_publisher/get_parameters --timeout 5
+wait action /fib --timeout 5
+wait tf world base_link --timeout 5
+wait message /chatter --timeout 5
+version
 lifecycle nodes
 lifecycle get
 lifecycle list /lively
@@ -228,9 +240,9 @@ bag recover BAG -o NEW
 bag export BAG -o NEW
 """
 # These go on until Ctrl-C: what they print first counts.
-STREAMS = ("topic hz /chatter", "topic bw /chatter", "topic delay /stamped")
+STREAMS = ("topic hz /chatter", "topic bw /chatter", "topic delay /stamped", "logger watch")
 # These end what the others need, so that they have a graph of their own.
-ENDS = ("stop --yes", "daemon stop")
+ENDS = ("node kill /simple_publisher", "stop --yes", "daemon stop")
 # What needs a camera, a recorded simulation, a second machine or hardware with a status.
 ELSEWHERE = {
     "sim sweep": "tests/sweep/test_sweep.py",
@@ -249,6 +261,8 @@ ELSEWHERE = {
     "control view_hardware_status": "tests/system/test_control.py",
     "service echo": "tests/system/test_service.py",
     "action echo": "tests/system/test_action.py",
+    "ros2 install": "tests/cli/verbs/test_ros2.py",
+    "ros2 remove": "tests/cli/verbs/test_ros2.py",
     "wtf check": "the same as doctor check",
     "wtf hello": "the same as doctor hello",
 }
@@ -279,7 +293,7 @@ def graph(shared_ros: RosGraph) -> RosGraph:
     (folder / "carried/package.xml").write_text(manifest)
     for line in (
         "launch --detach controller.yaml",
-        "run --detach teleop_py_pkg simple_publisher",
+        "run --detach --logger-services teleop_py_pkg simple_publisher",
         f"run --detach {ROOT}/tests/system/action_server.py",
         f"run --detach {ROOT}/tests/compat/programs/lifecycle.py",
         "run --detach rclpy_components component_container",

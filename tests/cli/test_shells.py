@@ -150,7 +150,7 @@ def test_powershell_completes_the_same_words(what, tmp_path, monkeypatch):
     line = before.replace("'", "''")
     monkeypatch.setenv("PATH", str(Path(sys.executable).parent), prepend=os.pathsep)
     program = (
-        f"{shells.POWERSHELL}\n$line = '{line}'\n"
+        f"{shells.script('powershell')}\n$line = '{line}'\n"
         "$found = [System.Management.Automation.CommandCompletion]::CompleteInput($line, "
         "$line.Length, $null)\n"
         "$line = $line.Substring(0, $found.ReplacementIndex) + $found.CompletionMatches[0]"

@@ -2,10 +2,9 @@
 
 from teleopctl.base import __version__
 from teleopctl.base.typed import Annotated
-from teleopctl.cli import console, declared, help_page
+from teleopctl.cli import console, declared, help_page, main
 from teleopctl.cli.options import AsJson
 from teleopctl.cli.verb import Argument, Verb, VerbGroup
-from teleopctl.errors import UsageError, did_you_mean
 
 HELP = Verb(
     f"{__name__}:show_help",
@@ -23,14 +22,7 @@ def show_help(
     """Print the help page of the program, of a noun or of a verb."""
     path = list(words or ())
     found = declared.find_declaration(path[:1]) if path else None
-    if path and found is None:
-        raise UsageError(
-            f"No such command '{path[0]}'.", hint=did_you_mean(path[0], declared.nouns())
-        )
-    if isinstance(found, VerbGroup) and len(path) > 1 and path[1] not in found.verbs:
-        raise UsageError(
-            f"No such command '{' '.join(path[:2])}'.", hint=did_you_mean(path[1], found.verbs)
-        )
+    main.refuse_unknown_verb(path)
     # A single verb takes no further words, and a noun one.
     length = 2 if isinstance(found, VerbGroup) else 1
     help_page.print_requested_page([*path[:length], "--help"])

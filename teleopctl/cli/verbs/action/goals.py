@@ -101,9 +101,16 @@ def cancel_goals(
         (name,) = _actions(node, action_name)
         service: Any = get_service("action_msgs/srv/CancelGoal")
         request = service.Request()
+        goals = _goals(node, [name])
         if goal_id is not None:
-            goal = _goal_with_id(_goals(node, [name]), goal_id, name)
+            goal = _goal_with_id(goals, goal_id, name)
             request.goal_info.goal_id.uuid = bytes.fromhex(goal.id)
+        elif not any(goal.is_active for goal in goals):
+            if as_json:
+                console.out_json({"action": name, "canceling": []})
+            else:
+                console.note(f"'{name}' has no goals that are under way.")
+            return
         client = node.create_client(service, f"{name}/_action/cancel_goal")
         response: Any = client.call_async(request).wait_for_response(_TIMEOUT_S)
     if response is None:
@@ -119,10 +126,8 @@ def cancel_goals(
     ids = [bytes(bytearray(info.goal_id.uuid)).hex() for info in response.goals_canceling]
     if as_json:
         console.out_json({"action": name, "canceling": ids})
-    elif ids:
-        console.out_lines(f"{name}  {each}  CANCELING" for each in ids)
     else:
-        console.note(f"'{name}' has no goals to cancel.")
+        console.out_lines(f"{name}  {each}  CANCELING" for each in ids)
 
 
 def _actions(node: "Node", action_name: str | None) -> list[str]:
