@@ -99,8 +99,8 @@ PURPOSES = {
     "Look": (
         *("topic", "node", "service", "action", "param", "logger", "tf", "interface", "doctor"),
     ),
-    "Move": ("move", "control", "kinematics"),
-    "Record": ("bag",),
+    "Move": ("move", "drive", "control", "kinematics"),
+    "Record": ("bag", "episode"),
     "Robot": ("robot", "sim"),
 }
 """Verbs that the program's page explains, by purpose."""

@@ -22,7 +22,8 @@ def show_help(
     """Print the help page of the program, of a noun or of a verb."""
     path = list(words or ())
     found = declared.find_declaration(path[:1]) if path else None
-    main.refuse_unknown_verb(path)
+    if path:
+        main.refuse_unknown_verb(path)
     # A single verb takes no further words, and a noun one.
     length = 2 if isinstance(found, VerbGroup) else 1
     help_page.print_requested_page([*path[:length], "--help"])
