@@ -16,7 +16,7 @@ from pathlib import Path
 from teleopctl.base import interrupts, progress
 from teleopctl.base.extras import missing_module_hint
 from teleopctl.errors import EXIT_INTERRUPTED, NotFoundError, SystemFailureError, TeleopctlError
-from teleopctl.packages import PackageProgram, find_executable
+from teleopctl.packages import PackageProgram, apply_source_hooks, find_executable
 
 _PACKAGE = __name__.partition(".")[0]
 _FOLDER = os.path.join(os.path.dirname(os.path.dirname(os.path.abspath(__file__))), "")  # noqa: PTH100, PTH118, PTH120
@@ -66,6 +66,8 @@ def execute(executable: PackageProgram, args: Sequence[str]) -> int:
     outlive_output(log_file=log_file, lossless_stdout=log_file is None)
     activation.activate()
     activation.activate_children()
+    if executable.package and not _is_of_teleopctl(executable):
+        apply_source_hooks()
     if executable.import_roots:
         roots = [str(root) for root in executable.import_roots]
         sys.path[:0] = roots

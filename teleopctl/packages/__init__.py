@@ -16,6 +16,7 @@ if TYPE_CHECKING:
     from teleopctl.packages.distributions import builtin_package as builtin_package
     from teleopctl.packages.finding import (
         PACKAGE_PATH_VARIABLE as PACKAGE_PATH_VARIABLE,
+        apply_source_hooks as apply_source_hooks,
         faults_of_search as faults_of_search,
         find_package as find_package,
         include_package_of as include_package_of,

@@ -46,12 +46,14 @@ class Installation(NamedTuple):
         programs: Installed paths that are programs regardless of the file's permissions.
         modules: Folders of Python packages, relative to the script's folder, by package name.
         targets: Names of CMake targets that are compiled and installed as programs.
+        hooks: Paths of environment hooks, relative to the script's folder.
     """
 
     files: list[tuple[str, str]]
     programs: set[str]
     modules: dict[str, str]
     targets: set[str]
+    hooks: list[str]
 
 
 def installation(text: str, folder: Path) -> Installation:
@@ -69,7 +71,7 @@ def installation(text: str, folder: Path) -> Installation:
 
 class _Script:
     def __init__(self, folder: Path) -> None:
-        self.installed = Installation([], set(), {}, set())
+        self.installed = Installation([], set(), {}, set(), [])
         self._folder = folder
         self._values: dict[str, list[str]] = {key: [_TOP] for key in _TOP_FOLDERS}
         self._values["CMAKE_INSTALL_DATADIR"] = ["share"]
@@ -128,6 +130,8 @@ class _Script:
                 self._install(kind, rest, below)
             case "catkin_install_python", ["PROGRAMS", *rest]:
                 self._install("PROGRAMS", rest, below)
+            case "ament_environment_hooks", hooks:
+                self.installed.hooks.extend(_place(below, hook) for hook in hooks)
             case "ament_python_install_package", [module, *rest]:
                 place = _value_after("PACKAGE_DIR", rest) or module
                 self.installed.modules[module] = _place(below, place)

@@ -46,6 +46,7 @@ from teleopctl.packages.records import OWN, SOURCES, Package, PackageProgram
 
 PACKAGE_PATH_VARIABLE = "TELEOPCTL_PACKAGE_PATH"
 _QT = "python_qt_binding"
+_HOOKS_VARIABLE = "TELEOPCTL_HOOKS"
 
 
 def find_package(name: str) -> Package:
@@ -120,6 +121,21 @@ def source_resources(resource_type: str) -> dict[str, Package]:
             if declared_type == resource_type:
                 found.setdefault(name, package)
     return found
+
+
+def apply_source_hooks() -> None:
+    """Set the variables that the hooks of source packages set when a workspace is sourced.
+
+    Idempotent. Processes that inherit the environment do not search again.
+    """
+    from teleopctl.packages.environment_hooks import source_hooks
+
+    if _HOOKS_VARIABLE in os.environ:
+        return
+    os.environ[_HOOKS_VARIABLE] = "applied"
+    for package, *_ in _source_packages().values():
+        for operation in source_hooks(package.name, package.folder):
+            operation.apply(package.prefix, os.environ)
 
 
 def source_packages() -> list[Package]:

@@ -65,7 +65,8 @@ def prefixes() -> dict[str, str]:
 def include_prefix_of(file: Path) -> None:
     """Add the install prefix around a file to ``AMENT_PREFIX_PATH`` or ``COLCON_PREFIX_PATH``.
 
-    In a colcon workspace in which each package has its own prefix, all prefixes are added.
+    In a colcon workspace in which each package has its own prefix, all prefixes are added. Their
+    environment hooks are applied.
     """
     around = Path(os.path.abspath(file)).parents  # noqa: PTH100 -- links stay as they are
     prefix = next((folder for folder in around if (folder / INDEX).is_dir()), None)
@@ -76,6 +77,10 @@ def include_prefix_of(file: Path) -> None:
         variable, folder = COLCON_VARIABLE, prefix.parent
     named = filter(None, (os.environ.get(variable), str(folder)))
     os.environ[variable] = os.pathsep.join(named)
+    from teleopctl.packages.environment_hooks import apply_installed_hooks
+
+    for each in [str(prefix)] if folder == prefix else _prefixes_of_workspace(str(folder)):
+        apply_installed_hooks(Path(each))
 
 
 def installed_packages(name: str) -> Iterator[Package]:

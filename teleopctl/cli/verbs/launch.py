@@ -135,6 +135,7 @@ def launch(
         os.environ["TELEOPCTL_OPEN"] = "1"
     from teleopctl.compat import activation
     from teleopctl.launch import find_launch_file, standby_simulator
+    from teleopctl.packages import apply_source_hooks
 
     if launch_prefix_filter is not None and launch_prefix is None:
         raise UsageError("--launch-prefix must be specified if --launch-prefix-filter is provided")
@@ -145,6 +146,7 @@ def launch(
     # The launch file may read variables of a sourced ROS 2, and its commands run with them.
     activation.activate_children()
     file = find_launch_file(package, name)
+    apply_source_hooks()
     if show_args:
         from teleopctl.launch import describe_arguments
 
