@@ -93,6 +93,9 @@ print(get_package_prefix("std_msgs") == get_package_prefix("rclpy") == prefix)
 share = get_package_share_path("sensor_msgs")
 print((share / "msg/Image.msg").read_text().split()[-2:], (share / "srv").is_dir())
 print(get_resource("rosidl_interfaces", "std_srvs")[0].split())
+from launch import LaunchContext
+from launch_ros.substitutions import FindPackageShare
+print(FindPackageShare("nav2_msgs").perform(LaunchContext()) == f"{prefix}/share/nav2_msgs")
 print({"launch", "launch_ros", "tf2_ros", "cv_bridge", "nav2_common", "launch_testing", "leg"}
     <= set(get_packages_with_prefixes()))
 """
@@ -102,7 +105,22 @@ print({"launch", "launch_ros", "tf2_ros", "cv_bridge", "nav2_common", "launch_te
         "['uint8[]', 'data'] True",
         "['srv/Empty.srv', 'srv/SetBool.srv', 'srv/Trigger.srv']",
         "True",
+        "True",
     ]
+
+
+@posix
+def test_a_process_that_empties_the_variable_has_no_search_paths(prefixes):
+    code = """
+import os
+os.environ["AMENT_PREFIX_PATH"] = ""
+try:
+    get_search_paths()
+except EnvironmentError as error:
+    print(error)
+"""
+    told = said(code, prefixes)
+    assert told.strip() == "Environment variable 'AMENT_PREFIX_PATH' is not set or empty"
 
 
 @posix

@@ -52,6 +52,15 @@ HASHES = {
     "rcl_interfaces/msg/ParameterEvent": (
         "043e627780fcad87a22d225bc2a037361dba713fca6a6b9f4b869a5aa0393204"
     ),
+    # Of public workspaces that were built.
+    "dwb_msgs/msg/CriticScore": "4dfb083c8d33fde7d1e1482381507ff333b86233238880a8968210692cddab6f",
+    "nav2_msgs/action/UndockRobot": (
+        "fe446bf5f84bbdc08b5a1123365e3c9b1e522e50a412d64c36995f808df915a2"
+    ),
+    "nav_2d_msgs/msg/Twist2D": "33a3a47d7b3aaad5376a48250597093feb4b92ab8706c96dca69f47d9a9807d0",
+    "px4_msgs/msg/VehicleOdometry": (
+        "4295b96ad312084aa35c84bdcec65ba2f57eb4f6a293d57d52d95acbe99ff817"
+    ),
     "action_msgs/msg/GoalStatusArray": (
         "6c1684b00f177d37438febe6e709fc4e2b0d4248dca4854946f9ed8b30cda83e"
     ),

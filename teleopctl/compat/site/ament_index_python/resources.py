@@ -40,7 +40,7 @@ def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:
         LookupError: There is no such resource.
         InvalidResourceTypeNameError: The type is no name.
         InvalidResourceNameError: The name is none.
-        OSError: The marker cannot be read.
+        OSError: The marker cannot be read, or the process has removed ``AMENT_PREFIX_PATH``.
     """
     prefix = has_resource(resource_type, resource_name)
     if prefix is False:
