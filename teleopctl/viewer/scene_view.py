@@ -54,6 +54,8 @@ VIEWS: dict[str, Vector3] = {
 """Names of views of the whole robot, and the direction from the robot to the camera."""
 # Camera distance, in radii of the robot, for a view of the whole robot between the panels.
 _RADII = 2.0
+# A camera that follows a frame stays where it is while the frame moves by less.
+_LEAST_STEP_M = 1e-4
 _SMALLEST_RADIUS_M = 0.02
 _LARGEST_RADIUS_M = 1000.0
 # viser's camera frame is OpenCV's: x right, y down, z ahead.
@@ -241,6 +243,8 @@ class SceneView:
         self._stage = stage
         self._drawn = False
         self._count = 0
+        # Of each browser that follows a frame: the frame, and where it was last.
+        self._followed: dict[int, tuple[str, Vector3 | None]] = {}
         self._offered: set[str] = set()
         server.scene.set_up_direction("+z")
         add_lights(server.scene)
@@ -359,6 +363,39 @@ class SceneView:
             display.update(jumped_back=jumped_back)
         if not self._framed:
             self._frame()
+        for browser in tuple(self._followed):
+            self._follow(browser)
+
+    def follow(self, browser: int, frame: str) -> None:
+        """Let a browser's camera move with a frame's origin, keeping its direction.
+
+        Args:
+            browser: viser's ID of the browser.
+            frame: Name of the frame; empty to stop.
+        """
+        self._followed.pop(browser, None)
+        if frame:
+            self._followed[browser] = frame, None
+
+    def followed(self, browser: int) -> str:
+        """Return the frame that a browser's camera follows; empty for none."""
+        return self._followed.get(browser, ("", None))[0]
+
+    def _follow(self, browser: int) -> None:
+        frame, before = self._followed[browser]
+        client = self._server.get_clients().get(browser)
+        found = self._stage.frames.by_name.get(frame)
+        if client is None:
+            del self._followed[browser]
+        elif found is not None and found.pose is not None:
+            now = found.pose.translation
+            if before is None or math.dist(now, before) > _LEAST_STEP_M:
+                step = np.subtract(now, now if before is None else before)
+                camera = client.camera
+                focus = camera.look_at + step
+                camera.position = camera.position + step
+                camera.look_at = focus
+                self._followed[browser] = frame, now
 
     def _frame(self) -> None:
         """Once a robot is loaded, set camera, grid and axes by its size; only once."""

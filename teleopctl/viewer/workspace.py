@@ -21,6 +21,7 @@ from teleopctl.node import Clock, ClockType
 from teleopctl.viewer.client_tracker import panel_mark
 from teleopctl.viewer.layout import PageLayout, PanelColumn, layout_of, load_layout
 from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.panels.plot import PlotPanel
 from teleopctl.viewer.rviz_file import View
 
 if TYPE_CHECKING:
@@ -407,6 +408,16 @@ class PageWorkspace:
         built = {name: panel.state() for name, panel in self.panels.items()}
         states = {**self._states, **built}
         return {name: state for name, state in states.items() if state not in (None, {}, [])}
+
+    def plot_joint(self, joint: str) -> None:
+        """Plot a joint's position, in the panel of plots.
+
+        Args:
+            joint: Name of the joint.
+        """
+        panel = self._build("plot")
+        if isinstance(panel, PlotPanel):
+            panel.plot_joint(joint)
 
     def layout_to_save(self, client: viser.ClientHandle) -> PageLayout:
         """Return all that a browser's person has arranged: panels, camera, choices in panels.

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections import Counter
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -142,7 +143,11 @@ _TICKS_PER_FRAME_CHECK = 10
 
 
 class RobotModelDisplay(Display):
-    """RViz's ``RobotModel`` display: visual and collision geometry of links, below tf frames."""
+    """RViz's ``RobotModel`` display: visual and collision geometry of links, below tf frames.
+
+    Attributes:
+        on_pick: Function called with viser's browser, the display and the name of a clicked link.
+    """
 
     rviz_class = "RobotModel"
     message_type = "std_msgs/msg/String"
@@ -176,6 +181,7 @@ class RobotModelDisplay(Display):
         self._turn = 0
         self._ticks = 0
         self._refused = ""
+        self.on_pick: Callable[[Any, RobotModelDisplay, str], object] | None = None
 
     @property
     def description(self) -> RobotDescription | None:
@@ -263,11 +269,10 @@ class RobotModelDisplay(Display):
         if description is None:
             return
         alpha = self.values.number("Alpha")
-        prefix = self.values.text("TF Prefix").strip("/")
         shapes = ShapeDrawing(self.stage.scene, self._parts.meshes, self._parts.textures)
         self._frames = []
         for link in description.links.values():
-            frame = f"{prefix}/{link.name}" if prefix else link.name
+            frame = self.frame_of(link.name)
             its_alpha = alpha * self._alpha_of(link.name)
             if not (link.visuals or link.collisions) or its_alpha <= 0.0:
                 continue
@@ -289,11 +294,42 @@ class RobotModelDisplay(Display):
                     for number, one in enumerate(link.collisions)
                 ]
             for name, what, opacity in wanted:
-                node = shapes.draw(f"{above}/{name}", *what, opacity)
+                node: Any = shapes.draw(f"{above}/{name}", *what, opacity)
                 if node is not None:
+                    node.on_click(self.stage.on_node_thread(partial(self._clicked, link.name)))
                     self._nodes.append(node)
         self._missing = self._frames_without_pose()
         self._update_status()
+
+    # Any: viser's event.
+    def _clicked(self, link: str, event: Any) -> None:
+        if self.on_pick is not None:
+            self.on_pick(event.client, self, link)
+
+    def frame_of(self, link: str) -> str:
+        """Return the name of a link's tf frame."""
+        prefix = self.values.text("TF Prefix").strip("/")
+        return f"{prefix}/{link}" if prefix else link
+
+    def hidden_links(self) -> list[str]:
+        """Return the links that are not drawn because the ``.rviz`` document hides them."""
+        links = self._description.links if self._description is not None else {}
+        return [link for link in links if self._alpha_of(link) <= 0.0]
+
+    def show_link(self, link: str, *, shown: bool) -> None:
+        """Show or hide a link, also in the ``.rviz`` document.
+
+        Args:
+            link: Name of the link.
+            shown: Whether the link is drawn.
+        """
+        links = self.values.given.get("Links")
+        if not isinstance(links, dict):
+            links = self.values.given["Links"] = {}
+        given = links.get(link)
+        links[link] = {**(given if isinstance(given, dict) else {}), "Value": shown}
+        self.stopped()
+        self._draw_links()
 
     def _alpha_of(self, link: str) -> float:
         """Return a link's opacity in the ``.rviz`` file; 0 if hidden, 1 if not in the file."""

@@ -39,6 +39,9 @@ class Arrangements(Protocol):
     def set_open(self, client_id: int, name: str, *, is_open: bool) -> None:
         """Open or close a panel in one browser."""
 
+    def plot_joint(self, joint: str) -> None:
+        """Plot a joint's position, in the panel of plots."""
+
     def layout_to_save(self, client: Any) -> PageLayout:
         """Return all that a browser's person has arranged: panels, camera, choices in panels."""
 

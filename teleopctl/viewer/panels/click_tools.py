@@ -97,6 +97,11 @@ class ClickTools:
         self._buttons.on_click(self._page.on_node_thread(self._press))
         self._advice: Any = gui.add_markdown("", visible=False)
 
+    @property
+    def is_active(self) -> bool:
+        """Whether a tool waits for a click."""
+        return self._tool is not None
+
     def deactivate(self) -> None:
         """Deactivate the active tool, and remove its drawing from the scene."""
         self._release()

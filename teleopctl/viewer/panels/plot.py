@@ -48,6 +48,7 @@ _NEVER_SAMPLED = frozenset(
     f"sensor_msgs/msg/{name}"
     for name in ("Image", "CompressedImage", "PointCloud", "PointCloud2", "LaserScan")
 ) | {"nav_msgs/msg/OccupancyGrid", "visualization_msgs/msg/MarkerArray"}
+_JOINT_STATES = "/joint_states"
 _CONTROLLER_STATE = "control_msgs/msg/JointTrajectoryControllerState"
 # Pairs of fields that one click plots together.
 _COMPARED = ("reference.positions", "feedback.positions")
@@ -224,6 +225,21 @@ class PlotPanel(Panel):
         if text:
             self._add([text])
             self._expression.value = ""
+
+    def plot_joint(self, joint: str) -> None:
+        """Plot the position of a joint in ``/joint_states``.
+
+        Args:
+            joint: Name of the joint.
+
+        Raises:
+            TeleopctlError: No message with the joint's position has been received.
+        """
+        for field in self._fields.get(_JOINT_STATES, ()):
+            if field.label == joint and field.path.startswith("position["):
+                self._add([_text(_JOINT_STATES, field.path)])
+                return
+        raise TeleopctlError(f"No message of {_JOINT_STATES} with {joint} has been received yet")
 
     def _add(self, texts: list[str]) -> None:
         """Add lines to the chosen plot, or to a new one."""

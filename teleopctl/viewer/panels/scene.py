@@ -9,10 +9,12 @@ from teleopctl import plugins
 from teleopctl.base.printable import printable_line
 from teleopctl.viewer.displays.base import ERROR, OK, Display
 from teleopctl.viewer.displays.properties import Property
+from teleopctl.viewer.displays.robot_model import RobotModelDisplay
 from teleopctl.viewer.html import escaped_markdown
 from teleopctl.viewer.page_server import PageError
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.click_tools import ClickTools
+from teleopctl.viewer.panels.picking import Picking
 
 _ROOT = "(root)"
 _RESET_HINT = "Clear all transforms and displays (key R)"
@@ -32,6 +34,7 @@ class ScenePanel(Panel):
         self._rows: dict[int, _Row] = {}
         self._ticks = 0
         self._tools = ClickTools(page)
+        self._picking = Picking(page)
 
     def build(self) -> None:
         """Add the choice of the fixed frame, the click tools and the list of displays."""
@@ -113,7 +116,14 @@ class ScenePanel(Panel):
             if key not in self._rows:
                 with self._list:
                     self._rows[key] = _Row(self.page, display)
+                if isinstance(display, RobotModelDisplay):
+                    display.on_pick = self._picked
                 self._rows[key].set_topic_options(dict(self.page.node.get_topic_names_and_types()))
+
+    # Any: viser's handle of a browser.
+    def _picked(self, client: Any, robot: RobotModelDisplay, link: str) -> None:
+        if not self._tools.is_active:
+            self._picking.open(client, robot, link)
 
 
 class _Row:

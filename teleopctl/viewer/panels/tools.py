@@ -96,8 +96,6 @@ class ToolsPanel(Panel):
         titles = {load_layout(preset).title: preset for preset in presets()}
         current = workspace.layout_in(client.client_id).title
         with dialog(client, "Layout"):
-            options = tuple(titles) if current in titles else (current, *titles)
-            choice = client.gui.add_dropdown("Layout", options, initial_value=current)
             for name in plugins.available(plugins.PANELS):
                 kind: type[Panel] = plugins.load(plugins.PANELS, name)
                 if name in workspace.layout_in(client.client_id).bar:
@@ -105,6 +103,9 @@ class ToolsPanel(Panel):
                 is_open = workspace.is_open(client.client_id, name)
                 box = client.gui.add_checkbox(kind.title, is_open)
                 box.on_update(on(partial(self._set_open, name)))
+            # Not first: a browser opens the first control of a window if it is a list.
+            options = tuple(titles) if current in titles else (current, *titles)
+            choice = client.gui.add_dropdown("Layout", options, initial_value=current)
             client.gui.add_button("Save layout as…").on_click(on(self._save))
             client.gui.add_button("Back to the layout at the start").on_click(
                 on(lambda event: workspace.forget(event.client.client_id))

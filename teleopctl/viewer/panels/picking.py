@@ -1,0 +1,116 @@
+"""Window of a clicked link: its names, joint and place, and what can be done with it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+from teleopctl.robot import Joints
+from teleopctl.viewer.html import escaped_html, note_html
+from teleopctl.viewer.panels.base import dialog
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.displays.robot_model import RobotModelDisplay
+    from teleopctl.viewer.panels.base import Page
+
+# Any: viser's handles of a browser.
+
+
+class Picking:
+    """Clicks on the links of the robots in the scene.
+
+    Args:
+        page: The viewer's node.
+    """
+
+    def __init__(self, page: Page) -> None:
+        self._page = page
+
+    def open(self, client: Any, robot: RobotModelDisplay, link: str) -> None:
+        """Open the window of a link in the browser in which it was clicked.
+
+        Args:
+            client: viser's handle of the browser.
+            robot: Display of the link's robot.
+            link: Name of the link.
+        """
+        page, view, frame = self._page, self._page.scene_view, robot.frame_of(link)
+        joint = _joint_above(robot, link)
+        acts: dict[str, Callable[[], object]] = {
+            "Stop following" if view.followed(client.client_id) == frame else "Follow": partial(
+                view.follow,
+                client.client_id,
+                "" if view.followed(client.client_id) == frame else frame,
+            ),
+            "Trace": partial(view.add, "Trace", f"Trace of {frame}", {"Frame": frame}),
+            "Axes": partial(view.add, "Axes", f"Axes of {frame}", _axes_of(frame)),
+            "Hide": partial(robot.show_link, link, shown=False),
+        }
+        if joint:
+            acts["Slider"] = partial(
+                page.workspace.set_open, client.client_id, "joints", is_open=True
+            )
+            acts["Plot"] = partial(page.workspace.plot_joint, joint)
+        if robot.hidden_links():
+            acts["Show all links"] = partial(self._show_all, robot)
+        with dialog(client, link) as window:
+            client.gui.add_html(note_html(self._text(robot, link)))
+            buttons = client.gui.add_button_group(" ", tuple(acts))
+
+        def press(event: Any) -> None:
+            window.close()
+            acts[event.target.value]()
+
+        buttons.on_click(page.on_node_thread(press))
+
+    @staticmethod
+    def _show_all(robot: RobotModelDisplay) -> None:
+        for link in robot.hidden_links():
+            robot.show_link(link, shown=True)
+
+    def _text(self, robot: RobotModelDisplay, link: str) -> str:
+        """Return HTML of the link's frame and place, and of the joint that moves it."""
+        frame = robot.frame_of(link)
+        lines = [f"frame <b>{escaped_html(frame)}</b>"]
+        found = self._page.frames.by_name.get(frame)
+        if found is not None and found.pose is not None:
+            x, y, z = found.pose.translation
+            fixed = escaped_html(self._page.frames.fixed)
+            lines.append(f"at {x:.3f}, {y:.3f}, {z:.3f} m in {fixed}")
+        description = robot.description
+        joint = _joint_above(robot, link)
+        if description is None or not joint:
+            return "<br>".join(lines)
+        model = Joints.for_display(description, lambda _warning: None).get(joint)
+        kind = description.joints[joint].type
+        lines.append(f"joint <b>{escaped_html(joint)}</b>, {escaped_html(kind)}")
+        if model is not None:
+            unit = "m" if kind == "prismatic" else "rad"
+            limits = model.limits
+            if math.isfinite(limits.lower) and math.isfinite(limits.upper):
+                lines.append(f"from {limits.lower:.4g} to {limits.upper:.4g} {unit}")
+            if math.isfinite(limits.velocity):
+                lines.append(f"at most {limits.velocity:.4g} {unit}/s")
+            if math.isfinite(limits.effort):
+                lines.append(f"at most {limits.effort:.4g} {'N' if unit == 'm' else 'N m'}")
+            if model.mimic is not None:
+                lines.append(f"follows {escaped_html(model.mimic.joint)}")
+        return "<br>".join(lines)
+
+
+def _axes_of(frame: str) -> dict[str, Any]:
+    return {"Reference Frame": frame, "Length": 0.1, "Radius": 0.005}
+
+
+def _joint_above(robot: RobotModelDisplay, link: str) -> str:
+    """Return the name of the nearest joint with one axis above a link; empty for none."""
+    description = robot.description
+    if description is None:
+        return ""
+    by_child = {joint.child: joint for joint in description.joints.values()}
+    joint = by_child.get(link)
+    while joint is not None and not joint.is_single_axis:
+        joint = by_child.get(joint.parent)
+    return joint.name if joint is not None else ""

@@ -1,0 +1,95 @@
+"""A click on a link: what it is, and what can be done with it."""
+
+from types import SimpleNamespace
+
+import pytest
+
+from teleopctl.interfaces import get_message
+from teleopctl.tf import Transform
+from teleopctl.viewer.panels.scene import ScenePanel
+from teleopctl.viewer.scene_view import SceneView
+from tests.viewer.displays.conftest import put_frame
+
+STRING = get_message("std_msgs/msg/String")
+BOX = '<visual><geometry><box size="1 2 3"/></geometry></visual>'
+URDF = f"""<robot name="r">
+<link name="base">{BOX}</link><link name="arm">{BOX}</link><link name="tool">{BOX}</link>
+<joint name="hip" type="revolute"><parent link="base"/><child link="arm"/>
+<limit lower="-1" upper="2" velocity="3" effort="4"/></joint>
+<joint name="fixed" type="fixed"><parent link="arm"/><child link="tool"/></joint>
+</robot>"""
+
+
+class Workspace:
+    """Records what is asked of the workspace."""
+
+    def __init__(self):
+        self.calls = []
+
+    def set_open(self, *words, **named):
+        self.calls.append(("set_open", *words, *named.values()))
+
+    def plot_joint(self, joint):
+        self.calls.append(("plot_joint", joint))
+
+
+@pytest.fixture
+def scene(stage):
+    stage.scene_view = SceneView(stage.server, stage)
+    stage.workspace = Workspace()
+    stage.scene_view.begin()
+    panel = ScenePanel(stage)
+    panel.build()
+    put_frame(stage, "base", "map", Transform())
+    put_frame(stage, "tool", "base", Transform((1.0, 2.0, 3.0)))
+    stage.frames.update()
+    stage.publish("/robot_description", STRING(data=URDF))
+    return panel
+
+
+def click(stage, link):
+    """Click on a link: the text of the window, and its buttons."""
+    client = SimpleNamespace(client_id=1, gui=stage.gui)
+    handles = stage.scene._handle_from_node_name
+    path = next(path for path in handles if f"/{link}/" in path and path.endswith("visual0"))
+    handles[path]._impl.click_cb[0].callback(SimpleNamespace(client=client))
+    (modal,) = stage.gui._modal_handle_from_uuid.values()
+    text, buttons, _close = modal._children.values()
+    return text.content, buttons
+
+
+def test_a_clicked_link_is_named_with_its_frame_and_the_joint_that_moves_it(scene, stage):
+    del scene
+    text, buttons = click(stage, "tool")
+    assert "frame <b>tool</b>" in text
+    assert "at 1.000, 2.000, 3.000 m in " in text
+    assert "joint <b>hip</b>, revolute" in text
+    assert "from -1 to 2 rad<br>at most 3 rad/s<br>at most 4 N m" in text
+    assert buttons.options == ("Follow", "Trace", "Axes", "Hide", "Slider", "Plot")
+    stage.choose(buttons, "Plot")
+    assert stage.workspace.calls == [("plot_joint", "hip")]
+    assert not stage.gui._modal_handle_from_uuid
+
+
+def test_a_link_is_hidden_as_rviz_hides_it_and_shown_again(scene, stage):
+    del scene
+    robot = next(d for d in stage.scene_view.displays if d.rviz_class == "RobotModel")
+    stage.choose(click(stage, "tool")[1], "Hide")
+    assert robot.values.given["Links"] == {"tool": {"Value": False}}
+    assert robot.hidden_links() == ["tool"]
+    _, buttons = click(stage, "base")
+    # The root has no joint above it.
+    assert buttons.options == ("Follow", "Trace", "Axes", "Hide", "Show all links")
+    stage.choose(buttons, "Show all links")
+    assert robot.hidden_links() == []
+
+
+def test_a_link_is_followed_and_traced(scene, stage):
+    del scene
+    stage.choose(click(stage, "tool")[1], "Trace")
+    assert stage.scene_view.displays[-1].name == "Trace of tool"
+    stage.choose(click(stage, "tool")[1], "Follow")
+    assert stage.scene_view.followed(1) == "tool"
+    _, buttons = click(stage, "tool")
+    stage.choose(buttons, "Stop following")
+    assert stage.scene_view.followed(1) == ""
