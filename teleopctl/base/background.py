@@ -5,19 +5,14 @@ are checked against the system whenever records are read, so that a record never
 process that has ended, nor for another process with the same PID.
 """
 
+from __future__ import annotations
+
 import contextlib
 import json
 import os
-import signal
-import subprocess
 import sys
-import threading
 import time
-from collections.abc import Mapping, Sequence
-from contextlib import AbstractContextManager
-from datetime import datetime
 from pathlib import Path
-from typing import IO, TYPE_CHECKING, NamedTuple
 
 from teleopctl.base import interrupts, progress
 from teleopctl.base.files import open_private, write_private
@@ -27,13 +22,18 @@ from teleopctl.base.folders import (
     make_private,
     runtime_dir as runtime_dir,
 )
-from teleopctl.base.output import LOG_FILE, log_bytes
-from teleopctl.base.start_timeouts import ProgressMonitor, StartTimeouts
+from teleopctl.base.typed import TYPE_CHECKING, Mapping, NamedTuple, Sequence
 from teleopctl.errors import SystemFailureError
 
+# Commands that only read records import neither subprocess nor psutil, which take 10 ms.
 if TYPE_CHECKING:
+    import subprocess
+    from contextlib import AbstractContextManager
+    from typing import IO
+
     import psutil
 
+    from teleopctl.base.start_timeouts import StartTimeouts
     from teleopctl.base.temporary import TemporaryFolder
 
 READY = "ready"
@@ -55,11 +55,8 @@ _LOOK_EVERY_S = 0.02
 # Period of progress checks while a process that announces readiness is starting.
 _SOON_READY_S = 1.0
 
-# Keep the signals of the starter's console away; on other systems a new session does.
-if sys.platform == "win32":
-    _CREATION_FLAGS = subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW
-else:
-    _CREATION_FLAGS = 0
+# States of ended processes on Linux: zombie and dead.
+_ENDED_STATES = ("Z", "X", "x")
 
 # Children of this process, kept so that they are reaped when they end.
 _children: dict[int, subprocess.Popen[str]] = {}
@@ -128,6 +125,14 @@ def start(
         SystemFailureError: The program cannot be started, or the process reported a failure, ended
             or stalled before it announced that it is ready.
     """
+    import subprocess
+
+    from teleopctl.base.output import LOG_FILE, log_bytes
+
+    # Keep the signals of the starter's console away; on other systems a new session does.
+    flags = 0
+    if sys.platform == "win32":
+        flags = subprocess.CREATE_NEW_PROCESS_GROUP | subprocess.CREATE_NO_WINDOW
     environment = dict(os.environ if env is None else env)
     # Our own environment has the variable until this process announces that it is ready.
     environment.pop(_ANNOUNCE, None)
@@ -154,7 +159,7 @@ def start(
                         env=environment,
                         text=True,
                         start_new_session=sys.platform != "win32",
-                        creationflags=_CREATION_FLAGS,
+                        creationflags=flags,
                     )
                 )
         except OSError as error:
@@ -186,7 +191,7 @@ def _start_of_python(*, takes_interrupts: bool) -> AbstractContextManager[None]:
     return contextlib.nullcontext()
 
 
-def _kill(child: "subprocess.Popen[str]") -> None:
+def _kill(child: subprocess.Popen[str]) -> None:
     """Kill a child process that was just started, and its descendants."""
     import psutil
 
@@ -276,7 +281,7 @@ def remove_record(record: ProcessRecord) -> None:
         remove_abandoned(temporary, _is_recorded, ended=record.pid)
 
 
-def temporary_folder() -> "TemporaryFolder":
+def temporary_folder() -> TemporaryFolder:
     """Make a private temporary folder; return a `TemporaryFolder` that can remove it.
 
     The folder lies next to the records. If this process is killed, the processes that it started
@@ -316,7 +321,10 @@ def start_time_of(pid: int) -> StartTime:
 
 def is_alive(record: ProcessRecord) -> bool:
     """Return whether the recorded process still runs, and not another one with its PID."""
-    return _process(record) is not None
+    if sys.platform != "linux" or record.pid in _children:
+        return _process(record) is not None
+    state, mark = _linux_state(record.pid)
+    return mark == record.start.mark and state not in _ENDED_STATES
 
 
 def terminal_of(record: ProcessRecord) -> str | None:
@@ -341,6 +349,8 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
     Raises:
         SystemFailureError: The process does not end, or this user may not end it; the record stays.
     """
+    import signal
+
     import psutil
 
     process = _process(record)
@@ -376,8 +386,12 @@ def _is_kept(record: ProcessRecord) -> bool:
 
 
 def _await_ready(
-    child: "subprocess.Popen[str]", name: str, log_file: Path, timeouts: StartTimeouts
+    child: subprocess.Popen[str], name: str, log_file: Path, timeouts: StartTimeouts
 ) -> None:
+    import threading
+
+    from teleopctl.base.start_timeouts import ProgressMonitor
+
     lines: list[str] = []
     stream = child.stdout
     assert stream is not None
@@ -407,7 +421,7 @@ def _read_line(stream: IO[str], lines: list[str]) -> None:
         lines.append(stream.readline().strip())
 
 
-def _wait(process: "psutil.Process", timeout_s: float) -> bool:
+def _wait(process: psutil.Process, timeout_s: float) -> bool:
     """Wait for the end of a process; False when the time is up.
 
     Not psutil's own wait, which for a process that is not a child waits until the parent has reaped
@@ -421,7 +435,7 @@ def _wait(process: "psutil.Process", timeout_s: float) -> bool:
     return True
 
 
-def _is_running(process: "psutil.Process") -> bool:
+def _is_running(process: psutil.Process) -> bool:
     import psutil
 
     child = _children.get(process.pid)
@@ -434,7 +448,7 @@ def _is_running(process: "psutil.Process") -> bool:
         return False
 
 
-def _process(record: ProcessRecord) -> "psutil.Process | None":
+def _process(record: ProcessRecord) -> psutil.Process | None:
     """The running process of a record, or None when it has ended."""
     import psutil
 
@@ -451,15 +465,27 @@ def _process(record: ProcessRecord) -> "psutil.Process | None":
     return process if is_same and _is_running(process) else None
 
 
-def _start_mark(process: "psutil.Process") -> str:
+def _start_mark(process: psutil.Process) -> str:
     if sys.platform != "linux":
         return f"{process.create_time():.3f}"
     # On Linux psutil adds the clock and the time since boot, so that its result changes when a
     # machine without a battery-backed clock, such as a robot, sets its clock over the network.
-    boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
-    stat = Path(f"/proc/{process.pid}/stat").read_text(encoding="utf-8", errors="replace")
+    _, mark = _linux_state(process.pid)
+    if not mark:
+        raise ProcessLookupError(process.pid)
+    return mark
+
+
+def _linux_state(pid: int) -> tuple[str, str]:
+    """Return the letter of a process's state and its start mark; two empty texts if it has none."""
+    try:
+        boot = Path("/proc/sys/kernel/random/boot_id").read_text(encoding="ascii").strip()
+        stat = Path(f"/proc/{pid}/stat").read_text(encoding="utf-8", errors="replace")
+    except OSError:
+        return "", ""
     # The program's name, in parentheses, may contain anything; the start time is the 22nd field.
-    return f"{boot}/{stat.rpartition(')')[2].split()[19]}"
+    fields = stat.rpartition(")")[2].split()
+    return fields[0], f"{boot}/{fields[19]}"
 
 
 def _write(record: ProcessRecord, path: Path) -> None:
@@ -500,6 +526,8 @@ def _read(path: Path) -> ProcessRecord | None:
 
 
 def _new_log(name: str, folder: Path) -> IO[bytes]:
+    from datetime import datetime
+
     safe = "".join(c if c.isalnum() or c in "._-" else "_" for c in name)
     stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
     try:

@@ -10,8 +10,8 @@ from __future__ import annotations
 
 import contextlib
 import time
-from collections.abc import Callable, Iterable
-from typing import NamedTuple
+
+from teleopctl.base.typed import Callable, Iterable, NamedTuple
 
 # Share of one core above which a process counts as busy. A waiting node uses a thousandth
 # (measured: a subscription 0.05 %, a spawner without a controller manager 0.2 %); a busy node uses

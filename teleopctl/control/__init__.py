@@ -11,7 +11,7 @@ May import `base`, `errors`, `interfaces`, `node`, `packages`, `plugins`, `robot
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.control.client import (

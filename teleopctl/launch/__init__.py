@@ -13,7 +13,7 @@ May import `interfaces`, `node`, `robot` and `wire`, and what every package may:
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.launch.actions.components import (

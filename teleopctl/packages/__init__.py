@@ -5,7 +5,7 @@ May import `base`, `errors` and `plugins` only.
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from teleopctl.base.typed import TYPE_CHECKING
 
 if TYPE_CHECKING:
     from teleopctl.packages.components import (

@@ -1,6 +1,5 @@
 """``teleopctl ps``: the processes in the background."""
 
-import shutil
 import sys
 import time
 
@@ -34,7 +33,11 @@ def ps(
         return 0
     rows = [_HEADER, *(_row(entry, now) for entry in entries)]
     widths = [max(len(row[column]) for row in rows) for column in range(len(_HEADER) - 1)]
-    limit = shutil.get_terminal_size().columns if sys.stdout.isatty() else None
+    limit = None
+    if sys.stdout.isatty():
+        from shutil import get_terminal_size
+
+        limit = get_terminal_size().columns
     for row in rows:
         cells = [cell.ljust(width) for cell, width in zip(row, widths, strict=False)]
         console.out("  ".join([*cells, row[-1]])[:limit].rstrip())

@@ -8,7 +8,6 @@ session that is new since the start counts.
 
 from __future__ import annotations
 
-import signal
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -204,18 +203,6 @@ def first_failure(statuses: Sequence[ProcessStatus]) -> Failure | None:
 def refusal_text(error: TeleopctlError) -> str:
     """Return the log line for a launch that could not be evaluated in the background."""
     return f"[ERROR] [launch]: {error}\n"
-
-
-def describe_exit(exit_status: int | None) -> str:
-    """Return a process's end in words: ``exited 1``, ``killed by SIGSEGV``; ``killed`` for None."""
-    if exit_status is None:
-        return "killed"
-    if exit_status >= 0:
-        return f"exited {exit_status}"
-    try:
-        return f"killed by {signal.Signals(-exit_status).name}"
-    except ValueError:
-        return f"killed by signal {-exit_status}"
 
 
 def log_tail(log_file: Path, lines: int = _TAIL_LINES) -> str:

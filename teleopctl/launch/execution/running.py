@@ -3,16 +3,24 @@
 from __future__ import annotations
 
 import time
-from collections.abc import Callable, Collection, Iterable, Iterator
 from contextlib import contextmanager
-from pathlib import Path
-from typing import NamedTuple
 
 from teleopctl.base import background, interrupts, progress
 from teleopctl.base.background import ProcessRecord
+from teleopctl.base.typed import (
+    TYPE_CHECKING,
+    Callable,
+    Collection,
+    Iterable,
+    Iterator,
+    NamedTuple,
+)
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.launch.execution import status
-from teleopctl.launch.execution.judgement import describe_exit
+from teleopctl.launch.execution.status import describe_exit
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 # Seconds before each harder signal.
 _PATIENCE_S = 5.0

@@ -8,19 +8,21 @@ from __future__ import annotations
 
 import contextlib
 import json
-import shlex
-from collections.abc import Iterable
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal, NamedTuple, Protocol
 
 from teleopctl import errors
 from teleopctl.base.background import ProcessRecord, StartTime
 from teleopctl.base.files import write_private
+from teleopctl.base.typed import TYPE_CHECKING, Any, Iterable, NamedTuple, Protocol
 from teleopctl.errors import TeleopctlError
-from teleopctl.launch.execution.event_loop import EventLoop
 
 if TYPE_CHECKING:
+    from typing import Literal
+
     from teleopctl.launch.execution.child import Child
+    from teleopctl.launch.execution.event_loop import EventLoop
+
+    State = Literal["waiting", "running", "finished", "stopped", "died"]
 
 REQUEST_FILE = "request.json"
 _STATUS_FILE = "processes.json"
@@ -28,8 +30,6 @@ _WARNINGS_FILE = "warnings.json"
 _REFUSAL_FILE = "refusal.json"
 _STOP_PREFIX = "stop-"
 _SHOWN_PREFIX = "shown-"
-
-State = Literal["waiting", "running", "finished", "stopped", "died"]
 
 
 class ProcessStatus(NamedTuple):
@@ -209,6 +209,8 @@ def is_death_shown(folder: Path, name: str) -> bool:
 
 def command_text(command: Iterable[str]) -> str:
     """Return a command line as one text with shell quoting."""
+    import shlex
+
     return shlex.join(command)
 
 
@@ -254,3 +256,17 @@ class StatusWriter:
     def _publish_late(self) -> None:
         self._is_late = False
         self.publish()
+
+
+def describe_exit(exit_status: int | None) -> str:
+    """Return a process's end in words: ``exited 1``, ``killed by SIGSEGV``; ``killed`` for None."""
+    if exit_status is None:
+        return "killed"
+    if exit_status >= 0:
+        return f"exited {exit_status}"
+    import signal
+
+    try:
+        return f"killed by {signal.Signals(-exit_status).name}"
+    except ValueError:
+        return f"killed by signal {-exit_status}"

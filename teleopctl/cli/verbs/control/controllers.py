@@ -62,8 +62,7 @@ def list_controllers(
             "The '--reference-interfaces' argument is deprecated and will be removed in future "
             "releases. Use '--exported-interfaces' instead."
         )
-    with manager.client() as client:
-        controllers = client.list_controllers()
+    controllers = manager.response("list_controllers", "ListControllers").controller
     if as_json:
         console.out_json([_controller_document(controller) for controller in controllers])
         return
@@ -126,8 +125,7 @@ def list_controller_types(
     as_json: AsJson = False,
 ) -> None:
     """List the controller types that can be loaded."""
-    with manager.client() as client:
-        response = client.call("list_controller_types", "ListControllerTypes")
+    response = manager.response("list_controller_types", "ListControllerTypes")
     pairs = list(zip(response.types, response.base_classes, strict=True))
     if as_json:
         console.out_json([{"type": kind, "base_class": base} for kind, base in pairs])

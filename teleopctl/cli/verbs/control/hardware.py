@@ -26,8 +26,7 @@ def list_hardware_components(
     as_json: AsJson = False,
 ) -> None:
     """Print hardware components with their states and command interfaces."""
-    with manager.client() as client:
-        components = client.call("list_hardware_components", "ListHardwareComponents").component
+    components = manager.response("list_hardware_components", "ListHardwareComponents").component
     if as_json:
         console.out_json([_component_document(component) for component in components])
         return
@@ -65,8 +64,7 @@ def list_hardware_interfaces(
     as_json: AsJson = False,
 ) -> None:
     """List the command and state interfaces of the hardware."""
-    with manager.client() as client:
-        response = client.call("list_hardware_interfaces", "ListHardwareInterfaces")
+    response = manager.response("list_hardware_interfaces", "ListHardwareInterfaces")
     commands = sorted(response.command_interfaces, key=_name)
     states = sorted(response.state_interfaces, key=_name)
     if as_json:
