@@ -23,6 +23,8 @@ if TYPE_CHECKING:
     from teleopctl.launch.execution.event_loop import EventLoop
 
     State = Literal["waiting", "running", "finished", "stopped", "died"]
+else:
+    State = str
 
 REQUEST_FILE = "request.json"
 _STATUS_FILE = "processes.json"
