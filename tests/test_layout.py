@@ -36,7 +36,7 @@ ALLOWED = {
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},
     "nodes": {
         *("bag", "commander", "compat", "control", "diagram", "interfaces", "kinematics"),
-        *("mujoco_model", "node", "robot", "sim", "teleop", "tf", "viewer", "wire"),
+        *("mujoco_model", "node", "pictures", "robot", "sim", "teleop", "tf", "viewer", "wire"),
     },
     "sweep": {"bag", "compat", "interfaces", "launch", "node"},
     "testing": {

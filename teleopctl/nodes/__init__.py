@@ -1,5 +1,5 @@
 """Programs that ``teleopctl run`` starts, one module with a ``main`` each.
 
 May import `bag`, `base`, `compat`, `control`, `diagram`, `errors`, `interfaces`, `mujoco_model`,
-`node`, `packages`, `plugins`, `robot`, `sim`, `tf`, `viewer` and `wire`.
+`node`, `packages`, `pictures`, `plugins`, `robot`, `sim`, `tf`, `viewer` and `wire`.
 """

@@ -2,6 +2,36 @@
 
 from __future__ import annotations
 
+# Package, module, and function by executable where the names differ.
+_EXAMPLES = {
+    "executors": ("minimal", "listener talker callback_group composed"),
+    "guard_conditions": ("minimal", "trigger_guard_condition"),
+    "minimal_action_client": (
+        "minimal_actions",
+        "client client_asyncio client_cancel client_not_composable=client",
+    ),
+    "minimal_action_server": (
+        "minimal_actions",
+        "server server_defer server_not_composable=server server_queue_goals server_single_goal",
+    ),
+    "minimal_client": (
+        "minimal",
+        "client client_async client_async_callback=client "
+        "client_async_member_function=client_async",
+    ),
+    "minimal_publisher": (
+        "minimal",
+        "publisher_local_function=publisher publisher_member_function=publisher "
+        "publisher_old_school=publisher",
+    ),
+    "minimal_service": ("minimal", "service service_member_function=service"),
+    "minimal_subscriber": (
+        "minimal",
+        "subscriber_lambda=subscriber subscriber_member_function=subscriber "
+        "subscriber_old_school=subscriber",
+    ),
+    "pointcloud_publisher": ("minimal", "pointcloud_publisher"),
+}
 _DEMOS = {
     "action_tutorials_py": {"actions": "fibonacci_action_client fibonacci_action_server"},
     "demo_nodes_cpp": {
@@ -88,6 +118,10 @@ NODES = (
         for name in names.split()
     }
     | {
+        f"image_tools/{name}": f"teleopctl.nodes.image_tools:{name}"
+        for name in ("cam2image", "showimage")
+    }
+    | {
         f"turtlesim/{name}": f"teleopctl.nodes.turtlesim.tutorials:{name}"
         for name in ("draw_square", "mimic", "turtle_teleop_key")
     }
@@ -110,6 +144,11 @@ NODES = (
         for package, modules in _DEMOS.items()
         for module, names in modules.items()
         for name in names.split()
+    }
+    | {
+        f"examples_rclpy_{package}/{name}": f"teleopctl.nodes.demos.{module}:{function or name}"
+        for package, (module, words) in _EXAMPLES.items()
+        for name, _, function in (word.partition("=") for word in words.split())
     }
     | {f"{name}/{name}": f"teleopctl.nodes.rqt:{name}" for name in _RQT.split()}
     | {"rqt/rqt": "teleopctl.nodes.rqt:rqt", "rqt_gui/rqt_gui": "teleopctl.nodes.rqt:rqt"}
