@@ -300,6 +300,7 @@ PANELS = Kind(
         "camera": f"{_PANELS}.camera:CameraPanel",
         "plot": f"{_PANELS}.plot:PlotPanel",
         "topics": f"{_PANELS}.topics:TopicsPanel",
+        "send": f"{_PANELS}.send:SendPanel",
         "graph": f"{_PANELS}.graph:GraphPanel",
         "parameters": f"{_PANELS}.parameters:ParametersPanel",
         "log": f"{_PANELS}.log:LogPanel",

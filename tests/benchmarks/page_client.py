@@ -197,14 +197,15 @@ class PageClient:
 
 def show_everything(client: PageClient) -> None:
     """Show the camera, and plot ten numbers of ``/joint_states``, by the page's controls."""
-    client.show("camera", "plot", "joints")
-    topic = client.find("Topic", "Dropdown", option="/joint_states")
-    client.put(topic, "/joint_states")
-    field = client.find("Field", "Dropdown")
-    client.wait_for(lambda: len(field["options"]) > PLOTS)
-    numbers = [name for name in field["options"] if re.match(r"(position|velocity)\[", name)]
-    for number, name in enumerate(numbers[:PLOTS], 1):
-        client.put(field, name)
+    client.show("camera", "plot", "joints", "scene")
+    field = client.find("Add", "Dropdown")
+
+    def numbers() -> list[str]:
+        names = (name for name in field["options"] if name.endswith("  /joint_states"))
+        return [name for name in names if re.match(r"(position|velocity)\[", name)]
+
+    client.wait_for(lambda: len(numbers()) >= PLOTS)
+    for number, name in enumerate(numbers()[:PLOTS], 1):
         client.put(client.find("Where", "Dropdown"), "New plot")
-        client.put(client.find("Add", "Button"), value=True)
+        client.put(field, name)
         client.wait_for_parts("Uplot", number)
