@@ -8,13 +8,15 @@
 from __future__ import annotations
 
 import io
+import re
 import shutil
 import sys
-from collections.abc import Callable
+import tempfile
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
-from make_page_images import close_notifications, graph, launch
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
@@ -28,6 +30,13 @@ CLIP = {"x": 330, "y": 100, "width": 1010, "height": 640}
 WAIT_MS = 90_000
 SEED = 1
 FRAME = (640, 440)
+
+
+@contextmanager
+def graph() -> Iterator[RosGraph]:
+    """A graph of its own, in a folder of its own."""
+    with tempfile.TemporaryDirectory() as folder, RosGraph(Path(folder)) as ros:
+        yield ros
 
 
 def draw_pick(file: Path) -> None:
@@ -151,13 +160,17 @@ def photograph(file: Path, show: Callable[[Page, RosGraph], None]) -> None:
         browser = playwright.chromium.launch(
             executable_path=program, args=[*arguments, "--enable-unsafe-swiftshader"]
         )
-        address = launch(ros, "sim.yaml", "camera:=false", "motion:=true")
+        words = "launch --detach sim.yaml camera:=false motion:=true viewer:=true"
+        address = re.findall(r"http://\S+", ros.run(words, 90).stdout)[-1]
         page = browser.new_page(viewport={"width": WIDE[0], "height": WIDE[1]})
         page.set_default_timeout(WAIT_MS)
         page.goto(address)
         page.get_by_text("joint_1", exact=True).first.wait_for()
         page.wait_for_timeout(8_000)
-        close_notifications(page)
+        # What the page says of the browser without a graphics card.
+        close = page.locator(".mantine-Notification-closeButton")
+        for _ in range(close.count()):
+            close.first.click()
         show(page, ros)
         picture = Image.open(io.BytesIO(page.screenshot(clip=CLIP))).convert("RGB")  # type: ignore[arg-type]
         save(picture, file)
