@@ -20,6 +20,7 @@ from typing import Any
 from PIL import Image
 from playwright.sync_api import Page, sync_playwright
 
+import teleopctl
 from teleopctl.interfaces import get_message
 from teleopctl.testing import RosGraph, eventually
 
@@ -46,14 +47,14 @@ def draw_pick(file: Path) -> None:
     choose_backend()
     import mujoco
 
-    from teleopctl.mujoco_model import build_model
     from teleopctl.packages import package_share
-    from teleopctl.robot import RobotDescription, expand_xacro, read_world
+    from teleopctl.robot import expand_xacro
+    from teleopctl.sim import simulate
 
     states, cubes = _recorded_pick()
-    world = package_share("teleopctl") / "worlds" / "pick_and_place.yaml"
     urdf = expand_xacro(package_share("teleop_description") / "urdf" / "teleop.urdf.xacro")
-    made = build_model(RobotDescription.from_urdf(urdf), world=read_world(world))
+    world = package_share("teleopctl") / "worlds" / "pick_and_place.yaml"
+    made = simulate(urdf, world=str(world), control_period_ns=100_000_000).model
     model, (cube,) = made.mj_model, made.free_bodies
     model.vis.global_.offwidth, model.vis.global_.offheight = 2 * FRAME[0], 2 * FRAME[1]
     model.vis.global_.fovy = 35.0
@@ -82,9 +83,6 @@ def draw_pick(file: Path) -> None:
 # Any: messages, whose classes are made at run time.
 def _recorded_pick() -> tuple[dict[int, dict[str, float]], dict[int, list[float]]]:
     """Return joint positions, and poses of the cube (x y z w x y z), by simulated time."""
-    from teleopctl.bag import open_bag
-    from teleopctl.interfaces import deserialize, get_message, to_nanoseconds
-
     with graph() as ros:
         run = ros.spawn(
             "launch pick_and_place.yaml camera:=false viewer:=false times:=1 "
@@ -95,18 +93,17 @@ def _recorded_pick() -> tuple[dict[int, dict[str, float]], dict[int, list[float]
         run.wait()
         states: dict[int, dict[str, float]] = {}
         cubes: dict[int, list[float]] = {}
-        with open_bag(ros.folder / "pick") as bag:
-            types = {topic.name: topic.type_name for topic, _ in bag.metadata.topics}
-            topics = ("/mujoco_sim/joint_states", "/mujoco_sim/free_joint_states")
-            for each in bag.messages(topics):
-                message: Any = deserialize(each.data, get_message(types[each.topic]))
-                time_ns = to_nanoseconds(message.header.stamp)
-                if each.topic == topics[0]:
-                    states[time_ns] = dict(zip(message.name, message.position, strict=True))
-                else:
-                    pose = message.free_joints[0].pose.pose
-                    at, turn = pose.position, pose.orientation
-                    cubes[time_ns] = [at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z]
+        topics = ["/mujoco_sim/joint_states", "/mujoco_sim/free_joint_states"]
+        for each in teleopctl.read_bag(ros.folder / "pick", topics):
+            message: Any = each.message
+            stamp = message.header.stamp
+            time_ns = stamp.sec * 1_000_000_000 + stamp.nanosec
+            if each.topic == topics[0]:
+                states[time_ns] = dict(zip(message.name, message.position, strict=True))
+            else:
+                pose = message.free_joints[0].pose.pose
+                at, turn = pose.position, pose.orientation
+                cubes[time_ns] = [at.x, at.y, at.z, turn.w, turn.x, turn.y, turn.z]
     return states, cubes
 
 
