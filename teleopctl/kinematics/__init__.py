@@ -42,6 +42,9 @@ if TYPE_CHECKING:
         with_tip as with_tip,
     )
     from teleopctl.kinematics.model import KinematicModel as KinematicModel
+    from teleopctl.kinematics.motion.constraint_planner import (
+        PathConstraint as PathConstraint,
+    )
     from teleopctl.kinematics.motion.limits import MotionLimits as MotionLimits
     from teleopctl.kinematics.motion.plan import (
         MotionPlan as MotionPlan,

@@ -177,12 +177,13 @@ def plan_to_joints(
             seed=settings.seed,
             parameters=settings.parameters,
         )
-        shorter = shorten(
-            edges,
-            found.corners[found.first :],
-            seed=settings.seed,
-            timeout_s=_SHORTEN * settings.timeout_s,
-        )
+        shorter = found.corners[found.first :]
+        if not found.is_curve:
+            shorter = shorten(
+                edges, shorter, seed=settings.seed, timeout_s=_SHORTEN * settings.timeout_s
+            )
+        elif settings.planner:
+            notes = (*notes, f"{found.planner} keeps the path's constraints, not {planner.text}")
         parts = _legs(edges, found, shorter, limits, settings)
     finally:
         kinematics.set(start)
@@ -364,6 +365,12 @@ def _legs(
     corners = distinct(corners)
     if len(corners) < 2:
         return legs
+    if found.is_curve:
+        curve = _smooth(
+            JointPath.spline(corners, limits.velocities), limits, settings, keeps_path=True
+        )
+        if _touch(edges, curve.law) is None:
+            return [*legs, curve]
     tolerances = np.full(len(corners) - 2, settings.path_tolerance)
     for _ in range(_ROUNDS):
         leg = _smooth(JointPath.rounded(corners, limits.velocities, tolerances), limits, settings)

@@ -12,6 +12,7 @@ import numpy as np
 
 from teleopctl.kinematics.error_codes import MoveItErrorCode, PlanningError
 from teleopctl.kinematics.group_kinematics import GroupKinematics
+from teleopctl.kinematics.motion.constraint_planner import ConstraintPlanner, PathConstraint
 from teleopctl.kinematics.motion.edges import STEP_RAD, EdgeChecker
 from teleopctl.kinematics.motion.planner import Planner, Query, search_bounds
 from teleopctl.kinematics.poses import Array
@@ -37,12 +38,14 @@ class FoundPath:
         first: Number of the corner at which the path is free and within the limits: above 0 if the
             start is not.
         notes: What the caller should know, one sentence each.
+        is_curve: Whether the corners are points of a curve on which a constraint is kept.
     """
 
     corners: Array
     planner: str
     first: int = 0
     notes: tuple[str, ...] = ()
+    is_curve: bool = False
 
 
 def find_path(
@@ -57,7 +60,8 @@ def find_path(
 ) -> FoundPath:
     """Return a free path from a state to one of several.
 
-    A start in collision is left by the shortest way on which the bodies move apart.
+    A start in collision is left by the shortest way on which the bodies move apart. A condition
+    that is a `PathConstraint` is kept by a `ConstraintPlanner`.
 
     Args:
         edges: Checker of states and motions; its distance is lowered to what the ends allow.
@@ -87,6 +91,9 @@ def find_path(
             return FoundPath(corners, "straight", len(way_out) - 1, notes)
     lower, upper = search_bounds(edges, np.vstack((inside[None, :], goals)))
     left = max(0.0, deadline - time.monotonic())
+    is_curve = isinstance(edges.condition, PathConstraint)
+    if is_curve:
+        planner, parameters = ConstraintPlanner(), {}
     query = Query(inside, goals[order], lower, upper, left, seed, parameters or {})
     found = planner.search(edges, query)
     if found is None:
@@ -95,7 +102,8 @@ def find_path(
             MoveItErrorCode.TIMED_OUT,
             hint="Allow more time, or another planner; the goal may be walled in.",
         )
-    return FoundPath(np.vstack((way_out[:-1], found)), planner.text, len(way_out) - 1, notes)
+    corners = np.vstack((way_out[:-1], found))
+    return FoundPath(corners, planner.text, len(way_out) - 1, notes, is_curve)
 
 
 def touching_text(edges: EdgeChecker, positions: Array) -> str:

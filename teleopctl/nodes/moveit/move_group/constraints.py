@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +16,7 @@ from teleopctl.kinematics import (
     GroupKinematics,
     KinematicModel,
     MoveItErrorCode,
+    PathConstraint,
     PlanningError,
     rotation_vector,
 )
@@ -28,6 +29,8 @@ _BOX, _SPHERE, _CYLINDER = 1, 2, 3
 _ROTATION_VECTOR = 1
 # Rounding of a position or an angle that is no violation, m or rad.
 _ROUNDING = 1e-6
+# Part of a tolerance to which states are moved, so that those between two of them meet it too.
+_WITHIN = 0.6
 
 
 @dataclass(frozen=True)
@@ -57,6 +60,14 @@ class Region:
         """Radius of the largest sphere around the centre that lies within the first part, m."""
         return float(self.parts[0][1].min())
 
+    def beyond_m(self, point: np.ndarray) -> np.ndarray:
+        """Return the way of a point, (3,), from the nearest part, a little smaller, (3,), m."""
+        ways = [
+            _way(kind, pose, _WITHIN * half, point)
+            for kind, (pose, half) in zip(self.kinds, self.parts, strict=True)
+        ]
+        return min(ways, key=lambda way: float(np.linalg.norm(way)))
+
     def distance_m(self, point: np.ndarray) -> float:
         """Return how far a point, (3,), is outside; 0 within."""
         return min(
@@ -83,9 +94,31 @@ class Orientation:
 
     def excess_rad(self, rotation: np.ndarray) -> float:
         """Return by how much a rotation, (3, 3), exceeds the tolerances, rad; 0 within."""
+        return float(np.max(np.abs(self._angles(rotation)) - self.tolerances, initial=0.0))
+
+    def beyond_rad(self, rotation: np.ndarray) -> np.ndarray:
+        """Return by how much a rotation is beyond a part of each tolerance, signed, (3,), rad."""
+        angles, most = self._angles(rotation), _WITHIN * np.minimum(self.tolerances, 2.0 * np.pi)
+        # A turn without a limit has none here either.
+        most = np.where(self.tolerances >= np.pi, np.inf, most)
+        return np.asarray(angles - np.clip(angles, -most, most))
+
+    def _angles(self, rotation: np.ndarray) -> np.ndarray:
         error = self.rotation.T @ rotation
-        angles = np.abs(rotation_vector(error) if self.is_vector else _euler(error))
-        return float(np.max(angles - self.tolerances, initial=0.0))
+        return rotation_vector(error) if self.is_vector else _euler(error)
+
+
+class _Condition:
+    """A `ConstraintSet` as a `PathConstraint`."""
+
+    def __init__(self, constraints: ConstraintSet) -> None:
+        self._constraints = constraints
+
+    def __call__(self, positions: np.ndarray) -> bool:
+        return self._constraints.is_met(positions)
+
+    def residual(self, positions: np.ndarray) -> np.ndarray:
+        return self._constraints.residual(positions)
 
 
 class ConstraintSet:
@@ -149,18 +182,39 @@ class ConstraintSet:
         """Return the first constraint that the model does not meet, in words; empty if it does."""
         return next((text for distance, text in self._check() if distance > _ROUNDING), "")
 
-    def condition(self) -> Callable[[np.ndarray], bool] | None:
-        """Return whether positions meet the constraints, as a function; None if there are none."""
-        if not self:
-            return None
+    def condition(self) -> PathConstraint | None:
+        """Return the constraints as a condition on positions; None if there are none."""
+        return _Condition(self) if self else None
+
+    def is_met(self, positions: np.ndarray) -> bool:
+        """Return whether positions of the group, (n,), meet the constraints."""
         assert self._kinematics is not None
-        kinematics = self._kinematics
+        self._kinematics.set(positions)
+        return all(distance <= _ROUNDING for distance, _ in self._check())
 
-        def is_met(positions: np.ndarray) -> bool:
-            kinematics.set(positions)
-            return all(distance <= _ROUNDING for distance, _ in self._check())
+    def residual(self, positions: np.ndarray) -> np.ndarray:
+        """Return by how much positions of the group are beyond a part of the tolerances, signed.
 
-        return is_met
+        Parts of the vector are joints (rad or m), regions (m, along x, y, z) and orientations (rad,
+        about three axes). What is within that part of the tolerances is 0.
+
+        Args:
+            positions: The positions, (n,).
+        """
+        assert self._kinematics is not None
+        self._kinematics.set(positions)
+        model = self._kinematics.model
+        parts = []
+        for name, (target, below, above) in self.joints.items():
+            away = self._joint(model, name) - target
+            if model.joints[name].limits.angle_wraparound:
+                away = math.remainder(away, 2.0 * math.pi)
+            parts.append(np.array([away - np.clip(away, -_WITHIN * below, _WITHIN * above)]))
+        for region in self.regions:
+            pose = self._pose(model, region.link)
+            parts.append(region.beyond_m(pose[:3, 3] + pose[:3, :3] @ region.offset))
+        parts += [one.beyond_rad(self._pose(model, one.link)[:3, :3]) for one in self.orientations]
+        return np.concatenate(parts)
 
     def results(self) -> list[Any]:
         """Return the result of each constraint as ``moveit_msgs/msg/ConstraintEvalResult``."""
@@ -311,6 +365,19 @@ def _outside(kind: int, pose: np.ndarray, half: np.ndarray, point: np.ndarray) -
     else:
         over = tuple(own - half)
     return float(np.linalg.norm(np.maximum(over, 0.0)))
+
+
+def _way(kind: int, pose: np.ndarray, half: np.ndarray, point: np.ndarray) -> np.ndarray:
+    """Return the way to a point from the nearest one of a part, in the root's axes, (3,), m."""
+    own = pose[:3, :3].T @ (point - pose[:3, 3])
+    if kind == _SPHERE:
+        nearest = own * min(1.0, float(half[0]) / max(float(np.linalg.norm(own)), 1e-12))
+    else:
+        nearest = np.clip(own, -half, half)
+        if kind == _CYLINDER:
+            radius = max(math.hypot(own[0], own[1]), 1e-12)
+            nearest[:2] = own[:2] * min(1.0, float(half[0]) / radius)
+    return np.asarray(pose[:3, :3] @ (own - nearest))
 
 
 def _euler(rotation: np.ndarray) -> np.ndarray:

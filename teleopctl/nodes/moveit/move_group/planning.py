@@ -238,6 +238,10 @@ class Planning:
                 )
             return [joint_goal(constraints, kinematics, start)]
         kinematics.set(start)
+        if not constraints.orientations:
+            # A position is reached at the rotation that is kept on the way.
+            link = goal_link(message)
+            constraints.orientations = [one for one in path.orientations if one.link == link]
         goal = pose_goal(constraints, kinematics)
         return solutions(
             goal,
