@@ -15,7 +15,6 @@ from teleopctl.kinematics import (
     ShapeKind,
     find_groups,
     rotation_matrix,
-    rotation_vector,
 )
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
 from teleopctl.nodes.moveit.move_group.kinematics_services import KinematicsServices
