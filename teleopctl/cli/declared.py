@@ -1,4 +1,4 @@
-"""Declarations of verbs, cached in files between runs.
+"""Declarations of verbs, and names for completion, cached in files between runs.
 
 ``--help`` and Tab completion need a verb's declarations, but not its module, whose imports take up
 to ten times as long as Python's own start. So declarations are cached in files in the user's cache
@@ -26,7 +26,7 @@ from teleopctl.cli.verb import (
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
-    from collections.abc import Iterable, Sequence
+    from collections.abc import Callable, Iterable, Sequence
     from typing import Any
 
     # Path, modification time (ns) and size of a file.
@@ -88,6 +88,27 @@ def find_declaration(path: Sequence[str]) -> DeclaredVerb | VerbGroup | None:
             _write(name, before, _to_plain(found), is_ours=is_ours)
         except ValueError:
             return found  # a plug-in's verb with a default that cannot be cached
+    return found
+
+
+def cached_names(
+    key: tuple[str, ...], read: Callable[[], tuple[list[str], Iterable[str]]]
+) -> list[str]:
+    """Return the names that a function reads from files, cached until a file changes.
+
+    Args:
+        key: Texts on which the names depend, besides the files.
+        read: Function that returns the names and the paths of the files that they are from.
+    """
+    # One file per first texts, such as a launch file's name; the last one of them is kept.
+    safe = "".join(letter if letter.isalnum() else "-" for letter in ".".join(key[:3]))
+    name = f"names.{safe[:_LONGEST_PLACE]}"
+    remembered = _read(name)
+    if remembered is not None and remembered[0] == key:
+        return list(remembered[1])
+    before = set(sys.modules)
+    found, files = read()
+    _write(name, before, (key, tuple(found)), is_ours=True, files=files)
     return found
 
 
@@ -171,15 +192,24 @@ def _read(name: str) -> Any | None:
 
 
 # Any: plain values in tuples.
-def _write(name: str, before: set[str], value: Any, *, is_ours: bool) -> None:
+def _write(
+    name: str, before: set[str], value: Any, *, is_ours: bool, files: Iterable[str] = ()
+) -> None:
     """Write a cache file; if that fails, the next run imports the verb again.
+
+    Args:
+        name: Name of the cache file.
+        before: See `_files`.
+        value: Value to cache.
+        is_ours: See `_files`.
+        files: Further files that the value depends on.
 
     Raises:
         ValueError: The value holds an object that cannot be marshalled.
     """
     path = _file(name)
     temporary = f"{path}.{os.getpid()}"
-    sources = tuple(map(_state, dict.fromkeys(_files(before, is_ours))))
+    sources = tuple(map(_state, dict.fromkeys([*files, *_files(before, is_ours)])))
     content = marshal.dumps((_FORMAT, [] if is_ours else sys.path, sources, value))
     try:
         os.makedirs(os.path.dirname(path), mode=0o700, exist_ok=True)  # noqa: PTH103, PTH120

@@ -96,13 +96,17 @@ def _xacro_argument_lines(values: Iterable[str], declared: Collection[str]) -> I
                 yield f"        (default: '{default}')"
 
 
-def argument_names(file: Path) -> list[str]:
+def argument_names(file: Path, files_read: set[Path] | None = None) -> list[str]:
     """Return the names of the arguments that a launch file and its includes declare.
+
+    Args:
+        file: Path of the launch file.
+        files_read: Set to which the paths of the file and its includes are added.
 
     Raises:
         TeleopctlError: The file or an included file cannot be read.
     """
-    declared = _declared(file, LaunchContext({}, Path()), 0)
+    declared = _declared(file, LaunchContext({}, Path()), 0, files_read)
     return list(dict.fromkeys(each.argument.name for each in declared))
 
 
@@ -135,16 +139,25 @@ def _describe(default: Template) -> str:
     return " + ".join(parts)
 
 
-def _declared(file: Path, context: LaunchContext, depth: int) -> Iterator[_Declared]:
+def _declared(
+    file: Path, context: LaunchContext, depth: int, files_read: set[Path] | None = None
+) -> Iterator[_Declared]:
     if depth > DEEPEST_INCLUDES:
         return
     context.count_included()
+    if files_read is not None:
+        files_read.add(file)
     with context.inside(file):
-        yield from _declared_in(read_launch_file(file).steps, context, depth)
+        yield from _declared_in(read_launch_file(file).steps, context, depth, files_read)
 
 
 def _declared_in(
-    steps: tuple[Step, ...], context: LaunchContext, depth: int, *, conditional: bool = False
+    steps: tuple[Step, ...],
+    context: LaunchContext,
+    depth: int,
+    files_read: set[Path] | None,
+    *,
+    conditional: bool = False,
 ) -> Iterator[_Declared]:
     variables = context.scope.variables
     for step in steps:
@@ -163,6 +176,7 @@ def _declared_in(
                 action.steps,
                 context,
                 depth,
+                files_read,
                 conditional=may_be_missing or isinstance(action, TimedEntities),
             )
             yield from _not_given(below, given)
@@ -172,7 +186,7 @@ def _declared_in(
             except TeleopctlError:
                 continue  # the file depends on values that are known only at the start
             for argument, is_conditional in _not_given(
-                _declared(path, context, depth + 1), action.arguments
+                _declared(path, context, depth + 1, files_read), action.arguments
             ):
                 yield _Declared(argument, may_be_missing or is_conditional)
 

@@ -152,10 +152,21 @@ def _text_of(file: Path) -> str:
         return ""
 
 
-def _launch_arguments(package: str | None, file: str) -> list[str]:
-    from teleopctl.launch import argument_names, find_launch_file
+# Variables that determine which files a launch file includes.
+_PLACES = ("AMENT_PREFIX_PATH", "ROS_DISTRO", "TELEOPCTL_PACKAGE_PATH")
 
-    return [f"{name}:=" for name in argument_names(find_launch_file(package, file))]
+
+def _launch_arguments(package: str | None, file: str) -> list[str]:
+    def read() -> tuple[list[str], Iterable[str]]:
+        from teleopctl.launch import argument_names, find_launch_file
+
+        files: set[Path] = set()
+        return argument_names(find_launch_file(package, file), files), map(str, files)
+
+    from teleopctl.cli.declared import cached_names
+
+    where = (os.getcwd(), *(os.environ.get(name, "") for name in _PLACES))  # noqa: PTH109
+    return [f"{name}:=" for name in cached_names(("launch", package or "", file, *where), read)]
 
 
 def _matching(incomplete: str, names: Callable[[Graph], Iterable[str]]) -> list[str]:
