@@ -248,3 +248,79 @@ OTHERWISE = {
     "topic type": "reports an unknown topic",
 }
 """Differences of a verb, or of all verbs of a group, other than flags."""
+
+OTHER_TEXTS = [
+    (
+        "every verb",
+        "an error is a line of its own for each verb, or a traceback",
+        "`teleopctl: …` with ROS 2's words, and what to do below it",
+        "an error names the next step, such as a similar name",
+    ),
+    (
+        "every verb",
+        "progress and warnings (`Waiting for …`) are partly on stdout",
+        "all on stderr",
+        "stdout has only what a script reads",
+    ),
+    (
+        "topic pub",
+        "a value that does not fit: Python's error",
+        "`Failed to populate field: linear.x: expected float64, got 'fast'`",
+        "the field, its type and the value are named; nothing is truncated",
+    ),
+    (
+        "topic pub",
+        "waits for a subscription without further words",
+        "says after a second what it waits for, such as a topic of another type",
+        "a misspelt name or type is found at once",
+    ),
+    (
+        "service call",
+        "waits for ever if the service has another type",
+        "an error with the type that the service has",
+        "the wait would never end",
+    ),
+    (
+        "topic type",
+        "nothing for an unknown topic, as `service type` does",
+        "`Unknown topic '/nope'`",
+        "the status is ROS 2's, 1; the reason is added",
+    ),
+    (
+        "interface show",
+        "comments of the definitions",
+        "none in definitions that come with teleopctl; those of your packages",
+        "facts are taken over, texts of others are not",
+    ),
+    (
+        "pkg list",
+        "the packages of the installation",
+        "those of teleopctl and yours, in the same form",
+        "other packages are there; so too `pkg executables`, `interface list`, `extensions`",
+    ),
+    (
+        "daemon status",
+        "one line",
+        "the same line, and the router's address on stderr",
+        "the daemon is the router, whose address other programs need",
+    ),
+    (
+        "doctor",
+        "checks of DDS and of the installation",
+        "[other checks](doctor.md), in the same frame",
+        "neither is here",
+    ),
+    (
+        "launch",
+        "all output of all processes",
+        "the same; of teleopctl's own launch files a terminal gets what is up, warnings and errors",
+        "the rest, a hundred lines, is in the log, and on the terminal with `--verbose`",
+    ),
+    (
+        "run",
+        "`[ros2run]: …` after a program that failed",
+        "nothing",
+        "the program takes the place of the command",
+    ),
+]
+"""Deviations from ROS 2's printed text: verb, ROS 2's text, teleopctl's text, and the reason."""

@@ -12,7 +12,7 @@ from teleopctl import plugins
 from teleopctl.cli import ros2_options
 from teleopctl.cli.verb import Option, Verb, VerbGroup, parameters
 from tests import ROOT
-from tests.ros2_flags import ELSEWHERE, FLAGS, NOT_HERE, OTHERWISE
+from tests.ros2_flags import ELSEWHERE, FLAGS, NOT_HERE, OTHER_TEXTS, OTHERWISE
 
 PAGE = ROOT / "docs/ros2_verbs.md"
 
@@ -108,6 +108,19 @@ def page() -> str:
     for group, members in _by_group(found):
         lines += [f"## {group}", "", _COLUMNS, *(row.line() for row in members), ""]
     lines += [
+        "## Printed text",
+        "",
+        "What a verb prints on stdout is ROS 2's text, character for character. Two hundred texts",
+        "are compared (`tests/system/test_ros2_texts.py`, `test_control_texts.py`,",
+        "`ros2_refusals.py`). These deviate:",
+        "",
+        "| verb | ROS 2 prints | teleopctl prints | reason |",
+        "|---|---|---|---|",
+        *(
+            f"| {verb if verb == 'every verb' else f'`{verb}`'} | {theirs} | {ours} | {reason} |"
+            for verb, theirs, ours, reason in OTHER_TEXTS
+        ),
+        "",
         "## Ours alone",
         "",
         ", ".join(f"`{name}`" for name in ours_alone(row.name for row in found)) + ".",

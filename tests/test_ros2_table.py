@@ -2,7 +2,7 @@
 
 from teleopctl.cli import ros2_options
 from tests import ros2_table
-from tests.ros2_flags import FLAGS, NOT_HERE, OTHERWISE
+from tests.ros2_flags import FLAGS, NOT_HERE, OTHER_TEXTS, OTHERWISE
 
 ROWS = ros2_table.rows()
 
@@ -19,6 +19,7 @@ def test_no_reason_is_left_over():
         missing |= {f"{name} {flag}" for name in (row.name, row.group) for flag in row.missing}
     assert NOT_HERE.keys() <= missing
     assert OTHERWISE.keys() <= FLAGS.keys() | groups
+    assert {verb for verb, *_ in OTHER_TEXTS} <= {*FLAGS, *groups, "every verb"}
 
 
 def test_a_verb_that_is_missing_is_told_from_a_misspelt_one():
