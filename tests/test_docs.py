@@ -31,6 +31,7 @@ TYPED = {
 # What runs the commands of the other pages.
 ELSEWHERE = {
     "components": "tests/system/test_components.py",
+    "first_tutorials": "tests/system/test_turtlesim.py",
     "doctor": "tests/system/test_doctor.py",
     "drive": "tests/system/test_drive.py",
     "moveit": "tests/system/test_move_group.py",

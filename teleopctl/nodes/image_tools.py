@@ -264,8 +264,8 @@ class ImageWindow:
         title: Title of the page.
     """
 
-    # Vertical angle of view, rad.
-    _VIEW = 0.35
+    # Vertical angle of view, rad, and the width of the panel beside the picture, pixels.
+    _VIEW, _PANEL_PX = 0.35, 200
 
     def __init__(self, title: str) -> None:
         from teleopctl.viewer import close_server, open_page
@@ -278,11 +278,12 @@ class ImageWindow:
         server.scene.set_up_direction("+y")
         server.gui.set_panel_label(title)
         server.gui.main_panel.dock_right()
+        server.gui.main_panel.set_width(self._PANEL_PX)
         server.gui.add_markdown("Drag to move the picture, scroll to enlarge it.")
         camera = server.initial_camera
         camera.fov = self._VIEW
         # Room for a picture of one unit, also where the window is not as wide as high.
-        camera.position = (0.0, 0.0, 0.75 / math.tan(self._VIEW / 2.0))
+        camera.position = (0.0, 0.0, 0.6 / math.tan(self._VIEW / 2.0))
         camera.look_at = (0.0, 0.0, 0.0)
         camera.up = (0.0, 1.0, 0.0)
 

@@ -27,6 +27,7 @@ _ABOVE_M = 0.01
 # Vertical angle of view, rad, narrow so that the board has no perspective, and the part of the
 # board's height around it.
 _VIEW, _MARGIN = 0.35, 1.08
+_PANEL_PX = 240
 
 _HELP = """
 Steer the turtle in a terminal of its own:
@@ -69,6 +70,7 @@ class TurtleWindow:
         camera.up = (0.0, 1.0, 0.0)
         # Beside the board, not in front of it.
         server.gui.main_panel.dock_right()
+        server.gui.main_panel.set_width(_PANEL_PX)
         server.gui.set_panel_label("TurtleSim")
         self._help: Any = server.gui.add_markdown("")
         # Any: the event of a press.
