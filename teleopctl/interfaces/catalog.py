@@ -159,7 +159,7 @@ class Catalog:
 
         # teleopctl's own packages have the built-in types.
         found = [package for package in list_packages() if package.kind != "own"]
-        return sorted(name for each in found for name, _ in _files(str(each.folder), each.name))
+        return sorted(name for each in found for name in _user_files(str(each.folder), each.name))
 
     def package_names(self, package: str, kind: str | None = None) -> list[str]:
         """Return the sorted names of a package's types of a kind, or all; empty if unknown.
@@ -181,7 +181,7 @@ class Catalog:
             is_known = names or any(name not in self._files for name in loaded)
             names.update(loaded)
             if not is_known and (folder := self._folder(package)) is not None:
-                names.update(name for name, _ in _files(folder, package) if name.startswith(start))
+                names.update(n for n in _user_files(folder, package) if n.startswith(start))
         return sorted(names)
 
     def parts(self, type_name: str) -> list[str]:
@@ -235,7 +235,7 @@ class Catalog:
         for ending in (kind, "idl"):
             if os.path.isfile(path := os.path.join(users, kind, f"{stem}.{ending}")):
                 return path
-        return None
+        return _user_files(users, package).get(f"{package}/{kind}/{stem}")
 
     def _folder(self, package: str) -> str | None:
         """Return the folder of a ROS package of the user, or None; searched once per package."""
@@ -247,6 +247,18 @@ class Catalog:
             found = lookup_package(package)
             self._folders[package] = None if found is None else str(found.folder)
         return self._folders[package]
+
+
+def _user_files(folder: str, package: str) -> dict[str, str]:
+    """Return the definition files of a package by type name, also those that a script names."""
+    from pathlib import Path
+
+    from teleopctl.packages import interfaces_elsewhere
+
+    files = dict(_files(folder, package))
+    for installed, path in interfaces_elsewhere(package, Path(folder)).items():
+        files.setdefault(f"{package}/{os.path.splitext(installed)[0]}", str(path))
+    return files
 
 
 def _files(folder: str, package: str) -> Iterator[tuple[str, str]]:

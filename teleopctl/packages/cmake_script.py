@@ -130,6 +130,8 @@ class _Script:
                 self._install(kind, rest, below)
             case "catkin_install_python", ["PROGRAMS", *rest]:
                 self._install("PROGRAMS", rest, below)
+            case "rosidl_generate_interfaces", [_, *words]:
+                self._install_interfaces(words, below)
             case "ament_environment_hooks", hooks:
                 self.installed.hooks.extend(_place(below, hook) for hook in hooks)
             case "ament_python_install_package", [module, *rest]:
@@ -197,6 +199,19 @@ class _Script:
             self.installed.files.append((installed, path))
             if kind == "PROGRAMS" or "OWNER_EXECUTE" in options:
                 self.installed.programs.add(installed)
+
+    def _install_interfaces(self, words: list[str], below: str) -> None:
+        """Add the definition files of interfaces, which are installed by their kind."""
+        for word in words:
+            # A colon is between a base folder and a path below it.
+            file = _place(below, word.replace(":", "/"))
+            name = posixpath.basename(file)
+            kind = name.rpartition(".")[2]
+            if kind == "idl":
+                kind = posixpath.basename(posixpath.dirname(file))
+            if kind in ("msg", "srv", "action"):
+                target = f"share/{self._values.get('PROJECT_NAME', [''])[0]}/{kind}/{name}"
+                self.installed.files.append((target, file))
 
     def _install_folder(self, source: str, target: str) -> None:
         top = self._folder / source

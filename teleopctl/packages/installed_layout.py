@@ -16,6 +16,7 @@ from __future__ import annotations
 
 import os
 import posixpath
+import re
 import sys
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
@@ -30,6 +31,7 @@ from teleopctl.packages.setup_script import setup_arguments
 from teleopctl.packages.source_folders import text_of
 
 _SCRIPTS: Final = ("setup.py", "CMakeLists.txt")
+_INTERFACE: Final = re.compile(r"(msg|srv|action)/\w+\.(?:\1|idl)")
 _FOLDER: Final = "packages"  # in the runtime folder
 INDEX: Final = "share/ament_index/resource_index"
 
@@ -114,14 +116,37 @@ def resources(name: str, folder: Path) -> dict[str, Path | str]:
             resource = posixpath.relpath(posixpath.normpath(path), INDEX)
             if not resource.startswith(("..", "packages/")) and (folder / file).is_file():
                 found[resource] = folder / file
-    interfaces = [
+    interfaces = {
         f"{kind}/{file.name}"
         for kind in ("action", "msg", "srv")
         if (folder / kind).is_dir()
-        for file in sorted((folder / kind).iterdir())
+        for file in (folder / kind).iterdir()
         if file.suffix in (f".{kind}", ".idl")
-    ]
-    return {f"rosidl_interfaces/{name}": "\n".join(interfaces), **found} if interfaces else found
+    }
+    interfaces.update(interfaces_elsewhere(name, folder))
+    if interfaces:
+        found[f"rosidl_interfaces/{name}"] = "\n".join(sorted(interfaces))
+    return found
+
+
+@lru_cache(maxsize=2048)
+def interfaces_elsewhere(name: str, folder: Path) -> dict[str, Path]:
+    """Return the definition files of a source package that are not in ``msg`` and so on.
+
+    A ``CMakeLists.txt`` may name files anywhere, such as ``srvs/Pause.srv``.
+
+    Args:
+        name: Name of the package.
+        folder: Source folder of the package.
+
+    Returns:
+        File of each interface by its installed path below the share folder, ``srv/Pause.srv``.
+    """
+    text = text_of(folder / "CMakeLists.txt")
+    if text is None or "rosidl_generate_interfaces" not in text:
+        return {}
+    moved = _moved(name, folder, installation(text, folder).files)
+    return {path: file for path, file in moved.items() if _INTERFACE.fullmatch(path)}
 
 
 def linked_module(name: str, folder: Path, module: Path) -> Path:

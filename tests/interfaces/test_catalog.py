@@ -21,6 +21,7 @@ from teleopctl.interfaces.store import (
     list_types,
     type_hash,
 )
+from teleopctl.packages import package_share
 
 
 @pytest.fixture
@@ -213,6 +214,31 @@ def test_types_of_the_users_packages_are_found(tmp_path, monkeypatch):
     assert definition.fields[0].type.base == "std_msgs/msg/String"
     assert catalog.package_names("gadget_msgs") == ["gadget_msgs/msg/Gadget"]
     assert "gadget_msgs/msg/Gadget" in catalog.names("msg")
+
+
+def test_definitions_of_a_package_may_be_in_other_folders_that_its_script_names(
+    tmp_path, monkeypatch
+):
+    # As in slam_toolbox and foxglove_msgs.
+    package = tmp_path / "mapper"
+    define(package, "package.xml", "<package><name>mapper</name></package>")
+    define(package, "srvs/Pause.srv", "---\nbool status\n")
+    define(package, "ros2/Scene.msg", "string name\n")
+    define(package, "msg/Map.msg", "Scene scene\n")
+    script = """
+    project(mapper)
+    set(srvs srvs/Pause.srv)
+    file(GLOB scenes RELATIVE ${CMAKE_CURRENT_SOURCE_DIR} ros2/*.msg)
+    rosidl_generate_interfaces(${PROJECT_NAME} ${srvs} ${scenes} "msg/Map.msg")
+    """
+    define(package, "CMakeLists.txt", script)
+    monkeypatch.setenv("TELEOPCTL_PACKAGE_PATH", str(tmp_path))
+    catalog = Catalog("jazzy")
+    names = ["mapper/msg/Map", "mapper/msg/Scene", "mapper/srv/Pause"]
+    assert catalog.package_names("mapper") == names
+    assert [name for name in catalog.names() if name.startswith("mapper/")] == names
+    assert catalog.file("mapper/srv/Pause") == package / "srvs/Pause.srv"
+    assert (package_share("mapper") / "srv/Pause.srv").read_text() == "---\nbool status\n"
 
 
 # All of the five take five times as long, and differ in few types.
