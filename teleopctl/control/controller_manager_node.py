@@ -39,6 +39,7 @@ from teleopctl.node import (
     Clock,
     ClockType,
     Executor,
+    LeaseWatch,
     Node,
     RcutilsLogger,
     find_parameter_line,
@@ -127,8 +128,13 @@ class ControllerManagerNode:
             on_limit=self._fail,
             aborts_goals=on_failure is None,
         )
+        self._lease = LeaseWatch(node)
         self._stop = RobotStopNode(
-            node, self.manager.robot_stop, self.parameter, self.manager.cycle_lock
+            node,
+            self.manager.robot_stop,
+            self.parameter,
+            self.manager.cycle_lock,
+            on_stop=self._lease.end,
         )
         self._loop: WallClockLoop | None = None
         self._lockstep = False
@@ -235,6 +241,7 @@ class ControllerManagerNode:
             publish_queue=self._publish_queue,
             now_ns=self._now_ns,
             robot_stop=self.manager.robot_stop,
+            lease=self._lease,
         )
 
     def _declare_manager_parameters(self, node: Node) -> None:

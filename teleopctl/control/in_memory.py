@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import copy
+import inspect
 import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, ClassVar, cast
@@ -22,6 +23,7 @@ from teleopctl.node import (
     AllowableParameterValue,
     CancelResponse,
     GoalResponse,
+    LeaseWatch,
     Node,
     Parameter,
     RcutilsLogger,
@@ -75,6 +77,15 @@ class RecordedLog:
     def fatal(self, message: str, **_: object) -> None:
         """Append a line of severity ``fatal`` to `lines`, in memory only."""
         self.lines.append(("fatal", message))
+
+
+def _takes_info(callback: Callable[..., object]) -> bool:
+    """Return whether a subscription's callback needs the message's metadata."""
+    try:
+        inspect.signature(callback).bind(object())
+    except TypeError:
+        return True
+    return False
 
 
 # Any: callbacks and messages of any type.
@@ -154,12 +165,21 @@ class RecordedNode:
 
     # -- called by tests ---------------------------------------------------------------------------
 
-    def receive(self, topic: str, message: object) -> None:
-        """Call the callback of a subscription to a topic with a message."""
+    def receive(self, topic: str, message: object, sender: bytes = b"") -> None:
+        """Call the callback of a subscription to a topic with a message.
+
+        Args:
+            topic: Topic as passed by the controller.
+            message: The message.
+            sender: GID of the publisher, for callbacks that take a message's metadata.
+        """
         callback = self.endpoints[topic].callback
         if callback is None:
             raise AssertionError(f"{topic} is published, not subscribed to")
-        callback(message)
+        if _takes_info(callback):
+            callback(message, {"publisher_gid": sender})
+        else:
+            callback(message)
 
     # Any: the response has the type of the service.
     def call(self, service: str, request: object, response: object) -> Any:
@@ -390,6 +410,7 @@ class ControlStack:
         resources: Resource manager.
         manager: Controller manager.
         cycle: Control cycle.
+        lease: Who may command the controllers that are loaded from then on; None for anybody.
 
     Example:
         >>> import teleopctl
@@ -419,6 +440,7 @@ class ControlStack:
         last_only: bool = False,
     ) -> None:
         self._last_only = last_only
+        self.lease: LeaseWatch | None = None
         self.node = RecordedNode("controller_manager", parameters, last_only=last_only)
         self.log = self.node.log
         self.nodes: dict[str, RecordedNode] = {}
@@ -579,6 +601,7 @@ class ControlStack:
             now_ns=lambda: self.time_ns,
             action_server=self._make_action_server,
             robot_stop=self.manager.robot_stop,
+            lease=self.lease,
         )
 
     # Any: arguments of `ActionServer`.

@@ -41,6 +41,7 @@ class RobotStopNode:
         parameter: Function that returns a parameter's value. ``joint_limits_file`` is a file with
             acceleration limits, as MoveIt's ``joint_limits.yaml``.
         cycle_lock: Lock that the control loop holds during a cycle.
+        on_stop: Called when the robot is stopped.
 
     Raises:
         InvalidParameterError: The parameter is not a string.
@@ -53,7 +54,9 @@ class RobotStopNode:
         stop: RobotStop,
         parameter: Callable[[str], AllowableParameterValue],
         cycle_lock: threading.Lock,
+        on_stop: Callable[[], object] = lambda: None,
     ) -> None:
+        self._on_stop_of_robot = on_stop
         self._logger = node.get_logger()
         self._stop = stop
         self._cycle_lock = cycle_lock
@@ -81,6 +84,8 @@ class RobotStopNode:
     def _changed(self, names: tuple[str, ...]) -> None:
         was_stopped = self._stop.is_stopped
         self._stop.hold(", ".join(names))
+        if names:
+            self._on_stop_of_robot()
         # The joints decelerate already.
         names = self._holders.name_all(_LONGEST_NAMING_S)
         self._stop.hold(", ".join(names))

@@ -40,6 +40,12 @@ if TYPE_CHECKING:
         ROSClock as ROSClock,
         TimeJump as TimeJump,
     )
+    from teleopctl.node.command_lease import (
+        LEASE_TOPIC as LEASE_TOPIC,
+        LEASE_TYPE as LEASE_TYPE,
+        LeaseHolder as LeaseHolder,
+        LeaseWatch as LeaseWatch,
+    )
     from teleopctl.node.context import Context as Context
     from teleopctl.node.endpoints.client import Client as Client, ResponseFuture as ResponseFuture
     from teleopctl.node.endpoints.events import (
@@ -152,6 +158,11 @@ if TYPE_CHECKING:
         CallbackGroup as CallbackGroup,
         MutuallyExclusiveCallbackGroup as MutuallyExclusiveCallbackGroup,
         ReentrantCallbackGroup as ReentrantCallbackGroup,
+    )
+    from teleopctl.node.values.command_lease import (
+        SILENCE_S as SILENCE_S,
+        CommandLease as CommandLease,
+        LeaseClaim as LeaseClaim,
     )
     from teleopctl.node.values.endpoint_info import (
         TopicEndpointInfo as TopicEndpointInfo,

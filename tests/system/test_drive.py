@@ -2,6 +2,7 @@
 
 import contextlib
 import json
+import re
 import threading
 from typing import Any
 
@@ -82,10 +83,23 @@ def test_a_key_that_is_held_moves_the_gripper_until_its_release(ros, drive):
         assert states.last["robot"] == "teleop"
         with held(page, keys=["ArrowRight", "KeyE"]):
             eventually(lambda: positions["joint_1"] < -0.1 and states.last["opening"] > 0.2)
+            ros.run(
+                "topic pub --once /arm_controller/commands std_msgs/msg/Float64MultiArray "
+                "'{data: [0.5, 0, 0]}'"
+            )
+            who = ros.run("drive --who").stdout
+        assert re.match(r"/teleop_page \(keys, on .+\) drives since [\d:]+\n", who)
+        assert (
+            "The command on ~/commands is refused: /teleop_page"
+            in ros.run("logs mujoco_sim").stdout
+        )
         eventually(lambda: not states.last["is_moving"])
+        assert ros.run("drive --release").stdout.startswith("Ended: /teleop_page")
+        eventually(lambda: states.last["holder"] is None)
         # Nobody says that it is released: silence does.
+        before = positions["joint_1"]
         page.send(json.dumps({"type": "hands", "sequence": 10**6, "keys": ["ArrowRight"]}))
-        eventually(lambda: states.last["is_moving"])
+        eventually(lambda: positions["joint_1"] < before - 1e-3)
         eventually(lambda: not states.last["is_moving"])
         page.send(json.dumps({"type": "press", "action": "stop"}))
         eventually(lambda: states.last["stopped_by"] == ["/teleop_page"])

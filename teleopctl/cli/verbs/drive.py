@@ -29,6 +29,7 @@ VERB = Verb(
 
 _PAGE = "drive"
 _PERIOD_S = 0.3
+_ANSWER_S = 1.0
 # An address that is never used: the routing table alone is asked which of ours would be.
 _ELSEWHERE = ("192.0.2.1", 9)
 
@@ -55,6 +56,10 @@ def drive(
         bool, Option("--open", help="Open the page in the browser, which a desktop does by itself.")
     ] = False,
     no_open: Annotated[bool, Option("--no-open", help="Do not open the page.")] = False,
+    who: Annotated[bool, Option("--who", help="Print who drives now, and start nothing.")] = False,
+    release: Annotated[
+        bool, Option("--release", help="End the lease of whoever drives now, and start nothing.")
+    ] = False,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
 ) -> int:
     """Start a robot, its controllers, servo and the drive page; Ctrl-C ends them."""
@@ -62,6 +67,10 @@ def drive(
     from teleopctl.compat import activation
     from teleopctl.launch import LaunchRequest, addresses, find_launch_file, start_in_background
 
+    if who or release:
+        if words or lan or who is release:
+            raise UsageError("--who and --release stand alone")
+        return _lease(ends=release)
     if open_page and no_open:
         raise UsageError("--open and --no-open exclude each other")
     arguments = _arguments(words or [])
@@ -94,6 +103,30 @@ def drive(
         console.out(f"To end it: teleopctl stop {record.name}")
         return 0
     return _wait(record)
+
+
+def _lease(*, ends: bool) -> int:
+    """Print who drives, or end that."""
+    from teleopctl.cli.command_node import command_node
+    from teleopctl.node import LEASE_TOPIC, LeaseHolder, SingleThreadedExecutor
+
+    with command_node(session_mode="client", name="teleop_lease") as node:
+        executor = SingleThreadedExecutor(context=node.context)
+        executor.add_node(node)
+        holder = LeaseHolder(node, [])
+        end_s = time.monotonic() + _ANSWER_S
+        # Who drives says so twice a second; a latched claim is there at once.
+        while holder.watch.holder is None and time.monotonic() < end_s:
+            if node.count_publishers(LEASE_TOPIC) <= 1 and time.monotonic() > end_s - _ANSWER_S / 2:
+                break
+            executor.spin_once(0.05)
+        claim = holder.end_any() if ends else holder.watch.holder
+    if claim is None:
+        console.out("Nobody drives")
+        return 0
+    since = time.strftime("%H:%M:%S", time.localtime(claim.since_ns / 1e9))
+    console.out(f"{'Ended: ' if ends else ''}{claim} drives since {since}")
+    return 0
 
 
 def _arguments(words: list[str]) -> dict[str, str]:

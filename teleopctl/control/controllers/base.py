@@ -27,6 +27,7 @@ if TYPE_CHECKING:
         AllowableParameterValue,
         CancelCallback,
         GoalCallback,
+        LeaseWatch,
         Node,
     )
     from teleopctl.robot import JointLimits
@@ -65,6 +66,7 @@ class ControllerInterfaceParams:
         action_server: Function that creates the controller's action servers, with the arguments
             of `ActionServer`.
         robot_stop: State of the robot's stop.
+        lease: Who may command; None if anybody may.
     """
 
     controller_name: str
@@ -77,6 +79,7 @@ class ControllerInterfaceParams:
     now_ns: Callable[[], int]
     action_server: Callable[..., ActionServer[Any, Any, Any]] = _make_action_server
     robot_stop: RobotStop = field(default_factory=RobotStop)
+    lease: LeaseWatch | None = None
 
 
 class InterfaceConfigurationType(Enum):
@@ -155,6 +158,7 @@ class ControllerInterface:
         self._known_parameters: set[str] = set()
         self._action_servers: list[ActionServer[Any, Any, Any]] = []
         self._reported_refusals: set[tuple[int, str]] = set()
+        self._reported_leases: set[tuple[int, str]] = set()
         self.introspected: Mapping[str, Callable[[], float]] = {}
 
     def get_node(self) -> Node:
@@ -322,20 +326,22 @@ class ControllerInterface:
         """
         return self.command_interfaces
 
-    def is_refused(self, what: str) -> bool:
+    def is_refused(self, what: str, sender: bytes = b"") -> bool:
         """Return whether commands are refused; then log so, once per stop and kind of command.
 
-        They are while the robot is stopped, or no control cycle runs.
+        They are while the robot is stopped, or no control cycle runs, and those of others than a
+        hand that drives the robot.
 
         For callbacks that receive commands or goals; not for the control cycle.
 
         Args:
             what: What is refused, as the beginning of a sentence, such as "The trajectory".
+            sender: GID of the publisher or client; empty if it does not matter.
         """
         stop = self.params.robot_stop
         reason = stop.reason
         if not reason:
-            return False
+            return bool(self.lease_refusal(what, sender))
         if (stop.count, what) not in self._reported_refusals:
             self._reported_refusals = {(stop.count, what)} | {
                 entry for entry in self._reported_refusals if entry[0] == stop.count
@@ -343,6 +349,24 @@ class ControllerInterface:
             release = "" if stop.standstill else " 'teleopctl stop --robot --release' releases it."
             self.logger.warning(f"{what} is refused: {reason[0].lower()}{reason[1:]}.{release}")
         return True
+
+    def lease_refusal(self, what: str, sender: bytes) -> str:
+        """Return why a sender may not command, empty if it may; log it once per lease and sender.
+
+        Args:
+            what: What is refused, as the beginning of a sentence.
+            sender: GID of the publisher or client.
+        """
+        lease = self.params.lease
+        reason = "" if lease is None else lease.refusal(sender)
+        if reason and lease is not None:
+            entry = (lease.term, f"{what} {sender.hex()}")
+            if entry not in self._reported_leases:
+                self._reported_leases = {entry} | {
+                    known for known in self._reported_leases if known[0] == lease.term
+                }
+                self.logger.warning(f"{what} is refused: {reason}")
+        return reason
 
     def on_cleanup(self) -> CallbackReturn | None:
         """Called on cleanup: release what ``on_configure`` created; the base class does nothing."""

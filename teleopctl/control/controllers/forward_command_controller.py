@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections import deque
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.control.controllers.base import (
     ControllerInterface,
@@ -15,6 +15,9 @@ from teleopctl.control.handles import ACCELERATION, EFFORT, POSITION, VELOCITY
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.control.realtime_publisher import realtime_log
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+
+if TYPE_CHECKING:
+    from teleopctl.node import MessageInfo
 
 # Longest time between two commands that are streamed, in nanoseconds.
 _STREAMED_NS = NANOSECONDS_PER_SECOND // 10
@@ -129,8 +132,8 @@ class ForwardCommandController(ControllerInterface):
     def on_release(self) -> None:
         """Do nothing: the interfaces keep their values until the next command."""
 
-    def _received(self, message: Any) -> None:
-        if self.is_refused("The command on ~/commands"):
+    def _received(self, message: Any, info: MessageInfo) -> None:
+        if self.is_refused("The command on ~/commands", info["publisher_gid"]):
             return
         data = [float(value) for value in message.data]
         for index, value in enumerate(data):

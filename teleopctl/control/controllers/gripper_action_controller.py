@@ -265,7 +265,7 @@ class _GripperController(ControllerInterface):
         if not self._active:
             self.logger.error("Can't accept new action goals. Controller is not running.")
             return GoalResponse.REJECT
-        if self.is_refused("The action goal"):
+        if self.is_refused("The action goal", getattr(self._server, "goal_sender", b"")):
             return GoalResponse.REJECT
         problem = self._problem(goal)
         if problem:

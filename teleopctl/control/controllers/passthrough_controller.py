@@ -4,13 +4,16 @@ from __future__ import annotations
 
 import math
 from collections.abc import Sequence
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from teleopctl.control.controllers.base import InterfaceConfiguration, InterfaceConfigurationType
 from teleopctl.control.controllers.chainable import ChainableControllerInterface
 from teleopctl.control.handles import CommandInterface
 from teleopctl.control.lifecycle import CallbackReturn, ReturnType
 from teleopctl.interfaces import get_message
+
+if TYPE_CHECKING:
+    from teleopctl.node import MessageInfo
 
 
 class PassthroughController(ChainableControllerInterface):
@@ -78,8 +81,8 @@ class PassthroughController(ChainableControllerInterface):
         return () if self.in_chained_mode else self.reference_interfaces
 
     # Any: message classes are generated at run time.
-    def _received(self, message: Any) -> None:
-        if self.is_refused("The command on ~/commands"):
+    def _received(self, message: Any, info: MessageInfo) -> None:
+        if self.is_refused("The command on ~/commands", info["publisher_gid"]):
             return
         data = [float(value) for value in message.data]
         if len(data) != len(self._names):

@@ -260,6 +260,8 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         self.lock = threading.RLock()
         self._goal_handles: dict[bytes, ServerGoalHandle[GoalT, ResultT, FeedbackT]] = {}
         self._destroyed = False
+        # GID of the client whose goal the goal callback is called for (ours).
+        self.goal_sender = b""
         self._execute_callback: ExecuteCallback[GoalT, ResultT, FeedbackT] | None = None
         if execute_callback is not None:
             self.register_execute_callback(execute_callback)
@@ -356,7 +358,7 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
         handle = None
         if key in self._goal_handles:
             self._logger.debug(f"Goal {key.hex()} is already known")
-        elif await self._is_accepted(request.goal):
+        elif await self._is_accepted(request.goal, reply):
             set_stamp(response.stamp, self.now_ns())
             handle = self._add(key, request)
         response.accepted = handle is not None
@@ -366,7 +368,8 @@ class ActionServer(Generic[GoalT, ResultT, FeedbackT]):
             self.publish_status()
             await call_and_await(self._handle_accepted_callback, handle)
 
-    async def _is_accepted(self, goal: GoalT) -> bool:
+    async def _is_accepted(self, goal: GoalT, reply: Callable[[Any], None]) -> bool:
+        self.goal_sender = getattr(reply, "sender", b"")
         answer = await call_and_await(self._goal_callback, goal)
         if not isinstance(answer, GoalResponse):
             self._logger.warning(

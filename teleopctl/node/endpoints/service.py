@@ -176,8 +176,7 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         if taken is None:
             return None
         request, header = taken
-        # Looked up at the call: programs replace `send_response`.
-        return self._serve(request, lambda response: self.send_response(response, header))
+        return self._serve(request, _Reply(self, header))
 
     def _serve(self, request: RequestT, reply: Callable[[ResponseT], None]) -> Any:
         outcome = self.callback(request, self.srv_type.Response())
@@ -221,6 +220,22 @@ class Service(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         self._channel.undeclare()
         # Dropping a request ends the wait of its client.
         self._queries.close()
+
+
+class _Reply:
+    """Function that sends the response to a request, with the GID of the client.
+
+    `send_response` is looked up at the call: programs replace it.
+    """
+
+    __slots__ = ("_header", "_service", "sender")
+
+    def __init__(self, service: Service[Any, Any], header: ServiceInfo) -> None:
+        self._service, self._header = service, header
+        self.sender = header.attachment.gid
+
+    def __call__(self, response: Any) -> None:
+        self._service.send_response(response, self._header)
 
 
 async def _reply_later(reply: Callable[[ResponseT], None], answer: Awaitable[ResponseT]) -> None:

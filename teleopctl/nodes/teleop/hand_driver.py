@@ -12,9 +12,11 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import RobotGroups, find_groups
 from teleopctl.node import (
+    SILENCE_S,
     AsyncParameterClient,
     Clock,
     ClockType,
+    LeaseHolder,
     Node,
     StopButton,
     StopHolders,
@@ -96,12 +98,19 @@ class HandDriver:
 
     Args:
         node: Node of the endpoints; its executor must spin in another thread than `apply`'s.
+        device: Name of the device that the hand holds.
         servo: Name of the servo node.
     """
 
-    def __init__(self, node: Node, servo: str = "servo_node") -> None:
+    def __init__(self, node: Node, device: str, servo: str = "servo_node") -> None:
         self._node = node
+        self.device = device
         self._servo = servo if servo.startswith("/") else f"/{servo}"
+        self._lease = LeaseHolder(node, [self._servo], self._on_loss)
+        # Whether another hand has taken over since this one began to hold something.
+        self._is_taken = False
+        self._refusal = ""
+        self._moved_s = 0.0
         self._lock = threading.Lock()
         self._arm: DrivenArm | None = None
         self._problem = "no robot description has been received"
@@ -210,6 +219,9 @@ class HandDriver:
             for action in command.actions - self._pressed:
                 self._act(action, len(speeds))
             self._pressed = command.actions
+            wants = command.is_held or command.toggles_gripper
+            if not self._may_move(wants=wants):
+                command = HandCommand(actions=command.actions)
             if command.toggles_gripper and not self._has_toggled and self._gripper is not None:
                 self._gripper.toggle(self._measured)
             self._has_toggled = command.toggles_gripper
@@ -233,16 +245,50 @@ class HandDriver:
             if self._is_moving:
                 self._stop_moving()
 
+    def take_over(self) -> None:
+        """Drive from now on, also if another node does."""
+        with self._lock:
+            self._is_taken = False
+            self._moved_s = time.monotonic()
+            self._refusal = self._lease.take(self.device, by_force=True)
+
+    def _may_move(self, *, wants: bool) -> bool:
+        """Return whether this hand drives: it takes the lease when it begins to hold something."""
+        if not wants:
+            self._is_taken = False
+            self._refusal = ""
+            return True
+        if self._is_taken:
+            return False
+        self._refusal = self._lease.take(self.device)
+        if not self._refusal:
+            self._moved_s = time.monotonic()
+        return not self._refusal
+
+    def _on_loss(self) -> None:
+        self._is_taken = True
+        self._refusal = "another hand has taken over"
+        self._command = HandCommand()
+        self._hold_gripper(0.0)
+        # What is published is refused, and a message of standstill is no harm.
+        self._is_moving = False
+
     def set_gripper(self, opening: float) -> None:
         """Move the gripper to an opening, from 0 (closed) to 1 (open)."""
         with self._lock:
-            if self._gripper is not None:
+            if self._gripper is not None and self._may_move(wants=True):
                 self._gripper.wanted = max(0.0, min(1.0, opening))
 
     def press_stop(self) -> None:
         """Stop the robot at once, on ``/stop``."""
         self.release()
+        self._lease.release()
         self._button.press()
+
+    def close(self) -> None:
+        """Take the hand as released, and end its lease."""
+        self.release()
+        self._lease.release()
 
     def release_stop(self) -> None:
         """Release the robot that was stopped here."""
@@ -254,6 +300,7 @@ class HandDriver:
         elif action in ("base", "tip"):
             self._frame = action
         elif action == "stop":
+            self._lease.release()
             self._button.press()
 
     def _stop_moving(self) -> None:
@@ -288,6 +335,10 @@ class HandDriver:
         if is_held and time.monotonic() - self._applied_s > STALE_S:
             self.release()
         with self._lock:
+            if self._stops.names or (
+                not self._is_moving and time.monotonic() - self._moved_s > SILENCE_S
+            ):
+                self._lease.release()
             if self._gripper is not None and not self._stops.names:
                 self._gripper.step(_PERIOD_S, self._measured)
 
@@ -330,4 +381,19 @@ class HandDriver:
             "opening": None if self._gripper is None else self._gripper.opening(self._measured),
             "wanted_opening": None if self._gripper is None else self._gripper.wanted,
             "stopped_by": list(self._stops.names),
+            "holder": self._holder(),
+            "refusal": self._refusal,
+        }
+
+    def _holder(self) -> Mapping[str, Any] | None:
+        """Return who drives, for JSON; None if nobody does."""
+        claim = self._lease.watch.holder
+        if claim is None:
+            return None
+        return {
+            "node": claim.holder,
+            "device": claim.device,
+            "host": claim.host,
+            "since_ns": claim.since_ns,
+            "is_this": self._lease.is_held,
         }

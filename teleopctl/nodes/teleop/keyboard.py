@@ -27,8 +27,10 @@ from teleopctl.errors import NotFoundError, TeleopctlError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import RobotGroups, find_groups
 from teleopctl.node import (
+    SILENCE_S,
     AsyncParameterClient,
     ExternalShutdownException,
+    LeaseHolder,
     Node,
     init,
     parse_ros_arguments,
@@ -127,6 +129,8 @@ class KeyboardTeleop(Node):
         self._servo = servo if servo.startswith("/") else f"/{servo}"
         self._rate_hz = rate_hz
         self._keys = HeldKeys()
+        self._lease = LeaseHolder(self, [self._servo])
+        self._held_s = 0.0
         self._mode = "base"
         self._joint = 0
         self._speed = _FIRST_SPEED
@@ -258,6 +262,14 @@ class KeyboardTeleop(Node):
     def _tick(self) -> None:
         self._ask_servo()
         held = self._keys.held(time.monotonic())
+        if held and (refusal := self._lease.take("keyboard")):
+            self._status = refusal
+            self._keys.release_all()
+            held = frozenset()
+        if held:
+            self._held_s = time.monotonic()
+        elif time.monotonic() - self._held_s > SILENCE_S:
+            self._lease.release()
         if held:
             self._zeros = _ZEROS
             self._publish(held)
@@ -302,7 +314,8 @@ class KeyboardTeleop(Node):
         self._twists.publish(self._twist)
 
     def stop(self) -> None:
-        """Publish that nothing moves any more."""
+        """Publish that nothing moves any more, and end the lease."""
+        self._lease.release()
         for _ in range(_ZEROS):
             self._publish(frozenset())
 

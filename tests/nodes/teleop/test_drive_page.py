@@ -27,6 +27,7 @@ class FakeDriver:
     """Driver that notes what it is called with."""
 
     robot = "teleop"
+    device = ""
 
     def __init__(self):
         self.calls: list[Any] = []
@@ -39,6 +40,9 @@ class FakeDriver:
 
     def press_stop(self):
         self.calls.append("stop")
+
+    def take_over(self):
+        self.calls.append("taken")
 
     def release_stop(self):
         self.calls.append("released")
@@ -122,6 +126,14 @@ def test_keys_and_pads_of_a_browser_act_together(page):
     assert driven(page).linear == (1.0, 0.0, 1.0)
 
 
+def test_the_hand_is_named_by_the_devices_that_are_held(page):
+    session = DriveSession(page)
+    session.received(hands(1, keys=["KeyW"]))
+    assert page.driver.device == "keys"
+    session.received(hands(2, keys=["KeyW"], pads={"left_y": 1.0}))
+    assert page.driver.device == "keys and pads"
+
+
 def test_an_older_message_is_passed_over(page):
     session = DriveSession(page)
     session.received(hands(2, keys=["KeyW"]))
@@ -147,9 +159,9 @@ def test_a_browser_takes_over_and_the_other_is_released(page):
     first, second = DriveSession(page), DriveSession(page)
     first.received(hands(1, keys=["KeyW"]))
     second.received('{"type": "press", "action": "take"}')
-    assert driven(page) == "release"
+    assert page.calls[-2:] == ["release", "taken"]
     first.received(hands(2, keys=["KeyW"]))
-    assert driven(page) == "release"
+    assert driven(page) == "taken"
 
 
 def test_anybody_stops_the_robot(page):

@@ -54,6 +54,7 @@ class FollowJointTrajectoryServer:
         self._queue = controller.params.publish_queue
         self._logger = controller.logger
         self._goal: FollowedGoal | None = None
+        self._lease_refusal = ""
         self._server = controller.create_action_server(
             get_action(ACTION_TYPE),
             "~/follow_joint_trajectory",
@@ -85,24 +86,34 @@ class FollowJointTrajectoryServer:
             return GoalResponse.REJECT
         if not self._inputs.is_valid(goal.trajectory):
             return GoalResponse.REJECT
+        # Accepted, then aborted with the reason: a rejection has none.
+        self._lease_refusal = self._controller.lease_refusal(
+            "The action goal", getattr(self._server, "goal_sender", b"")
+        )
         self._inputs.warn_if_not_upsampled(goal.trajectory)
         self._logger.info("Accepted new action goal")
         return GoalResponse.ACCEPT
 
     def _begin(self, handle: ServerGoalHandle[Any, Any, Any]) -> None:
-        self.abort_goal("Current goal preempted by new incoming action.")
+        reason, self._lease_refusal = self._lease_refusal, ""
         tolerances = self._default_tolerances()
         try:
             tolerances = tolerances_of_goal(tolerances, handle.request, self._settings.joints)
         except IllegalToleranceError as error:
             self._logger.error(str(error))
-        self._goal = goal = FollowedGoal(
+        goal = FollowedGoal(
             handle,
             self._queue,
             tolerances,
             self._settings.joints,
             self._settings.action_monitor_rate,
         )
+        if reason:
+            goal.start()
+            goal.abort(error_code=INVALID_GOAL, error_string=reason)
+            return
+        self.abort_goal("Current goal preempted by new incoming action.")
+        self._goal = goal
         goal.start()
         if self._controller.is_refused("The action goal"):
             self.abort_goal(self._controller.params.robot_stop.reason)

@@ -22,7 +22,7 @@ from teleopctl.control.controllers.joint_trajectory.validation import (
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, to_nanoseconds
 
 if TYPE_CHECKING:
-    from teleopctl.node import Node, RcutilsLogger
+    from teleopctl.node import MessageInfo, Node, RcutilsLogger
 
 # Any: message classes are generated at run time from definitions.
 
@@ -79,8 +79,8 @@ class TrajectoryFollower(Protocol):
     def state_at(self, time_ns: int) -> TrajectoryPoint | None:
         """Return the desired state at a time; None outside the trajectory or if inactive."""
 
-    def is_refused(self, what: str) -> bool:
-        """Return whether the robot is stopped; then log that a command is refused."""
+    def is_refused(self, what: str, sender: bytes = b"") -> bool:
+        """Return whether a sender's commands are refused; then log so."""
 
 
 class TrajectoryInputs:
@@ -146,12 +146,12 @@ class TrajectoryInputs:
             self._node.destroy_subscription(subscription)
         self._node.destroy_service(self._service)
 
-    def on_trajectory(self, message: Any) -> None:
+    def on_trajectory(self, message: Any, info: MessageInfo) -> None:
         """Called for each ``~/joint_trajectory`` message: validate and pass on the trajectory."""
         if not self.active:
             self._logger.warning("Controller is not active: the trajectory is ignored.")
             return
-        if self._controller.is_refused("The trajectory"):
+        if self._controller.is_refused("The trajectory", info["publisher_gid"]):
             return
         if self._settings.upsampling:
             frequency = self._node.get_parameter("positions_upsampling.policy_frequency").value
@@ -212,12 +212,12 @@ class TrajectoryInputs:
             incoming = replace(incoming, goal=waiting)
         self._incoming.append(incoming)
 
-    def on_commands(self, message: Any) -> None:
+    def on_commands(self, message: Any, info: MessageInfo) -> None:
         """Called for each ``~/commands`` message: pass on a trajectory to the clamped positions."""
         if not self.active:
             self._logger.warning("Controller is not active: the command is ignored.")
             return
-        if self._controller.is_refused("The command on ~/commands"):
+        if self._controller.is_refused("The command on ~/commands", info["publisher_gid"]):
             return
         controller, joints = self._controller, self._settings.joints
         try:

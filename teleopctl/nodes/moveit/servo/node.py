@@ -36,7 +36,14 @@ from teleopctl.kinematics import (
     pose_matrix,
     read_srdf,
 )
-from teleopctl.node import Node, Parameter, StopHolders, qos_profile_latched
+from teleopctl.node import (
+    LeaseWatch,
+    MessageInfo,
+    Node,
+    Parameter,
+    StopHolders,
+    qos_profile_latched,
+)
 from teleopctl.nodes.moveit.servo.commands import (
     ServoCommand,
     ServoCommandType,
@@ -132,7 +139,8 @@ class ServoNode(Node):
         )
         self.create_service(get_service("std_srvs/srv/SetBool"), "~/pause_servo", self._pause)
         self._markers = StatusMarkers(self)
-        self._stop = StopHolders(self, lambda _: None)
+        self._lease = LeaseWatch(self)
+        self._stop = StopHolders(self, lambda _: self._lease.end())
         self._timer = self.create_timer(self._period_s, self._step, autostart=False)
         self.add_post_set_parameters_callback(self._follow_parameters)
         self._controllers = Controllers(self, self._on_controllers)
@@ -329,9 +337,14 @@ class ServoNode(Node):
 
     # --- commands -------------------------------------------------------------------------------
 
-    def _receiver(self, kind: ServoCommandType) -> Callable[[Any], None]:
-        def received(message: Any) -> None:
+    def _receiver(self, kind: ServoCommandType) -> Callable[[Any, MessageInfo], None]:
+        def received(message: Any, info: MessageInfo) -> None:
             if self._is_paused:
+                return
+            if refusal := self._lease.refusal(info["publisher_gid"]):
+                self.get_logger().warning(
+                    f"A {_NAMES[kind]} command is refused: {refusal}", throttle_duration_sec=5.0
+                )
                 return
             if self._type is not None and kind is not self._type:
                 self.get_logger().warning(

@@ -222,6 +222,7 @@ function show(message) {
   else if (message.problem) showStatus(message.problem, true);
   else if (message.is_moving && message.status) showStatus(message.status, true);
   else if (message.is_moving) showStatus(`Moving, axes of the ${message.frame}`, false);
+  else if (message.holder && !message.holder.is_this) showStatus(`${message.holder.node} drives (${message.holder.device})`, true);
   else showStatus("Hold a key, a pad or a gamepad's left bumper to move", false);
   if (message.opening !== null) {
     element("opening").textContent = `${Math.round(message.opening * 100)} %`;

@@ -74,7 +74,7 @@ class DrivePage:
     def close(self) -> None:
         """Take all hands as released, and destroy the node."""
         if self._driver is not None:
-            self._driver.release()
+            self._driver.close()
         if self._node is not None:
             self._executor.shutdown()
             self._node.destroy_node()
@@ -89,7 +89,7 @@ class DrivePage:
                 cli_args=["--ros-args", "-r", f"__node:={_NODE}"],
                 parameter_overrides=[Parameter("use_sim_time", value=self.use_sim_time)],
             )
-            self._driver = HandDriver(self._node, self._servo)
+            self._driver = HandDriver(self._node, "page", self._servo)
             self._executor = SingleThreadedExecutor(context=self._node.context)
             self._executor.add_node(self._node)
             threading.Thread(target=self._executor.spin, name="drive", daemon=True).start()
@@ -117,6 +117,7 @@ class DrivePage:
         """Let a browser drive from now on."""
         if self._hand is not session:
             self.driver.release()
+        self.driver.take_over()
         self._hand, self._until_s = session, time.monotonic() + _FREE_AFTER_S
 
     def let_go(self, session: DriveSession) -> None:
@@ -196,9 +197,15 @@ class DriveSession:
         self._gamepad_problem = hands.problem
         mappings = self._page.mappings()
         total = HandCommand()
+        devices = []
         for name, sample in hands.samples.items():
-            total = total + mappings[name].command(sample)
+            command = mappings[name].command(sample)
+            total = total + command
+            if command.is_held or command.toggles_gripper:
+                devices.append(name)
         wants = total.is_held or total.toggles_gripper
+        if devices and not self._page.is_other(self):
+            self._page.driver.device = " and ".join(devices)
         if "stop" in total.actions or (wants and self._may_move()):
             self._page.driver.apply(total, mappings["keys"].speeds)
         elif not wants:
@@ -232,11 +239,13 @@ class DriveSession:
     def state(self) -> dict[str, Any]:
         """Return the state of the robot and of this browser's hands, for JSON."""
         speeds = self._page.mappings()["keys"].speeds
+        state = self._page.driver.state(speeds)
+        holder = state.get("holder")
         return {
             "type": "state",
-            **self._page.driver.state(speeds),
+            **state,
             "speeds": list(speeds),
             "gamepad_problem": self._gamepad_problem,
-            "refusal": self._refusal,
-            "is_other": self._page.is_other(self),
+            "refusal": self._refusal or state.get("refusal", ""),
+            "is_other": self._page.is_other(self) or bool(holder and not holder["is_this"]),
         }
