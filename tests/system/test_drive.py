@@ -79,7 +79,8 @@ def test_a_key_that_is_held_moves_the_gripper_until_its_release(ros, drive):
     )
     with connect(f"{address.replace('http', 'ws')}/socket") as page:
         states = States(page)
-        eventually(lambda: states.last.get("opening") is not None and not states.last["problem"])
+        eventually(lambda: states.last.get("opening") is not None and positions)
+        eventually(lambda: not states.last["problem"])
         assert states.last["robot"] == "teleop"
         with held(page, keys=["ArrowRight", "KeyE"]):
             eventually(lambda: positions["joint_1"] < -0.1 and states.last["opening"] > 0.2)

@@ -258,6 +258,7 @@ class HandDriver:
             self._is_taken = False
             self._refusal = ""
             return True
+        self._lease.is_lost()
         if self._is_taken:
             return False
         self._refusal = self._lease.take(self.device)
@@ -266,8 +267,9 @@ class HandDriver:
         return not self._refusal
 
     def _on_loss(self) -> None:
-        self._is_taken = True
-        self._refusal = "another hand has taken over"
+        # It may be pressed again, not go on.
+        self._is_taken = self._is_moving or self._is_gripping
+        self._refusal = "another hand has taken over" if self._is_taken else ""
         self._command = HandCommand()
         self._hold_gripper(0.0)
         # What is published is refused, and a message of standstill is no harm.
@@ -335,6 +337,7 @@ class HandDriver:
         if is_held and time.monotonic() - self._applied_s > STALE_S:
             self.release()
         with self._lock:
+            self._lease.is_lost()
             if self._stops.names or (
                 not self._is_moving and time.monotonic() - self._moved_s > SILENCE_S
             ):
