@@ -73,8 +73,10 @@ if TYPE_CHECKING:
         ActuatorInterfaces as ActuatorInterfaces,
     )
     from teleopctl.control.hardware_component import HardwareComponent as HardwareComponent
-    from teleopctl.control.in_memory import (
+    from teleopctl.control.in_memory.control_stack import (
         ControlStack as ControlStack,
+    )
+    from teleopctl.control.in_memory.recorded_node import (
         RecordedActionServer as RecordedActionServer,
         RecordedEndpoint as RecordedEndpoint,
         RecordedLog as RecordedLog,

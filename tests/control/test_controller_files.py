@@ -9,7 +9,7 @@ from teleopctl.control.controller_files import (
     parameter_place,
     similar_types,
 )
-from teleopctl.control.in_memory import ControlStack
+from teleopctl.control.in_memory.control_stack import ControlStack
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import AllowableParameterValue, copy_mark
 from teleopctl.testing import serial_robot

@@ -7,7 +7,7 @@ from typing import cast
 import pytest
 
 from teleopctl.control.controller_manager_node import end_with_exception, unread_manager_parameters
-from teleopctl.control.in_memory import RecordedLog
+from teleopctl.control.in_memory.recorded_node import RecordedLog
 from teleopctl.errors import HardwareError, InvalidParameterError, TeleopctlError
 from teleopctl.node import RcutilsLogger
 from teleopctl.testing import ControlStack, serial_robot

@@ -342,9 +342,8 @@ class ServoNode(Node):
             if self._is_paused:
                 return
             if refusal := self._lease.refusal(info["publisher_gid"]):
-                self.get_logger().warning(
-                    f"A {_NAMES[kind]} command is refused: {refusal}", throttle_duration_sec=5.0
-                )
+                text = f"A {_NAMES[kind]} command is refused: {refusal}"
+                self.get_logger().warning(text, throttle_duration_sec=5.0)
                 return
             if self._type is not None and kind is not self._type:
                 self.get_logger().warning(

@@ -1,0 +1,1 @@
+"""Control stack and nodes in memory, for tests of controllers without a ROS graph."""
