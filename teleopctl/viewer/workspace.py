@@ -103,6 +103,7 @@ class PageWorkspace:
         self._states: dict[str, Any] = dict(layout.states) if layout is not None else {}
         self._bar: tuple[str, ...] = ()
         self._begun: set[str] = set()
+        self._visible: frozenset[str] | None = None
         for name in layout.names() if layout is not None else ():
             self._build(name)
 
@@ -147,8 +148,9 @@ class PageWorkspace:
             names: Names of the visible panels; None if no browser shows the page.
         """
         wanted: set[str] = set()
-        if names is not None:
-            seen = set(names)
+        self._visible = None if names is None else frozenset(names)
+        if self._visible is not None:
+            seen = self._visible
             wanted = {n for n, panel in self.panels.items() if n in seen or panel.works_hidden}
         for name in self._begun - wanted:
             self._begun.discard(name)
@@ -326,6 +328,8 @@ class PageWorkspace:
                 )
                 if shown != stack.shown or (shown and stack.handle is None):
                     self._show(desk, side, column, number, shown)
+        # Panels that were built only now.
+        self.show_visible(self._visible)
 
     @staticmethod
     def _regrouped(stacks: list[_Stack], column: PanelColumn) -> list[_Stack]:
