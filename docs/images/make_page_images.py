@@ -22,14 +22,14 @@ from playwright.sync_api import Page, ViewportSize, sync_playwright
 from teleopctl.testing import RosGraph
 
 FOLDER = Path(__file__).parent
-LAPTOP: ViewportSize = {"width": 1200, "height": 750}
-PHONE: ViewportSize = {"width": 390, "height": 760}
+LAPTOP: ViewportSize = {"width": 1440, "height": 900}
+PHONE: ViewportSize = {"width": 390, "height": 844}
 FILM_SIZE = (800, 500)
-FILM_PICTURES = 30
-FILM_PICTURE_MS = 110
+FILM_PICTURES = 60
+FILM_PICTURE_MS = 333
 # From one picture of the film to the next, in steps of 1 ms. The simulation stands still while a
 # picture is taken, since software draws the page.
-FILM_STEPS = 160
+FILM_STEPS = 80
 WAIT_MS = 60_000
 
 # What the robot does, in simulated seconds: positions, and when.
@@ -94,7 +94,10 @@ def prepare(page: Page, address: str, joint: str = "joint_1") -> None:
     """Open the page, and wait until the robot stands there."""
     page.set_default_timeout(WAIT_MS)
     page.goto(address)
-    page.get_by_text(joint, exact=True).wait_for()
+    # On a phone the sliders are in a section of the sheet, which is closed at first.
+    page.get_by_role("button", name="Layout", exact=True).wait_for()
+    if page.viewport_size != PHONE:
+        page.get_by_text(joint, exact=True).wait_for()
     close_notifications(page)
     # Meshes are drawn some pictures after the sliders.
     page.wait_for_timeout(6_000)
@@ -167,9 +170,16 @@ def press(name: str) -> Callable[[Page], None]:
 
 
 def show_camera(page: Page) -> None:
-    """Switch the camera on, the first of the tab's two switches, and wait for its picture."""
-    page.locator("input[type=checkbox]:visible").first.click()
+    """Wait for the picture of the camera, which is shown by itself."""
     page.get_by_text("2304 x 1296").wait_for()
+
+
+def click_link(page: Page) -> None:
+    """Click the arm in the middle of the scene."""
+    page.mouse.move(560, 330)
+    page.wait_for_timeout(1_500)
+    page.mouse.click(560, 330)
+    page.get_by_text("revolute").wait_for()
 
 
 def show_frames(page: Page) -> None:
@@ -180,15 +190,12 @@ def show_frames(page: Page) -> None:
 
 TABS: dict[str, Callable[[Page], None]] = {
     "page_joints.png": tab("Joints"),
-    "page_camera.png": tab("Camera", show_camera),
-    "page_plot.png": tab(
-        "Plot",
-        choose("Topic", "/joint_states"),
-        choose("Field", "position (all"),
-        press("Add"),
-    ),
+    "page_camera.png": tab("Joints", show_camera),
+    "page_plot.png": tab("Plot", choose("Add", "/arm_controller: reference and feedback")),
     "page_graph.png": tab("Graph"),
     "page_controllers.png": tab("Controllers"),
+    "page_link.png": tab("Joints", click_link),
+    "page_layouts.png": tab("Joints", press("Layout")),
 }
 
 
@@ -210,9 +217,10 @@ def show_bag(page: Page, ros: RosGraph) -> None:
     found = view.wait_for_line(r"(http://\S+)")
     page.set_default_timeout(WAIT_MS)
     page.goto(found[1])
-    page.get_by_text("paused").wait_for()
+    page.get_by_role("button", name="Play", exact=True).wait_for()
     page.wait_for_timeout(4_000)
     close_notifications(page)
+    choose("Add", "position (all 5)")(page)
     # A click beside the thumb, as a person would do it.
     box = page.get_by_role("slider").first.locator("xpath=../..").bounding_box()
     assert box is not None

@@ -91,9 +91,21 @@ class RvizFile:
         Raises:
             TeleopctlError: The file cannot be read, or is no ``.rviz`` file.
         """
+        return cls.parse(read_text(path), path)
+
+    @classmethod
+    def parse(cls, text: str, path: Path) -> RvizFile:
+        """Return the content of the text of an ``.rviz`` file.
+
+        Args:
+            text: The text.
+            path: The file that has the text, for error messages.
+
+        Raises:
+            TeleopctlError: The text is not that of an ``.rviz`` file.
+        """
         import yaml
 
-        text = read_text(path)
         with faults_of(path, RvizFileError):
             document = load(text)
         if not isinstance(document, dict) or not isinstance(document.get(_MANAGER), dict):

@@ -274,6 +274,25 @@ class SceneView:
             pixel = np.array([[file.background]], np.uint8)
             self._server.scene.set_background_image(pixel)
 
+    def replace(self, text: str) -> None:
+        """Draw the displays and the fixed frame of an ``.rviz`` document in place of the present.
+
+        Args:
+            text: Text of the document, as `text` returns it.
+
+        Raises:
+            TeleopctlError: The text is not that of an ``.rviz`` file.
+        """
+        file = RvizFile.parse(text, Path("kept displays"))
+        for display in tuple(self.displays):
+            self.remove(display)
+        self.file = file
+        for entry in file.displays():
+            if plugins.find(plugins.DISPLAYS, entry.rviz_class) is not None:
+                display = self._make(entry.rviz_class, entry.name, entry.given)
+                display.in_shown_group = entry.in_shown_group
+        self._stage.frames.set_fixed_frame(file.fixed_frame)
+
     # Any: YAML values.
     def add(
         self, rviz_class: str, name: str = "", mapping: dict[str, Any] | None = None

@@ -18,6 +18,7 @@ from tests.system.browser import browser, open_page
 from tests.system.window import window
 
 JointState = get_message("sensor_msgs/msg/JointState")
+Image = get_message("sensor_msgs/msg/Image")
 TFMessage = get_message("tf2_msgs/msg/TFMessage")
 
 ADDRESS = re.compile(r"^The robot in your browser: (http://localhost:\d+/)$", re.MULTILINE)
@@ -155,6 +156,46 @@ def test_the_page_shows_the_joints_of_the_robot_and_a_slider_moves_it(ros, chrom
         )
 
     ros.wait_for_message(TFMessage, "/tf", matching=is_where_it_should_be)
+
+
+LAYOUT = """
+version: 1
+title: Mine
+bar: [tools]
+right: {panels: [[camera, log, topics]]}
+"""
+
+
+def test_a_camera_is_shown_while_it_is_seen_and_each_browser_finds_its_panels_again(ros, chromium):
+    layout = ros.folder / "mine.yaml"
+    layout.write_text(LAYOUT)
+    pictures = ros.node.create_publisher(Image, "/cam/image_raw", 1)
+    page = opened(chromium, run_page(ros, "--layout", str(layout)))
+    picture = Image(width=64, height=48, encoding="mono8", step=64, data=bytes(64 * 48))
+
+    def is_shown() -> bool:
+        pictures.publish(picture)
+        return page.get_by_text("/cam/image_raw · 64 x 48").count() > 0
+
+    eventually(is_shown, PAGE_WITHIN_MS / 1000)
+    page.get_by_role("tab", name="Log").click()
+    eventually(lambda: ros.node.count_subscribers("/cam/image_raw") == 0)
+    page.get_by_role("tab", name="Camera").click()
+    eventually(lambda: ros.node.count_subscribers("/cam/image_raw") == 1)
+
+    page.get_by_role("button", name="Layout", exact=True).click()
+    box = page.get_by_text("Topics", exact=True).last.locator("xpath=ancestor::div[3]")
+    box.get_by_role("checkbox").first.click()
+    expect(page.get_by_role("tab", name="Topics")).to_have_count(0)
+    page.get_by_role("button", name="Close").click()
+    other = opened(chromium, page.url)
+    expect(other.get_by_role("tab", name="Topics")).to_have_count(1)
+    other.close()
+    key = "viser-user:teleopctl.workspace"
+    page.wait_for_function(f"localStorage.getItem('{key}')?.includes('topics') === false")
+    page.reload()
+    expect(page.get_by_role("tab", name="Log")).to_be_visible()
+    expect(page.get_by_role("tab", name="Topics")).to_have_count(0)
 
 
 @pytest.mark.nightly

@@ -33,6 +33,8 @@ class ScenePanel(Panel):
         super().__init__(page)
         self._rows: dict[int, _Row] = {}
         self._ticks = 0
+        # Whether displays were changed by hand; those of a file are saved there instead.
+        self._is_changed = False
         self._tools = ClickTools(page)
         self._picking = Picking(page)
 
@@ -71,10 +73,32 @@ class ScenePanel(Panel):
             raise PageError(f"{view.path} cannot be written: {error.strerror}") from error
         self.page.notify("Saved", str(view.path))
 
+    # --- what is kept -------------------------------------------------------------------------
+
+    def state(self) -> Any:
+        """Return the displays as the text of an ``.rviz`` file, if they were changed by hand."""
+        view = self.page.scene_view
+        return {"rviz": view.text()} if self._is_changed and view.path is None else None
+
+    def restore(self, state: Any) -> None:
+        """Draw the displays that `state` has returned."""
+        text = state.get("rviz") if isinstance(state, dict) else None
+        if isinstance(text, str) and self.page.scene_view.path is None:
+            self.page.scene_view.replace(text)
+            self._is_changed = True
+
+    def changed(self) -> None:
+        """Keep the displays from now on, since they were changed by hand."""
+        self._is_changed = True
+
+    # --- displays -----------------------------------------------------------------------------
+
     def _set_fixed_frame(self, event: Any) -> None:
+        self._is_changed = self._is_changed or event.client is not None
         self.page.frames.set_fixed_frame("" if event.target.value == _ROOT else event.target.value)
 
     def _add(self) -> None:
+        self.changed()
         self.page.scene_view.add(self._kind.value)
 
     def tick(self) -> None:
@@ -115,7 +139,7 @@ class ScenePanel(Panel):
         for key, display in shown.items():
             if key not in self._rows:
                 with self._list:
-                    self._rows[key] = _Row(self.page, display)
+                    self._rows[key] = _Row(self.page, display, self.changed)
                 if isinstance(display, RobotModelDisplay):
                     display.on_pick = self._picked
                 self._rows[key].set_topic_options(dict(self.page.node.get_topic_names_and_types()))
@@ -129,8 +153,10 @@ class ScenePanel(Panel):
 class _Row:
     """Folder of one display: status, topic, properties and parts."""
 
-    def __init__(self, page: Page, display: Display) -> None:
-        self._page, self._display = page, display
+    def __init__(
+        self, page: Page, display: Display, on_change: Callable[[], object] = lambda: None
+    ) -> None:
+        self._page, self._display, self._on_change = page, display, on_change
         gui = page.gui
         self._folder = gui.add_folder(display.name, expand_by_default=False)
         self._topic: Any = None
@@ -140,11 +166,7 @@ class _Row:
         with self._folder:
             self._status = gui.add_markdown("", visible=False)
             enabled = gui.add_checkbox("Show", display.is_enabled)
-            enabled.on_update(
-                page.on_node_thread(
-                    lambda event: page.scene_view.enable(display, enabled=event.target.value)
-                )
-            )
+            enabled.on_update(page.on_node_thread(self._enable))
             if display.message_type:
                 self._topic = gui.add_dropdown("Topic", (display.topic or "",))
                 self._topic.on_update(page.on_node_thread(self._choose_topic))
@@ -157,8 +179,21 @@ class _Row:
                 with self._parts_folder:
                     self._parts_text = gui.add_markdown("", visible=False)
             gui.add_button("Remove", color="red").on_click(
-                page.on_node_thread(lambda _event: page.scene_view.remove(display))
+                page.on_node_thread(lambda _event: self._remove_display())
             )
+
+    # Any: viser's event; that of a value which was set by this process has no client.
+    def _enable(self, event: Any) -> None:
+        self._note_change(event)
+        self._page.scene_view.enable(self._display, enabled=event.target.value)
+
+    def _remove_display(self) -> None:
+        self._on_change()
+        self._page.scene_view.remove(self._display)
+
+    def _note_change(self, event: Any) -> None:
+        if event.client is not None:
+            self._on_change()
 
     def _add(self, known: Property) -> None:
         gui, value = self._page.gui, self._display.values[known.name]
@@ -181,12 +216,14 @@ class _Row:
             handle = gui.add_number(label, value, min=known.low, max=known.high, hint=hint)
 
         def changed(event: Any) -> None:
+            self._note_change(event)
             self._display.set(known.name, event.target.value)
 
         handle.on_update(self._page.on_node_thread(changed))
 
     def _choose_topic(self, event: Any) -> None:
         if event.target.value != self._display.topic:
+            self._note_change(event)
             self._display.set_topic(event.target.value)
 
     def set_topic_options(self, topics: dict[str, list[str]]) -> None:

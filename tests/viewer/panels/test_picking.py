@@ -93,3 +93,23 @@ def test_a_link_is_followed_and_traced(scene, stage):
     _, buttons = click(stage, "tool")
     stage.choose(buttons, "Stop following")
     assert stage.scene_view.followed(1) == ""
+
+
+def test_displays_that_were_changed_by_hand_are_kept(scene, stage):
+    assert scene.state() is None
+    grid = next(row for row in scene._rows.values() if row._display.name == "Grid")
+    stage.choose(
+        next(c for c in grid._folder._children.values() if getattr(c, "label", "") == "Show"), False
+    )
+    kept = scene.state()
+    again = ScenePanel(stage)
+    again.build()
+    again.restore(kept)
+    again.tick()
+    drawn = {display.name: display.is_enabled for display in stage.scene_view.displays}
+    assert drawn == {"Grid": False, "RobotModel": True, "TF": False}
+    assert again.state() == kept
+    states: list[object] = [None, [], {"rviz": 3}]
+    for wrong in states:
+        again.restore(wrong)
+    assert again.state() == kept
