@@ -36,6 +36,7 @@ _DEMOS = {
     "action_tutorials_py": {"actions": "fibonacci_action_client fibonacci_action_server"},
     "demo_nodes_cpp": {
         "composition": "listener talker",
+        "introspection": "introspection_client introspection_service",
         "parameters": "parameter_blackboard",
         "services": "add_two_ints_client add_two_ints_client_async add_two_ints_server",
     },

@@ -31,8 +31,20 @@ from tests import ROOT
 
 # Of the packages that only teleopctl has.
 OWN = {
-    *("camera", "mujoco_sim", "pick_and_place", "robot_stop", "teleop_keyboard"),
+    *(
+        "camera",
+        "episode_recorder",
+        "mujoco_sim",
+        "pick_and_place",
+        "robot_stop",
+        "teleop_keyboard",
+    ),
     *("teleop_py_pkg", "teleop_robot_py_pkg"),
+}
+# Programs with a page of their own, as those of examples_rclpy_* and rqt: docs/first_tutorials.md.
+FIRST_TUTORIALS = {
+    *("image_tools", "image_view", "plotjuggler", "teleop_twist_joy", "teleop_twist_keyboard"),
+    *("topic_tools", "turtlesim"),
 }
 # Programs to learn from, which no launch file of a robot names.
 DEMOS = {"action_tutorials_py", "demo_nodes_cpp", "demo_nodes_py", "lifecycle_py"}
@@ -45,7 +57,12 @@ def test_the_page_lists_the_programs_and_commands_that_there_are():
     listed = {
         f"{package}/{name}" for package, names in rows for name in re.findall("`(.+?)`", names)
     }
-    elsewhere = OWN | DEMOS
+    others = {
+        name
+        for name in (node.partition("/")[0] for node in plugins.NODES.builtin)
+        if name.startswith(("examples_rclpy_", "rqt"))
+    }
+    elsewhere = OWN | DEMOS | FIRST_TUTORIALS | others
     assert listed == {n for n in plugins.NODES.builtin if n.partition("/")[0] not in elsewhere}
     commands = text.partition("where the `PATH` has none:")[2].partition("\n\n")[0]
     assert set(re.findall(r"`(\w+)`", commands)) == COMMANDS.keys()

@@ -19,6 +19,8 @@ from rclpy.service import Service
 from rclpy.service_introspection import ServiceIntrospectionState
 from rclpy.task import Future
 
+from teleopctl.nodes.demos import run
+
 _STATES = {
     "disabled": ServiceIntrospectionState.OFF,
     "metadata": ServiceIntrospectionState.METADATA,
@@ -99,6 +101,16 @@ class IntrospectionClient(_Introspected):
             else:
                 self.get_logger().error(f"Exception calling service: {self._future.exception()!r}")
             self._future = None
+
+
+def introspection_service(args: list[str] | None = None) -> None:
+    """Run the node ``introspection_service`` until Ctrl-C."""
+    run(IntrospectionService, args)
+
+
+def introspection_client(args: list[str] | None = None) -> None:
+    """Run the node ``introspection_client`` until Ctrl-C."""
+    run(IntrospectionClient, args)
 
 
 def introspection(args: list[str] | None = None) -> None:
