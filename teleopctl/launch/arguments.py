@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
-from typing import NamedTuple
 
 from teleopctl.base.budget import DEEPEST_INCLUDES
+from teleopctl.base.typed import Collection, Iterable, Iterator, Mapping, NamedTuple
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.actions.nesting import (
     For,

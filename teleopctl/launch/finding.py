@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import os
-from collections.abc import Iterator
 from itertools import chain
 from pathlib import Path
 
 from teleopctl import plugins
+from teleopctl.base.typed import Iterator
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.packages import builtin_package, find_package, include_package_of
 

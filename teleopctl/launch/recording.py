@@ -5,13 +5,13 @@ from __future__ import annotations
 import json
 import sys
 import time
-from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
+from teleopctl.base.typed import Mapping
 from teleopctl.errors import RefusedError
 from teleopctl.launch.arguments import argument_names
 from teleopctl.launch.model.plan import LaunchPlan, ProcessPlan
+from teleopctl.launch.model.records import replace
 
 RECORDER = "rosbag2_recorder"
 """Name of the recorder's node."""

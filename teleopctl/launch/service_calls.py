@@ -5,16 +5,15 @@ from __future__ import annotations
 import itertools
 import os
 import threading
-from collections.abc import Callable, Iterable, Iterator, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
 from weakref import WeakKeyDictionary
 
+from teleopctl.base.typed import TYPE_CHECKING, Any, Callable, Iterable, Iterator, Sequence
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.action import Launch, Step
 from teleopctl.launch.model.events import ProcessExited, ShutdownBegan
 from teleopctl.launch.model.plan import ComponentPlan
+from teleopctl.launch.model.records import dataclass
 
 if TYPE_CHECKING:
     from teleopctl.interfaces import ServiceType

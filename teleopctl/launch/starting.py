@@ -7,16 +7,15 @@ import os
 import socket
 import sys
 import tempfile
-from collections.abc import Callable, Iterator
 from contextlib import AbstractContextManager
 from datetime import datetime
 from functools import partial
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from teleopctl.base import background, interrupts, progress
 from teleopctl.base.background import ProcessRecord
 from teleopctl.base.start_timeouts import StartTimeouts
+from teleopctl.base.typed import TYPE_CHECKING, Callable, Iterator
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate, shutdown_before_start

@@ -19,17 +19,17 @@ import sysconfig
 import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Set as AbstractSet
 from contextlib import contextmanager
-from dataclasses import replace
 from functools import cache
 from pathlib import Path
-from typing import Any
 
 from teleopctl.base.file_watch import FileWatch
+from teleopctl.base.typed import Any
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.evaluation.evaluation import Evaluation, evaluate
 from teleopctl.launch.execution.restarts import Restarts
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model.plan import FollowUp, ProcessPlan
+from teleopctl.launch.model.records import replace
 from teleopctl.launch.model.request import LaunchRequest
 from teleopctl.packages import (
     PackageProgram,

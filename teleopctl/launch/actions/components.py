@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Iterator, Mapping
-from dataclasses import dataclass
-from typing import ClassVar, Self
-
+from teleopctl.base.typed import Callable, ClassVar, Iterable, Iterator, Mapping, Self
 from teleopctl.errors import NotFoundError
 from teleopctl.launch.actions.parameters import parameters
 from teleopctl.launch.actions.process import Node
 from teleopctl.launch.model.action import Action, Entity, Launch, Step
 from teleopctl.launch.model.descriptions import ComponentPart, ParameterEntry
 from teleopctl.launch.model.plan import ComponentPlan
+from teleopctl.launch.model.records import dataclass
 from teleopctl.launch.model.template import Template, literal
 from teleopctl.launch.service_calls import ComponentLoading
 from teleopctl.packages import find_component

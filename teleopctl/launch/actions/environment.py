@@ -3,14 +3,14 @@
 from __future__ import annotations
 
 import os
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
 
 from teleopctl.base import background
+from teleopctl.base.typed import Self
 from teleopctl.launch.actions.settings import NameAndValue
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
+from teleopctl.launch.model.records import dataclass
 from teleopctl.launch.model.template import Template, literal
 
 _LOG_DIRECTORY = "ROS_LOG_DIR"

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar, Self
-
+from teleopctl.base.typed import ClassVar, Self
 from teleopctl.launch.actions.nesting import set_included_arguments
 from teleopctl.launch.model.action import Action, Entity, Launch
+from teleopctl.launch.model.records import dataclass
 from teleopctl.launch.model.template import Template, literal
 from teleopctl.packages import package_share
 

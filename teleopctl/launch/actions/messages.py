@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
-from typing import ClassVar, Self
-
+from teleopctl.base.typed import ClassVar, Self
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.events import ProcessExited
 from teleopctl.launch.model.plan import REQUIRED
+from teleopctl.launch.model.records import dataclass
 from teleopctl.launch.model.template import Template, literal
 
 _INFO = literal("INFO")

@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
 from contextlib import nullcontext
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Self
 
 import yaml
 
 from teleopctl.base import ros_yaml
+from teleopctl.base.typed import Callable, Iterable, Mapping, Self
 from teleopctl.errors import LaunchError
 from teleopctl.launch.finding import builtin_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch, Step
+from teleopctl.launch.model.records import dataclass
 from teleopctl.launch.model.template import Template
 from teleopctl.packages import resolve_uri
 

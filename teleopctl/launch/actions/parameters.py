@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-
+from teleopctl.base.typed import Iterator
 from teleopctl.launch.model.action import Entity
 from teleopctl.launch.model.descriptions import ParameterEntry, ParameterFileEntry, ParameterTree
 from teleopctl.launch.model.element import Element

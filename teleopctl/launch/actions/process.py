@@ -2,14 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import ClassVar, Self
-
+from teleopctl.base.typed import ClassVar, Mapping, Self
 from teleopctl.launch.actions.parameters import parameters
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.descriptions import NodePart, ProcessPart
+from teleopctl.launch.model.records import dataclass
 from teleopctl.launch.model.template import Template, literal
 from teleopctl.launch.service_calls import NodeActivation
 

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Iterable
-from dataclasses import dataclass
 
+from teleopctl.base.typed import Callable, Iterable
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.actions.nesting import TimedEntities
 from teleopctl.launch.model.action import Launch, Step
 from teleopctl.launch.model.events import ShutdownBegan
+from teleopctl.launch.model.records import dataclass
 
 # Interval at which a timer of simulated time checks whether it was cancelled.
 _LOOK_EVERY_S = 0.2

@@ -2,14 +2,13 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
-from typing import ClassVar, Self
-
+from teleopctl.base.typed import ClassVar, Self
 from teleopctl.errors import UsageError
 from teleopctl.launch.actions.parameters import parameter
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Entity, Launch
 from teleopctl.launch.model.descriptions import ParameterEntry, ParameterFileEntry, ParameterTree
+from teleopctl.launch.model.records import dataclass, replace
 from teleopctl.launch.model.scope import join_namespace
 from teleopctl.launch.model.template import Template, literal
 

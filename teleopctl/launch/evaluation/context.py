@@ -6,12 +6,11 @@ import copy
 import os
 import re
 from collections import Counter
-from collections.abc import Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.base.budget import MOST_INCLUDED_FILES, MOST_LAUNCH_TEXT, BudgetError, Tally
+from teleopctl.base.typed import TYPE_CHECKING, Iterator, Mapping, NamedTuple
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError
 from teleopctl.launch.model.action import Launch
 from teleopctl.launch.model.descriptions import Place

@@ -8,7 +8,8 @@ code runs: a process of another group that starts later gets the original enviro
 from __future__ import annotations
 
 import os
-from collections.abc import Mapping
+
+from teleopctl.base.typed import Mapping
 
 
 class EnvironmentOverlay:

@@ -9,10 +9,8 @@ launch configurations of the point at which they were registered.
 from __future__ import annotations
 
 import threading
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
-from typing import NamedTuple
 
 from teleopctl.base.budget import (
     DEEPEST_FORESIGHT,
@@ -21,6 +19,7 @@ from teleopctl.base.budget import (
     BudgetError,
     Tally,
 )
+from teleopctl.base.typed import Callable, Collection, Iterable, Iterator, Mapping, NamedTuple
 from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError, did_you_mean
 from teleopctl.launch.evaluation.context import EvaluationPoint, LaunchContext, with_location
 from teleopctl.launch.evaluation.environment import EnvironmentOverlay

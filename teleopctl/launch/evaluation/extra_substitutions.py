@@ -13,10 +13,9 @@ Substitutions for robots are in `robot_substitutions`; names are registered in `
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
 from graphlib import CycleError, TopologicalSorter
-from typing import TYPE_CHECKING
 
+from teleopctl.base.typed import TYPE_CHECKING, Iterator, Mapping, Sequence
 from teleopctl.errors import InvalidFileError, LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.substitution import Substitution

@@ -2,12 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
-from typing import Any
-
 import yaml
 
 from teleopctl.base.printable import shortened
+from teleopctl.base.typed import Any, Iterable
 from teleopctl.errors import LaunchError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.substitution import evaluated_text

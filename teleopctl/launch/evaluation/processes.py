@@ -6,14 +6,13 @@ import os
 import re
 import shutil
 import sys
-from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
-from typing import Final, TypeVar
 
 import yaml
 
 from teleopctl.base import ros_yaml
 from teleopctl.base.files import read_text
+from teleopctl.base.typed import Callable, Final, Iterable, Sequence, TypeVar
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_file, parameter_value

@@ -18,11 +18,10 @@ from __future__ import annotations
 import json
 import re
 import shlex
-from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from teleopctl.base.files import write_private
+from teleopctl.base.typed import TYPE_CHECKING, Iterator, Mapping, Sequence
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError, UsageError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.extra_substitutions import (

@@ -8,12 +8,12 @@ from __future__ import annotations
 
 import math
 import subprocess
-from collections.abc import Sequence
 from pathlib import Path
 
 from teleopctl.base.budget import joined
 from teleopctl.base.expression import ExpressionError, evaluate
 from teleopctl.base.files import read_text
+from teleopctl.base.typed import Sequence
 from teleopctl.errors import LaunchError, did_you_mean
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.evaluation.parameters import parameter_value

@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import shlex
-from collections.abc import Callable, Sequence
 
 from teleopctl import plugins
 from teleopctl.base.budget import BudgetError
 from teleopctl.base.printable import shortened
+from teleopctl.base.typed import Callable, Sequence
 from teleopctl.errors import LaunchError, TeleopctlError, UnknownPluginError
 from teleopctl.launch.evaluation.context import LaunchContext
 from teleopctl.launch.model.action import exposed_substitutions, load_launch_extensions

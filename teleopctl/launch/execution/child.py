@@ -9,13 +9,13 @@ import subprocess
 import sys
 import threading
 import time
-from collections.abc import Callable
 from functools import partial
 from pathlib import Path
 from typing import IO
 
 from teleopctl.base import interrupts, progress
 from teleopctl.base.output import LOG_FILE, LogFile
+from teleopctl.base.typed import Callable
 from teleopctl.launch.execution.screen import QuietLines, Screen
 from teleopctl.launch.execution.standby import StandbyProcess
 from teleopctl.launch.execution.streams import lines, stream

@@ -7,9 +7,9 @@ import itertools
 import os
 import queue
 import time
-from collections.abc import Callable
 from functools import partial
 
+from teleopctl.base.typed import Callable
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.plan import LaunchTimer, Work
 from teleopctl.launch.service_calls import CallSequence

@@ -9,11 +9,10 @@ session that is new since the start counts.
 from __future__ import annotations
 
 import time
-from collections.abc import Mapping, Sequence
 from pathlib import Path
-from typing import TYPE_CHECKING, NamedTuple
 
 from teleopctl.base import progress
+from teleopctl.base.typed import TYPE_CHECKING, Mapping, NamedTuple, Sequence
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution.status import ProcessStatus
 from teleopctl.wire import Graph

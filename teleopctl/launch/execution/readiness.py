@@ -6,15 +6,14 @@ import contextlib
 import shutil
 import threading
 import time
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 from pathlib import Path
 from types import TracebackType
-from typing import Protocol
 
 from teleopctl.base import background, interrupts, progress
 from teleopctl.base.background import ProcessRecord
 from teleopctl.base.start_timeouts import ProgressMonitor, StartTimeouts
+from teleopctl.base.typed import Callable, Iterable, Iterator, Mapping, Protocol, Sequence
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.judgement import (

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable
 from contextlib import AbstractContextManager
 from pathlib import Path
-from typing import Protocol
 
+from teleopctl.base.typed import Callable, Iterable, Protocol
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child
 from teleopctl.launch.execution.event_loop import EventLoop

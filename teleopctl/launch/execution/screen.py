@@ -7,11 +7,10 @@ import re
 import sys
 import threading
 import time
-from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Literal
 
 from teleopctl.base.output import LogFile
+from teleopctl.base.typed import TYPE_CHECKING, Literal, Mapping
 
 if TYPE_CHECKING:
     from logging import Formatter

@@ -6,12 +6,12 @@ import contextlib
 import os
 import subprocess
 import sys
-from collections.abc import Iterator, Mapping
 from pathlib import Path
 from typing import IO
 
 from teleopctl.base import interrupts, progress, standby
 from teleopctl.base.output import LOG_FILE
+from teleopctl.base.typed import Iterator, Mapping
 from teleopctl.launch.execution.streams import stream
 from teleopctl.launch.model.plan import ProcessPlan
 

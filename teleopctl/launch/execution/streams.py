@@ -4,9 +4,10 @@ from __future__ import annotations
 
 import errno
 import os
-from collections.abc import Iterator
 from contextlib import contextmanager
 from typing import IO
+
+from teleopctl.base.typed import Iterator
 
 # Bounds the memory for a process that writes no line ends, in bytes.
 _LONGEST_LINE = 1 << 16

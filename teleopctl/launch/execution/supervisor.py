@@ -7,11 +7,10 @@ Ctrl-C, each process receives SIGINT, SIGTERM after 5 s and SIGKILL after anothe
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
-from dataclasses import replace
 from functools import partial
 
 from teleopctl.base.background import StartTime, start_time_of
+from teleopctl.base.typed import Callable
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.execution import status
 from teleopctl.launch.execution.child import Child, start_error_text
@@ -35,6 +34,7 @@ from teleopctl.launch.model.plan import (
     ProcessPlan,
     Respondent,
 )
+from teleopctl.launch.model.records import replace
 
 _LAUNCH = "launch"
 # Interval at which the progress files of companions are read.

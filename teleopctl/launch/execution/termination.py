@@ -5,12 +5,12 @@ from __future__ import annotations
 import signal
 import threading
 import time
-from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 from types import FrameType
 
 from teleopctl.base.interrupts import wake_on_signals
+from teleopctl.base.typed import Callable, Iterator
 from teleopctl.launch.execution.child import Child
 from teleopctl.launch.execution.event_loop import EventLoop
 from teleopctl.launch.execution.screen import Screen

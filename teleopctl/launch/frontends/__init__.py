@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable
 from pathlib import Path
 
 from teleopctl import plugins
+from teleopctl.base.typed import Callable
 from teleopctl.errors import LaunchError, UnknownPluginError
 from teleopctl.launch.model.action import LaunchFile
 from teleopctl.launch.model.element import Element

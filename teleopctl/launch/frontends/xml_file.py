@@ -7,20 +7,19 @@ tag begins, where lxml reports the line on which it ends.
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
 from pathlib import Path
-from typing import NamedTuple
 from xml.parsers import expat
 
 from teleopctl.base.budget import DEEPEST_TAGS
 from teleopctl.base.files import read_text
+from teleopctl.base.typed import Iterator, Mapping, NamedTuple, Sequence
 from teleopctl.errors import LaunchError
 from teleopctl.launch.frontends.steps import launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import LaunchFile
 from teleopctl.launch.model.descriptions import Place
 from teleopctl.launch.model.element import Element
+from teleopctl.launch.model.records import dataclass
 
 _ATTRIBUTE = re.compile(rb"""\s+([^\s=]+)\s*=\s*(?:"[^"]*"|'[^']*')""")
 _SEPARATOR = "-sep"

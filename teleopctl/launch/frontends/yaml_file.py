@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any
 
 import yaml
 
 from teleopctl.base import ros_yaml
 from teleopctl.base.budget import DEEPEST_TAGS
 from teleopctl.base.files import read_text
+from teleopctl.base.typed import Any
 from teleopctl.errors import LaunchError
 from teleopctl.launch.frontends.steps import launch_file
 from teleopctl.launch.model.action import LaunchFile

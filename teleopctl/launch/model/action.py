@@ -2,19 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping
 from contextlib import AbstractContextManager
-from dataclasses import dataclass
 from functools import cache
 from pathlib import Path
 from types import MappingProxyType
-from typing import ClassVar, Protocol, Self
 
 from teleopctl import plugins
+from teleopctl.base.typed import Callable, ClassVar, Iterable, Mapping, Protocol, Self
 from teleopctl.errors import did_you_mean
 from teleopctl.launch.model.descriptions import ComponentPart, Condition, Place, ProcessPart
 from teleopctl.launch.model.element import Element
 from teleopctl.launch.model.plan import ComponentPlan, ProcessPlan, Work
+from teleopctl.launch.model.records import dataclass
 from teleopctl.launch.model.scope import Scope
 from teleopctl.launch.model.template import Call, Template
 

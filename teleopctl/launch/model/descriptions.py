@@ -1,10 +1,10 @@
 """Content of a launch file before evaluation: conditions, parameters, nodes, processes."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
 from pathlib import Path
 
 from teleopctl.launch.model.output import OutputTable
+from teleopctl.launch.model.records import dataclass
 from teleopctl.launch.model.template import Template
 
 

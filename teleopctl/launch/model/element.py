@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
-from dataclasses import dataclass
-from typing import Any, ClassVar
-
+from teleopctl.base.typed import Any, ClassVar, Iterator, Mapping, Sequence
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.model import template
 from teleopctl.launch.model.descriptions import Place
+from teleopctl.launch.model.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

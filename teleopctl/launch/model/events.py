@@ -3,11 +3,11 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Callable
-from dataclasses import dataclass
 
+from teleopctl.base.typed import Callable
 from teleopctl.launch.model.descriptions import ProcessPart
 from teleopctl.launch.model.plan import ProcessPlan
+from teleopctl.launch.model.records import dataclass
 
 
 @dataclass(frozen=True, slots=True)

@@ -6,9 +6,7 @@ both streams together.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import NamedTuple
-
+from teleopctl.base.typed import Mapping, NamedTuple
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.template import Template
 

@@ -5,14 +5,13 @@ A plan can be printed. The steps that follow from events are evaluated when the 
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass, field
 from pathlib import Path
-from typing import Protocol
 
 from teleopctl.base.files import write_private
+from teleopctl.base.typed import Callable, Protocol
 from teleopctl.errors import TeleopctlError
 from teleopctl.launch.model.output import BOTH, LOG, Output
+from teleopctl.launch.model.records import dataclass, field
 
 REQUIRED = "process[{name}] was required: shutting down launched system"
 """Log message when the end of a required process shuts the launch down."""

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import json
-from dataclasses import asdict, dataclass, field
 from pathlib import Path
 
 from teleopctl.base.files import write_private
+from teleopctl.launch.model.records import asdict, dataclass, field
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

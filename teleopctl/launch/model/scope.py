@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
-
+from teleopctl.base.typed import Mapping
 from teleopctl.errors import LaunchError
 from teleopctl.launch.model.descriptions import ParameterEntry, ParameterFileEntry
+from teleopctl.launch.model.records import dataclass, field, replace
 
 # Launch configuration with the namespace, as in ROS 2, so that a file may also set and read it.
 _NAMESPACE = "ros_namespace"

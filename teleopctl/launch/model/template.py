@@ -7,11 +7,9 @@ and itself; before any other character it is literal, so that Windows paths stay
 
 from __future__ import annotations
 
-from collections.abc import Callable
-from dataclasses import dataclass
-from typing import Protocol
-
 from teleopctl.base.budget import joined
+from teleopctl.base.typed import Callable, Protocol
+from teleopctl.launch.model.records import dataclass
 
 _ESCAPABLE = frozenset("$'\"\\() \t\n")
 _QUOTES = frozenset("'\"")

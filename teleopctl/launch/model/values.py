@@ -5,12 +5,12 @@ from __future__ import annotations
 import math
 import re
 import shlex
-from collections.abc import Iterator
 from contextlib import contextmanager
 
 import yaml
 
 from teleopctl.base import ros_yaml
+from teleopctl.base.typed import Iterator
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.model import values
 from teleopctl.launch.model.template import Call, ComputedText, Template
