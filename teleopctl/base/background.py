@@ -309,6 +309,9 @@ def _is_recorded(pid: int) -> bool:
 
 def start_time_of(pid: int) -> StartTime:
     """Return when a process started, as a `StartTime`; the current time if it has ended."""
+    if sys.platform == "linux":
+        _, mark = _linux_state(pid)
+        return StartTime(_linux_start(mark) if mark else time.time(), mark)
     import psutil
 
     try:
@@ -486,6 +489,13 @@ def _linux_state(pid: int) -> tuple[str, str]:
     # The program's name, in parentheses, may contain anything; the start time is the 22nd field.
     fields = stat.rpartition(")")[2].split()
     return fields[0], f"{boot}/{fields[19]}"
+
+
+def _linux_start(mark: str) -> float:
+    """Return the time of a start mark, in seconds since the Unix epoch."""
+    age = Path("/proc/uptime").read_text(encoding="ascii").split()[0]
+    ticks = int(mark.rpartition("/")[2])
+    return time.time() - float(age) + ticks / os.sysconf("SC_CLK_TCK")
 
 
 def _write(record: ProcessRecord, path: Path) -> None:

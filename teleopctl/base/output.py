@@ -13,14 +13,15 @@ import io
 import os
 import sys
 import threading
-from collections.abc import Callable, Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, BinaryIO
 
 from teleopctl.base.files import open_private
+from teleopctl.base.typed import TYPE_CHECKING, Callable, Mapping
 from teleopctl.errors import UsageError
 
 if TYPE_CHECKING:
+    from typing import BinaryIO
+
     from _typeshed import ReadableBuffer
 
 LOG_FILE = "TELEOPCTL_LOG_FILE"

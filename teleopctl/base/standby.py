@@ -10,8 +10,11 @@ from __future__ import annotations
 import json
 import os
 import sys
-from collections.abc import Mapping, Sequence
-from typing import IO
+
+from teleopctl.base.typed import TYPE_CHECKING, Mapping, Sequence
+
+if TYPE_CHECKING:
+    from typing import IO
 
 VARIABLE = "TELEOPCTL_STANDBY"
 """Environment variable that makes ``python -m teleopctl.nodes`` a standby process."""

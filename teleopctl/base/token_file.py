@@ -13,12 +13,12 @@ import secrets
 import stat
 import sys
 from pathlib import Path
-from typing import NamedTuple
 from urllib.parse import quote, unquote
 
 from teleopctl.base.access import with_token
 from teleopctl.base.files import open_private
 from teleopctl.base.folders import make_private, state_dir
+from teleopctl.base.typed import NamedTuple
 from teleopctl.errors import InvalidFileError, SystemFailureError, TeleopctlError
 
 _BYTES = 24

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import os
-import socket
 import sys
 import tempfile
 from contextlib import AbstractContextManager
@@ -47,7 +46,15 @@ def current_log_directory() -> Path | None:
 def new_log_directory() -> Path:
     """Return the path of a log folder to create, named after time, host and process id."""
     stamp = datetime.now().strftime("%Y-%m-%d-%H-%M-%S-%f")
-    return background.logs_dir() / f"{stamp}-{socket.gethostname()}-{os.getpid()}"
+    return background.logs_dir() / f"{stamp}-{_host_name()}-{os.getpid()}"
+
+
+def _host_name() -> str:
+    if sys.platform != "win32":
+        return os.uname().nodename
+    import socket  # takes a millisecond to import
+
+    return socket.gethostname()
 
 
 def evaluate_request(

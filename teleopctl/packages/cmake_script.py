@@ -17,7 +17,8 @@ from collections.abc import Iterator
 from contextlib import suppress
 from itertools import islice
 from pathlib import Path
-from typing import Final, NamedTuple
+
+from teleopctl.base.typed import Final, NamedTuple
 
 _COMMENT: Final = re.compile(r"#[^\n]*")
 _CALL: Final = re.compile(r"\b(\w+)\s*\(([^()]*)\)")

@@ -11,9 +11,9 @@ import re
 from collections.abc import Iterable, Iterator
 from functools import lru_cache
 from pathlib import Path
-from typing import NamedTuple
 
 from teleopctl import plugins
+from teleopctl.base.typed import NamedTuple
 from teleopctl.errors import NotFoundError, did_you_mean
 from teleopctl.packages.finding import known_layers, package_names, search_places
 from teleopctl.packages.prefixes import prefixes, python_folders

@@ -16,10 +16,8 @@ import os
 import re
 from collections.abc import Iterator, MutableMapping
 from pathlib import Path
-from typing import Final, NamedTuple
 
-from teleopctl.packages.cmake_script import installation
-from teleopctl.packages.setup_script import setup_arguments
+from teleopctl.base.typed import Final, NamedTuple
 from teleopctl.packages.source_folders import text_of
 
 _FUNCTIONS: Final = {
@@ -120,10 +118,14 @@ def source_hooks(name: str, folder: Path) -> list[Operation]:
 def _hook_files(name: str, folder: Path) -> Iterator[Path]:
     text = text_of(folder / "CMakeLists.txt")
     if text is not None and "ament_environment_hooks" in text:
+        from teleopctl.packages.cmake_script import installation
+
         for path in installation(text, folder).hooks:
             yield folder / path
     text = text_of(folder / "setup.py")
     if text is not None and "hook" in text and "data_files" in text:
+        from teleopctl.packages.setup_script import setup_arguments
+
         match setup_arguments(text, folder).get("data_files"):
             case list(entries) | tuple(entries):
                 for entry in entries:

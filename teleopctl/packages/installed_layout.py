@@ -22,12 +22,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from contextlib import suppress
 from functools import lru_cache
 from pathlib import Path
-from typing import Any, Final
 
 from teleopctl.base.folders import make_private, runtime_dir
+from teleopctl.base.typed import Any, Final
 from teleopctl.errors import SystemFailureError
-from teleopctl.packages.cmake_script import installation
-from teleopctl.packages.setup_script import setup_arguments
 from teleopctl.packages.source_folders import text_of
 
 _SCRIPTS: Final = ("setup.py", "CMakeLists.txt")
@@ -190,10 +188,17 @@ def _view(folder: Path) -> Path:
 def _installed_files(folder: Path) -> Iterable[tuple[str, str]]:
     """Return pairs of a path below the install prefix and a path below the package's folder."""
     text = text_of(folder / "setup.py")
+    # The readers of build scripts are imported for packages that are used from their sources only.
     if text is not None and "data_files" in text:
+        from teleopctl.packages.setup_script import setup_arguments
+
         return _of_data_files(setup_arguments(text, folder).get("data_files"))
     text = text_of(folder / "CMakeLists.txt")
-    return [] if text is None else installation(text, folder).files
+    if text is None:
+        return []
+    from teleopctl.packages.cmake_script import installation
+
+    return installation(text, folder).files
 
 
 def _of_data_files(data_files: Any) -> Iterator[tuple[str, str]]:  # Any: as it was written

@@ -15,10 +15,10 @@ import os
 import sys
 from functools import lru_cache
 from pathlib import Path
-from typing import Final, NamedTuple
 
 from teleopctl import plugins
 from teleopctl.base.folders import cache_dir
+from teleopctl.base.typed import Final, NamedTuple
 from teleopctl.errors import SystemFailureError
 from teleopctl.packages.installed_layout import INDEX, link, starter
 

@@ -14,8 +14,8 @@ import sys
 from collections.abc import Iterator
 from functools import lru_cache, partial
 from pathlib import Path
-from typing import Final
 
+from teleopctl.base.typed import Final
 from teleopctl.packages.installed_layout import INDEX
 from teleopctl.packages.own_packages import is_own_prefix, own_prefix
 from teleopctl.packages.records import INSTALLED, Package, PackageProgram

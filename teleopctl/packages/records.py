@@ -5,7 +5,8 @@ from __future__ import annotations
 from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
-from typing import Final, NamedTuple
+
+from teleopctl.base.typed import Final, NamedTuple
 
 SOURCES: Final = "sources"
 INSTALLED: Final = "installed"

@@ -9,8 +9,8 @@ from __future__ import annotations
 import os
 import re
 from pathlib import Path
-from typing import Final
 
+from teleopctl.base.typed import Final
 from teleopctl.packages.cmake_script import installation
 from teleopctl.packages.records import PackageProgram
 from teleopctl.packages.setup_script import setup_arguments

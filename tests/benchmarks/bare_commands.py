@@ -1,9 +1,10 @@
 """Commands that use Zenoh alone: the floor of teleopctl's commands.
 
-``python bare_commands.py tokens`` | ``parameter NODE NAME`` | ``trigger SERVICE`` | ``first TOPIC``
-| ``put TOPIC TEXT``. Like teleopctl's commands, each discovers the other endpoint in the graph,
-reads type and hash from that endpoint's token, and waits for the response. Data is packed and
-unpacked by hand, for one type. The commands declare no tokens of their own.
+``python bare_commands.py tokens`` | ``parameter NODE NAME`` | ``set NODE NAME INTEGER`` |
+``trigger SERVICE`` | ``controllers SERVICE`` | ``first TOPIC`` | ``put TOPIC TEXT``. Like
+teleopctl's commands, each discovers the other endpoint in the graph, reads type and hash from that
+endpoint's token, and waits for the response. Data is packed and unpacked by hand, for one type. The
+commands declare no tokens of their own.
 """
 
 import os
@@ -62,6 +63,19 @@ with zenoh.open(config) as session:
         case ["parameter", node, name]:
             values = ask(session, f"{node}/get_parameters", struct.pack("<I", 1) + packed(name))
             print("Integer value is:", *struct.unpack_from("<q", values, len(HEADER) + 8))
+        case ["set", node, name, value]:
+            # ParameterValue: type, bool, integer, double, string and five empty arrays.
+            name_and_type = struct.pack("<I", 1) + packed(name)
+            fields = name_and_type + struct.pack("<BB", 2, 0)
+            fields += bytes(-len(fields) % 8) + struct.pack("<qd", int(value), 0.0)
+            fields += packed("") + bytes(3) + struct.pack("<5I", *[0] * 5)
+            results = ask(session, f"{node}/set_parameters", fields)
+            print("Set parameter", *struct.unpack_from("<I?", results, len(HEADER)))
+        case ["controllers", service]:
+            response = ask(session, service, NOTHING)
+            (count,) = struct.unpack_from("<I", response, len(HEADER))
+            length, at = *struct.unpack_from("<I", response, len(HEADER) + 4), len(HEADER) + 8
+            print(count, "controllers, the first is", response[at : at + length - 1].decode())
         case ["trigger", service]:
             response = ask(session, service, NOTHING)
             print("success:", *struct.unpack_from("<?", response, len(HEADER)))

@@ -11,15 +11,18 @@ import threading
 import time
 from functools import partial
 from pathlib import Path
-from typing import IO
 
 from teleopctl.base import interrupts, progress
 from teleopctl.base.output import LOG_FILE, LogFile
-from teleopctl.base.typed import Callable
+from teleopctl.base.typed import TYPE_CHECKING, Callable
 from teleopctl.launch.execution.screen import QuietLines, Screen
 from teleopctl.launch.execution.standby import StandbyProcess
 from teleopctl.launch.execution.streams import lines, stream
 from teleopctl.launch.model.plan import ProcessPlan
+
+if TYPE_CHECKING:
+    from typing import IO
+
 
 # How long to read on after a process has ended, in case a descendant keeps its output open.
 _LAST_WORDS_S = 1.0

@@ -7,13 +7,16 @@ import os
 import subprocess
 import sys
 from pathlib import Path
-from typing import IO
 
 from teleopctl.base import interrupts, progress, standby
 from teleopctl.base.output import LOG_FILE
-from teleopctl.base.typed import Iterator, Mapping
+from teleopctl.base.typed import TYPE_CHECKING, Iterator, Mapping
 from teleopctl.launch.execution.streams import stream
 from teleopctl.launch.model.plan import ProcessPlan
+
+if TYPE_CHECKING:
+    from typing import IO
+
 
 _PYTHON = [sys.executable, "-P", "-m", "teleopctl.nodes"]
 _PROGRAM = ["mujoco_sim", "mujoco_sim"]

@@ -5,9 +5,12 @@ from __future__ import annotations
 import errno
 import os
 from contextlib import contextmanager
-from typing import IO
 
-from teleopctl.base.typed import Iterator
+from teleopctl.base.typed import TYPE_CHECKING, Iterator
+
+if TYPE_CHECKING:
+    from typing import IO
+
 
 # Bounds the memory for a process that writes no line ends, in bytes.
 _LONGEST_LINE = 1 << 16
