@@ -199,19 +199,19 @@ def refuse_unknown_verb(words: Sequence[str]) -> None:
         UsageError: The noun or verb is misspelt.
     """
     from teleopctl import plugins
-    from teleopctl.cli import declared
 
     # Options before a verb are left to Typer.
     path = words[:1] if len(words) == 1 or words[1].startswith("-") else words[:2]
     if not path or path[0].startswith("-"):
         return
-    if path[0] in plugins.VERBS.builtin or path[0] in declared.nouns():
+    nouns = {} if path[0] in plugins.VERBS.builtin else _nouns()
+    if not nouns or path[0] in nouns:
         found = plugins.load(plugins.VERBS, path[0])
         verbs = getattr(found, "verbs", None)
         if verbs is None or path[-1] in verbs or len(path) == 1:
             return
     else:
-        verbs, path = declared.nouns(), path[:1]
+        verbs, path = nouns, path[:1]
     page = f"`{' '.join([console.PROGRAM, *path[:-1]])} --help`"
     if ros2_options.is_missing_verb(words):
         raise UnsupportedError(
@@ -220,6 +220,12 @@ def refuse_unknown_verb(words: Sequence[str]) -> None:
         )
     near = did_you_mean(path[-1], verbs)
     raise UsageError(f"No such command '{path[-1]}'", hint=f"{near or ''} See {page}.".strip())
+
+
+def _nouns() -> dict[str, str]:
+    from teleopctl.cli import declared
+
+    return declared.nouns()
 
 
 def _run_quickly(words: list[str]) -> int | None:

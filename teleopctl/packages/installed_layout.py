@@ -143,6 +143,8 @@ def interfaces_elsewhere(name: str, folder: Path) -> dict[str, Path]:
     text = text_of(folder / "CMakeLists.txt")
     if text is None or "rosidl_generate_interfaces" not in text:
         return {}
+    from teleopctl.packages.cmake_script import installation
+
     moved = _moved(name, folder, installation(text, folder).files)
     return {path: file for path, file in moved.items() if _INTERFACE.fullmatch(path)}
 

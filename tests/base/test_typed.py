@@ -1,7 +1,9 @@
-"""What stands in for typing when a program runs does what typing's does."""
+"""What stands in for typing and its like when a program runs does what the real one does."""
 
 from __future__ import annotations
 
+import contextlib
+import enum
 import pickle
 import typing
 
@@ -80,3 +82,67 @@ def test_a_class_that_leaves_types_open_is_given_them_and_may_be_derived_from():
 
     assert StringPublisher.__mro__[1] is Publisher
     assert typing.get_args(Publisher[String]) == (String,)
+
+
+class OurLevel(typed.IntEnum):
+    """A level."""
+
+    LOW = 1
+    HIGH = 2
+
+
+class TheirLevel(enum.IntEnum):
+    """A level."""
+
+    LOW = 1
+    HIGH = 2
+
+
+def test_an_enumeration_has_the_members_texts_and_refusals_of_one_of_enum():
+    for ours, theirs in zip(OurLevel, TheirLevel, strict=True):
+        assert (ours.name, ours.value, int(ours)) == (theirs.name, theirs.value, int(theirs))
+        assert (str(ours), f"{ours:02d}") == (str(theirs), f"{theirs:02d}")
+        assert repr(ours).replace("Our", "Their") == repr(theirs)
+        assert pickle.loads(pickle.dumps(ours)) is ours is OurLevel(ours.value)
+    with pytest.raises(ValueError, match="3 is not a valid OurLevel"):
+        OurLevel(3)
+
+
+def test_a_cached_function_is_called_once_for_its_arguments():
+    calls = []
+
+    @typed.cache
+    def square(x: int) -> int:
+        calls.append(x)
+        return x * x
+
+    assert [square(2), square(2), square(3)] == [4, 4, 9]
+    assert calls == [2, 3]
+    square.cache_clear()
+    assert (square(2), calls) == (4, [2, 3, 2])
+
+
+@pytest.mark.parametrize("manager", [typed.contextmanager, contextlib.contextmanager])
+def test_a_generator_is_a_context_that_sees_and_may_swallow_an_error(manager):
+    seen: list[object] = []
+
+    @manager
+    def block(swallows):
+        seen.append("before")
+        try:
+            yield 5
+        except ValueError as error:
+            seen.append(str(error))
+            if not swallows:
+                raise
+        seen.append("after")
+
+    with block(True) as value:
+        seen.append(value)
+    with block(True):
+        raise ValueError("a")
+    with pytest.raises(ValueError, match="b"), block(False):
+        raise ValueError("b")
+    with pytest.raises(KeyError), block(True):
+        raise KeyError
+    assert seen == ["before", 5, "after", "before", "a", "after", "before", "b", "before"]

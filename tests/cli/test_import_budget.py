@@ -98,6 +98,20 @@ def test_a_short_command_loads_little(line, most_modules, latched):
     assert len(ours) <= most_modules, ours
 
 
+@pytest.mark.parametrize(
+    "line",
+    [
+        "topic list",
+        "param get /test use_sim_time",
+        "service call /test/list_parameters rcl_interfaces/srv/ListParameters",
+        "interface show std_msgs/msg/String",
+    ],
+)
+def test_the_shortest_commands_load_little_of_pythons_library(line, latched):
+    _, modules = loaded_after(line.split(), latched.env)
+    assert modules.isdisjoint({"collections", "contextlib", "enum", "functools", "threading"})
+
+
 def test_a_question_about_a_parameter_takes_no_node(latched):
     _, modules = loaded_after(["param", "get", "/test", "use_sim_time"], latched.env)
     assert not any(name.startswith("teleopctl.node.endpoints") for name in modules)

@@ -46,7 +46,8 @@ else:
         class_.__record_fields__ = tuple(names)
         class_.__record_defaults__ = defaults
         class_.__match_args__ = () if options.get("kw_only") else tuple(names)
-        class_.__dataclass_fields__ = _Fields()
+        for attribute in ("__dataclass_fields__", "__dataclass_params__"):
+            setattr(class_, attribute, _OfPython(attribute, bool(options.get("frozen"))))
         methods = {"__init__": _initialize, "__repr__": _repr, "__eq__": _equal}
         methods["__hash__"] = _hash if options.get("frozen") else None
         if options.get("frozen"):
@@ -56,10 +57,14 @@ else:
                 setattr(class_, name, method)
         return class_
 
-    class _Fields:
-        """Fields for Python's own functions on data classes, made when these ask for them."""
+    class _OfPython:
+        """Attribute of Python's data classes, for its own functions, made when these ask for it."""
 
-        def __get__(self, _: object, owner: type) -> dict[str, object]:
+        def __init__(self, attribute: str, frozen: bool) -> None:
+            self._attribute = attribute
+            self._frozen = frozen
+
+        def __get__(self, _: object, owner: type) -> object:
             import dataclasses
 
             body = {
@@ -69,8 +74,8 @@ else:
                 for name, default in owner.__record_defaults__.items()
             }
             body["__annotations__"] = dict.fromkeys(owner.__record_fields__, "object")
-            fields = dataclasses.dataclass(kw_only=True)(type("Record", (), body))
-            return fields.__dataclass_fields__
+            decorate = dataclasses.dataclass(kw_only=True, frozen=self._frozen)
+            return getattr(decorate(type("Record", (), body)), self._attribute)
 
     def _initialize(self: object, *values: object, **named: object) -> None:
         class_ = type(self)
