@@ -7,7 +7,9 @@ from __future__ import annotations
 
 import sys
 from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
+from typing import Any
 
 from teleopctl.errors import UnsupportedError
 from teleopctl.nodes.rviz2 import serve_page
@@ -63,12 +65,44 @@ def _run(tool: str) -> int:
 def _serve(tool: str, words: list[str]) -> int:
     panel = _PANELS.get(tool)
     if panel is not None:
-        return serve_page(tool, words, [panel])
+        from teleopctl.viewer import PageLayout
+
+        states = {}
+        named = [word for word in words if word.startswith("/")]
+        if named and panel in ("plot", "camera"):
+            words = [word for word in words if word not in named]
+            states[panel] = _plots(named) if panel == "plot" else dict.fromkeys(named, True)
+        return serve_page(tool, words, replace(PageLayout.with_panels([panel]), states=states))
     command = _COMMANDS.get(tool)
     raise UnsupportedError(
         f"The page has no {tool}",
         hint=f"Instead: `{command}`" if command else f"It has {', '.join(sorted(_PANELS))}.",
     )
+
+
+# Any: YAML values of a layout.
+def _plots(words: list[str]) -> dict[str, Any]:
+    """Return the state of the plot panel with a plot of fields such as ``/odom/pose/x:y``."""
+    topics = _published()
+    lines = []
+    for word in words:
+        first, *more = word.split(":")
+        begin = first.rpartition("/")[0]
+        for field in (first, *(f"{begin}/{name}" for name in more)):
+            known = [topic for topic in topics if field.startswith(f"{topic}/")]
+            lines.append({"line": field, "topics": known or [field.rpartition("/")[0]]})
+    return {"plots": [lines]}
+
+
+def _published() -> list[str]:
+    """Return the topics of the graph; none where no router runs."""
+    from teleopctl.wire import RouterNotRunning, open_session, query_graph
+
+    try:
+        with open_session("client") as session:
+            return [topic for topic, _ in query_graph(session).topic_names_and_types()]
+    except RouterNotRunning:
+        return []
 
 
 def __getattr__(tool: str) -> Callable[[], int]:

@@ -9,8 +9,8 @@ import html
 import os
 import sys
 import webbrowser
-from collections.abc import Sequence
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from teleopctl.base import progress
 from teleopctl.base.files import write_private
@@ -18,6 +18,9 @@ from teleopctl.base.folders import make_private, runtime_dir
 from teleopctl.base.token_file import Address
 from teleopctl.errors import UsageError
 from teleopctl.node import ExternalShutdownException, init, parse_ros_arguments, spin
+
+if TYPE_CHECKING:
+    from teleopctl.viewer import PageLayout
 
 # Threshold of the garbage collector: a message with a thousand markers has about as many objects.
 _NEW_OBJECTS = 20_000
@@ -39,19 +42,19 @@ def main(args: list[str] | None = None) -> int:
     return serve_page("rviz2", sys.argv[1:] if args is None else args)
 
 
-def serve_page(program: str, words: list[str], panels: Sequence[str] = ()) -> int:
+def serve_page(program: str, words: list[str], layout: PageLayout | None = None) -> int:
     """Serve the viewer's web page, as `main`.
 
     Args:
         program: Name of the program.
         words: Command line of the program, without its name.
-        panels: Names of the panels to show in place of those of a layout; empty for a layout.
+        layout: Layout of the panels, unless the command line has another one.
     """
     if hasattr(os, "nice"):
         # The processes that control the robot have priority over the viewer.
         os.nice(_NICENESS)
     from teleopctl.nodes.teleop.drive_page.page import DrivePage
-    from teleopctl.viewer import PageLayout, PageRoutes, load_layout, open_viewer
+    from teleopctl.viewer import PageRoutes, load_layout, open_viewer
 
     parser = argparse.ArgumentParser(
         prog=program, description="The robot in a browser.", allow_abbrev=False
@@ -62,7 +65,6 @@ def serve_page(program: str, words: list[str], panels: Sequence[str] = ()) -> in
     )
     add_page_options(parser)
     options, unserved = parser.parse_known_args(parse_ros_arguments(words).program)
-    layout = PageLayout.with_panels(panels) if panels else None
     if options.layout:
         layout = load_layout(options.layout)
     progress.report(progress.STARTING)
