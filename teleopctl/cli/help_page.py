@@ -94,7 +94,7 @@ def _asks(found: DeclaredVerb, words: Sequence[str]) -> bool:
 # Verbs by purpose, as on the cheat sheet; verbs of plug-ins have a line each too, and all others
 # share the last lines.
 PURPOSES = {
-    "Start": ("run", "launch", "ps", "logs", "stop", "pkg", "python", "test"),
+    "Start": ("run", "launch", "ps", "logs", "stop", "pkg"),
     "See": ("view", "top", "graph", "camera"),
     "Look": (
         *("topic", "node", "service", "action", "param", "logger", "tf", "interface", "doctor"),
@@ -120,9 +120,10 @@ def _of_program() -> list[Line]:
     names = [name for group in groups.values() for name in group]
     left = max(map(len, (*groups, _REST)))
     width = max(map(len, names))
+    purpose = f"The ROS 2 workflow in one pip install. `{PROGRAM} help VERB` explains a verb."
     lines: list[Line] = [
         *_usage("[--debug] VERB [ARGS]..."),
-        ((f"  The ROS 2 workflow in one pip install. `{PROGRAM} help VERB` explains a verb.", ""),),
+        *(((f"  {line}", ""),) for line in _wrapped(purpose, _width() - 2)),
         (),
     ]
     for title, group in groups.items():

@@ -68,7 +68,7 @@ def test_it_publishes_the_joints_and_serves_the_sliders_on_a_page(ros, listen):
 def test_where_a_page_runs_it_listens_to_that_one(ros, listen):
     page = listen("rviz2")
     gui = ros.spawn(LINE)
-    gui.wait_for_line("The sliders are in the tab Joints of the page that /rviz2 serves")
+    gui.wait_for_line("The sliders are in the panel Joints of the page that /rviz2 serves")
     page.sliders.publish(JointState(name=["joint_1"], position=[1.0]))
     eventually(lambda: page.hears(joint_1=1.0))
     names = page.node.get_fully_qualified_node_names()
