@@ -8,11 +8,10 @@ are evaluated, on numbers and texts of limited size.
 import ast
 import math
 import operator
-from collections.abc import Callable, Mapping
-from typing import Any
 
 from teleopctl.base.budget import LONGEST_TEXT
 from teleopctl.base.printable import shortened
+from teleopctl.base.typed import Any, Callable, Mapping
 
 _MAX_POWER = 64
 _MAX_BASE = 10**9

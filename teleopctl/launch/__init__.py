@@ -180,6 +180,7 @@ if TYPE_CHECKING:
         LaunchPlan as LaunchPlan,
         ProcessPlan as ProcessPlan,
     )
+    from teleopctl.launch.model.records import dataclass as dataclass
     from teleopctl.launch.model.request import (
         LaunchRequest as LaunchRequest,
     )

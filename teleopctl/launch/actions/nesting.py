@@ -5,9 +5,6 @@ from __future__ import annotations
 from contextlib import nullcontext
 from pathlib import Path
 
-import yaml
-
-from teleopctl.base import ros_yaml
 from teleopctl.base.typed import Callable, Iterable, Mapping, Self
 from teleopctl.errors import LaunchError
 from teleopctl.launch.finding import builtin_file
@@ -236,6 +233,10 @@ def _take(turns: Iterable[Mapping[str, str]], steps: tuple[Step, ...], launch: L
 
 
 def _mapping(text: str) -> dict[str, str]:
+    import yaml
+
+    from teleopctl.base import ros_yaml
+
     try:
         value = ros_yaml.load(text)
     except yaml.YAMLError as error:

@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-import yaml
-
 from teleopctl.base.printable import shortened
 from teleopctl.base.typed import Any, Iterable
 from teleopctl.errors import LaunchError
@@ -14,23 +12,21 @@ from teleopctl.launch.model.descriptions import ParameterEntry, ParameterTree
 from teleopctl.launch.model.template import Template
 from teleopctl.node import parameter_value_problem
 
-_DUMPER: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
-
 _TRUE = frozenset({"true", "yes", "on"})
 _FALSE = frozenset({"false", "no", "off"})
 _EXPECTED = {"bool": "true or false", "int": "an integer", "float": "a number"}
 
 
-class _QuotingDumper(_DUMPER):  # type: ignore[misc]
-    """YAML dumper that quotes every text, so that no reader takes ``1e3`` for a number."""
+def _quoting_dumper() -> Any:
+    """Return a YAML dumper that quotes every text, so that no reader takes ``1e3`` for a number."""
+    import yaml
 
-
-def _represent_text(dumper: Any, text: str) -> yaml.ScalarNode:
-    node: yaml.ScalarNode = dumper.represent_scalar("tag:yaml.org,2002:str", text, style='"')
-    return node
-
-
-_QuotingDumper.add_representer(str, _represent_text)
+    base: Any = getattr(yaml, "CSafeDumper", yaml.SafeDumper)
+    dumper: Any = type("QuotingDumper", (base,), {})
+    dumper.add_representer(
+        str, lambda self, text: self.represent_scalar("tag:yaml.org,2002:str", text, style='"')
+    )
+    return dumper
 
 
 def infer_value(text: str) -> object:
@@ -118,7 +114,9 @@ def unify_types(items: list[Any]) -> list[Any]:
 def parameter_file(parameters: Iterable[tuple[str, object]]) -> str:
     """Return the YAML of a parameter file for any node; later parameters override earlier."""
     document = {"/**": {"ros__parameters": dict(parameters)}}
+    import yaml
+
     text: str = yaml.dump(
-        document, Dumper=_QuotingDumper, sort_keys=False, allow_unicode=True, width=2**20
+        document, Dumper=_quoting_dumper(), sort_keys=False, allow_unicode=True, width=2**20
     )
     return text

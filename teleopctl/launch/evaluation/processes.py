@@ -8,9 +8,6 @@ import shutil
 import sys
 from pathlib import Path
 
-import yaml
-
-from teleopctl.base import ros_yaml
 from teleopctl.base.files import read_text
 from teleopctl.base.typed import Callable, Final, Iterable, Sequence, TypeVar
 from teleopctl.errors import LaunchError, TeleopctlError
@@ -354,6 +351,10 @@ class ProcessBuilder:
 
     def _evaluated_file(self, path: Path, process_name: str) -> Path:
         """Evaluate the substitutions in a parameter file; return the path of the result."""
+        import yaml
+
+        from teleopctl.base import ros_yaml
+
         try:
             text = self._text(parse(read_text(path)))
             ros_yaml.load(text)

@@ -7,9 +7,6 @@ import re
 import shlex
 from contextlib import contextmanager
 
-import yaml
-
-from teleopctl.base import ros_yaml
 from teleopctl.base.typed import Iterator
 from teleopctl.errors import LaunchError, TeleopctlError
 from teleopctl.launch.model import values
@@ -89,6 +86,10 @@ def typed(text: str) -> object:
     # Skips the parser for robot descriptions, which are long and never scalars.
     if "\n" in text.strip():
         return text
+    import yaml
+
+    from teleopctl.base import ros_yaml
+
     try:
         value = ros_yaml.load_value(text)
     except yaml.YAMLError:

@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 
 from teleopctl import launch as model
-from teleopctl.launch import Condition as ModelCondition, Template
+from teleopctl.launch import Condition as ModelCondition, Template, dataclass
 
 from ._places import blamed, here
 from .action import Action

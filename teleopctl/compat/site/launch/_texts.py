@@ -3,11 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping
-from dataclasses import dataclass
 from os import PathLike, fspath
 from typing import Any
 
-from teleopctl.launch import Call, ComputedText, LaunchContext as Evaluated, Template, literal
+from teleopctl.launch import (
+    Call,
+    ComputedText,
+    LaunchContext as Evaluated,
+    Template,
+    dataclass,
+    literal,
+)
 
 from ._places import blamed
 from .launch_context import LaunchContext

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from queue import SimpleQueue
 from threading import Event as Flag, Thread
 from typing import TYPE_CHECKING, Protocol
@@ -11,7 +10,7 @@ from launch.launch_context import LaunchContext
 from lifecycle_msgs.msg import TransitionEvent
 from lifecycle_msgs.srv import ChangeState as ChangeStateService
 
-from teleopctl.launch import Launch, ProcessPlan, ProcessStarted, ShutdownBegan, Step
+from teleopctl.launch import Launch, ProcessPlan, ProcessStarted, ShutdownBegan, Step, dataclass
 
 from .events.lifecycle import ChangeState, StateTransition
 from .ros_adapters import shared_adapter

@@ -2,10 +2,10 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
 from typing import Any
 
 from teleopctl import launch as model
+from teleopctl.launch import dataclass
 
 from ..action import Action
 from ..event import Event, emit

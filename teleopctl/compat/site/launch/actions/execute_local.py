@@ -3,11 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
-from teleopctl.launch import ProcessExited, ProcessPart, ProcessPlan, ProcessStarted
+from teleopctl.launch import ProcessExited, ProcessPart, ProcessPlan, ProcessStarted, dataclass
 
 from .._texts import optional, template
 from ..action import Action

@@ -5,8 +5,6 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.base import ros_yaml
-
 from ..action import Action
 from ..utilities import normalize_to_list_of_substitutions, perform_substitutions
 
@@ -57,6 +55,8 @@ class ForEach(Action):
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
         """Make the entities."""
+        from teleopctl.base import ros_yaml
+
         text = perform_substitutions(context, self._input_values)
         sets = [ros_yaml.safe_load(each) for each in text.split(self.SEPARATOR) if each.strip()]
         if not sets:

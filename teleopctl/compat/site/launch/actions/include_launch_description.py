@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
 from teleopctl.errors import LaunchError
-from teleopctl.launch import Include, IncludeSteps, Step
+from teleopctl.launch import Include, IncludeSteps, Step, dataclass
 
 from .._entities import steps
 from .._texts import optional, template

@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import inspect
 from collections.abc import Callable, Coroutine, Iterable, Mapping
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
 from teleopctl.errors import TeleopctlError
+from teleopctl.launch import dataclass
 
 from ..action import Action
 from ..event_handlers.on_shutdown import OnShutdown

@@ -4,12 +4,11 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable
-from dataclasses import dataclass
 from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 from teleopctl import launch as model
-from teleopctl.launch import Step, TimedEntities
+from teleopctl.launch import Step, TimedEntities, dataclass
 
 from .._entities import steps
 from .._texts import optional, template

@@ -3,22 +3,20 @@
 from __future__ import annotations
 
 import logging
-import os
 import sys
 import warnings
 from collections.abc import Callable
-from io import TextIOWrapper
-from logging.handlers import WatchedFileHandler
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.base.files import open_private
 from teleopctl.launch import LOG_FORMAT, SCREEN_FORMAT, current_log_directory, new_log_directory
 
 from .handlers import PerLoggerFormatting
 
 if TYPE_CHECKING:
     from typing import Literal
+
+    from ._log_file import LogFileHandler
 
     Style = Literal["%", "{", "$"]
 
@@ -43,7 +41,7 @@ class LaunchConfig:
         self._log_dir: Path | None = None
         self._is_taken_over = False
         # Any handler: whoever makes one knows which.
-        self._factory: Callable[..., logging.Handler] = _LogFileHandler
+        self._factory: Callable[..., logging.Handler] | None = None
         for handler in self.file_handlers.values():
             handler.close()
         self.file_handlers = {}
@@ -88,13 +86,13 @@ class LaunchConfig:
         if folder != Path() and folder != self._log_dir:
             self._log_dir, self._is_taken_over = folder, True
             for handler in self.file_handlers.values():
-                if isinstance(handler, _LogFileHandler):
+                if isinstance(handler, _log_file_handler()):
                     handler.move(folder)
 
     @property
     def log_handler_factory(self) -> Callable[..., logging.Handler]:
         """What makes that which writes into a log: called with its path and ``encoding``."""
-        return self._factory
+        return self._factory or _log_file_handler()
 
     @log_handler_factory.setter
     def log_handler_factory(self, new_log_handler_factory: Callable[..., logging.Handler]) -> None:
@@ -139,9 +137,9 @@ class LaunchConfig:
         """Return what writes into a log; always the same for the same file."""
         if file_name not in self.file_handlers:
             path = self.get_log_file_path(file_name)
-            made = self._factory(path, encoding="utf-8")
+            made = self.log_handler_factory(path, encoding="utf-8")
             made.setFormatter(LOG_FORMAT.formatter())
-            if isinstance(made, _LogFileHandler):
+            if isinstance(made, _log_file_handler()):
                 made.waits_for_folder = self._is_taken_over
             self.file_handlers[file_name] = made
         return self.file_handlers[file_name]
@@ -156,57 +154,7 @@ class _ScreenHandler(PerLoggerFormatting):
         sys.stdout.flush()
 
 
-class _LogFileHandler(PerLoggerFormatting, WatchedFileHandler):
-    """Writes into a log, beside the launch itself.
+def _log_file_handler() -> type[LogFileHandler]:
+    from ._log_file import LogFileHandler  # logging.handlers takes 6 ms to import
 
-    Attributes:
-        waits_for_folder: Whether lines are kept until the launch has made its folder, which one
-            that is only printed never does.
-    """
-
-    def __init__(self, path: str, *, encoding: str) -> None:
-        super().__init__(path, encoding=encoding, errors="replace", delay=True)
-        self.waits_for_folder = False
-        self._kept: list[logging.LogRecord] = []
-
-    def _open(self) -> TextIOWrapper:
-        flags = os.O_WRONLY | os.O_CREAT | os.O_APPEND
-        stream = os.fdopen(open_private(self.baseFilename, flags), "ab")
-        return TextIOWrapper(stream, encoding=self.encoding, errors=self.errors)
-
-    def move(self, folder: Path) -> None:
-        """Write into the file of that name in another folder from now on."""
-        self.flush()
-        if self.stream is not None:
-            self.stream.close()
-            self.stream = None  # as its own `close` does
-        self.baseFilename = str(folder.absolute() / Path(self.baseFilename).name)
-        self.waits_for_folder = True
-
-    def emit(self, record: logging.LogRecord) -> None:
-        """Write a line, unless it stands there already since the screen is that file."""
-        folder = Path(self.baseFilename).parent
-        if self.waits_for_folder and not folder.is_dir():
-            self._kept.append(record)
-            return
-        folder.mkdir(parents=True, exist_ok=True)
-        kept, self._kept = self._kept, []
-        if not _is_screen(self.baseFilename):
-            for each in (*kept, record):
-                super().emit(each)
-
-    def flush(self) -> None:
-        """Write what waited, where there is a folder now."""
-        if self._kept and Path(self.baseFilename).parent.is_dir():
-            *_, last = self._kept
-            self._kept.pop()
-            self.emit(last)
-        super().flush()
-
-
-def _is_screen(path: str) -> bool:
-    """Tell whether standard output goes into a file, as that of a launch in the background does."""
-    try:
-        return os.path.samestat(os.fstat(1), Path(path).stat())
-    except OSError:
-        return False
+    return LogFileHandler

@@ -9,10 +9,6 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable, Sequence
 from typing import TYPE_CHECKING, Any, List, TypeAlias, get_args, get_origin  # noqa: UP035 -- its identity matters
 
-import yaml
-
-from teleopctl.base import ros_yaml
-
 from ..substitution import Substitution
 from .ensure_argument_type_impl import ensure_argument_type
 from .normalize_to_list_of_substitutions_impl import normalize_to_list_of_substitutions
@@ -133,6 +129,10 @@ def coerce_to_type(
 def _as_yaml(text: str, wrong: str) -> Any:
     if not text:
         return ""
+    import yaml
+
+    from teleopctl.base import ros_yaml
+
     try:
         return ros_yaml.safe_load(text)
     except yaml.YAMLError as error:

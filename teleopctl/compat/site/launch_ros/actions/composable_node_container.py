@@ -3,10 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.launch import Action, Launch, LoadComponents, literal
+from teleopctl.launch import Action, Launch, LoadComponents, dataclass, literal
 
 from ..descriptions.composable_node import ComposableNode
 from .node import Node

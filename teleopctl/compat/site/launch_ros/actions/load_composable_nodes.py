@@ -3,13 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
 from launch._texts import template
 from launch.action import Action
 
-from teleopctl.launch import LoadComponents, Template
+from teleopctl.launch import LoadComponents, Template, dataclass
 
 from ..descriptions.composable_node import ComposableNode
 from .composable_node_container import ComposableNodeContainer
