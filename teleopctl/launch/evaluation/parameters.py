@@ -10,7 +10,6 @@ from teleopctl.launch.evaluation.substitution import evaluated_text
 from teleopctl.launch.model import values
 from teleopctl.launch.model.descriptions import ParameterEntry, ParameterTree
 from teleopctl.launch.model.template import Template
-from teleopctl.node import parameter_value_problem
 
 _TRUE = frozenset({"true", "yes", "on"})
 _FALSE = frozenset({"false", "no", "off"})
@@ -45,6 +44,8 @@ def parameter_value(entry: ParameterEntry, context: LaunchContext) -> object:
         TeleopctlError: The value cannot be evaluated, does not have the type that the entry
             demands, or has a type that no parameter can have.
     """
+    from teleopctl.node import parameter_value_problem
+
     value = _tree_value(entry.value, entry.type_name, context)
     reason = parameter_value_problem(value)
     if reason is not None:

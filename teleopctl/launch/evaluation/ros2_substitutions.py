@@ -11,7 +11,6 @@ import subprocess
 from pathlib import Path
 
 from teleopctl.base.budget import joined
-from teleopctl.base.expression import ExpressionError, evaluate
 from teleopctl.base.files import read_text
 from teleopctl.base.typed import Sequence
 from teleopctl.errors import LaunchError, did_you_mean
@@ -49,6 +48,8 @@ def _eval(arguments: Sequence[str], _: LaunchContext) -> str:
     modules = [name.strip() for name in ",".join(arguments[1:]).split(",")]
     if others := [name for name in modules if name not in ("", "math")]:
         raise LaunchError(f"$(eval …): module '{others[0]}' is not available, only math")
+    from teleopctl.base.expression import ExpressionError, evaluate
+
     try:
         return evaluate(arguments[0])
     except ExpressionError as error:
