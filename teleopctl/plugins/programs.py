@@ -4,7 +4,10 @@ from __future__ import annotations
 
 # Package, module, and function by executable where the names differ.
 _EXAMPLES = {
-    "executors": ("minimal", "listener talker callback_group composed"),
+    "executors": (
+        "minimal",
+        "listener talker callback_group composed custom_callback_group custom_executor",
+    ),
     "guard_conditions": ("minimal", "trigger_guard_condition"),
     "minimal_action_client": (
         "minimal_actions",

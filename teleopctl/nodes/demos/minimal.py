@@ -174,6 +174,21 @@ def composed(args: list[str] | None = None) -> None:
     )
 
 
+def custom_executor(args: list[str] | None = None) -> None:
+    """Run a talker, a listener and a listener of ``estop`` until Ctrl-C."""
+    _run_together(
+        lambda: MinimalSubscriber("estopper", "estop"),
+        lambda: MinimalPublisher("talker", "chatter", (1.0,)),
+        lambda: MinimalSubscriber("listener", "chatter"),
+        args=args,
+    )
+
+
+def custom_callback_group(args: list[str] | None = None) -> None:
+    """Publish on ``chatter`` twice a second until Ctrl-C."""
+    run(lambda: MinimalPublisher("intermittent_talker", "chatter"), args)
+
+
 def _run_together(*makers: Callable[[], Node], args: list[str] | None) -> None:
     rclpy.init(args=args)
     nodes = [make() for make in makers]
