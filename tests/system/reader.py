@@ -154,7 +154,7 @@ def goes_on(words: list[str]) -> bool:
             return "-f" in options
         case ["run" | "top", *_] | ["topic", "hz" | "bw" | "delay", *_]:
             return True
-        case ["bag", "play" | "burst" | "record" | "view", *_]:
+        case ["bag", "play" | "burst" | "record" | "view", *_] | ["episode", "record", *_]:
             return True
     return False
 
