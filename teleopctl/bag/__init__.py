@@ -55,6 +55,7 @@ if TYPE_CHECKING:
         export_lerobot as export_lerobot,
     )
     from teleopctl.bag.lerobot.features import (
+        CAMERA_PREFIX as CAMERA_PREFIX,
         DEPTH_ENCODINGS as DEPTH_ENCODINGS,
         camera_name as camera_name,
         find_actions as find_actions,

@@ -437,7 +437,7 @@ class Drives:
             speeds_before[row], speeds[row], fed_forward[row] = before, speed, fed
             setpoints[row] = setpoint + speed * period_s
             # MuJoCo keeps a set-point that does not move, unless it lies outside of its range.
-            settled &= mode != _VELOCITY and not (speed or fed)
+            settled &= mode != _VELOCITY and not (speed or fed or before)
             settled &= self._lower[row] <= setpoint <= self._upper[row]
         self._planned_target[:] = self._target
         self.settled = self._at_rest = settled

@@ -303,6 +303,13 @@ class LockstepLoop:
         self._lost = False
         self._began_anew, self._exchanged = True, False
 
+    def go_on(self) -> None:
+        """Continue the schedules at the present time, which was published, before `run`."""
+        now = self._simulation.time_ns
+        self._clock_schedule.skip_to(now + 1)
+        self._view_schedule.skip_to(now)
+        self._was_viewed = True
+
     def show(self, *, even_running: bool = False) -> None:
         """Publish the present state if the simulation is paused; call on the loop's thread.
 

@@ -73,6 +73,9 @@ class SimulationReplay:
         self._loop.set_viewed(True)
         self._loop.set_paused(False, 0.0)
         made.sensors.on_graph_change()
+        if start is not None:
+            self._loop.go_on()
+            made.sensors.go_on(robot.simulation.time_ns)
         WorldMarkers(node, robot.model)
         self.topics: Mapping[str, str] = memory.topics
         self.inputs = {mover.topic for mover in robot.simulation.movers}

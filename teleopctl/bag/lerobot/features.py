@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 STATE, ACTION, HAND, STAMPS = "observation.state", "action", "hand", "stamps"
 """Names of the features that are no pictures; STATE and ACTION are LeRobot's."""
 
-CAMERA = "observation.images."
+CAMERA_PREFIX = "observation.images."
 """LeRobot's prefix of the features that are pictures."""
 
 # Default field of a topic by its type, used if only a topic is given.

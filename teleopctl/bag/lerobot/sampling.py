@@ -23,7 +23,7 @@ from teleopctl.bag.export.video import VideoFile
 from teleopctl.bag.lerobot.dataset import Episode, Video
 from teleopctl.bag.lerobot.features import (
     ACTION,
-    CAMERA,
+    CAMERA_PREFIX,
     HAND,
     STAMPS,
     STATE,
@@ -155,10 +155,10 @@ class _Sampling:
         for text in options.cameras:
             name, _, topic = text.rpartition("=")
             require_pictures(topic, types, bag)
-            key = f"{CAMERA}{name or camera_name(topic)}"
+            key = f"{CAMERA_PREFIX}{name or camera_name(topic)}"
             if any(film.camera.key == key for film in self._films.values()):
                 raise UsageError(
-                    f"Two cameras have the name '{key.removeprefix(CAMERA)}'",
+                    f"Two cameras have the name '{key.removeprefix(CAMERA_PREFIX)}'",
                     hint=f"Name them: --camera NAME={topic}",
                 )
             self._films[topic] = _Film(Camera(key, topic), videos / f"{key}.mp4", options.fps)

@@ -118,6 +118,11 @@ class PickAndPlace(Node):
                 ("SetFreeJointState", "set_free_joint_state"),
             )
         )
+        trigger = get_service("std_srvs/srv/Trigger")
+        self._episodes = {
+            name: self.create_client(trigger, f"/episode_recorder/{name}")
+            for name in ("start", "success", "save")
+        }
         self._controllers = Controllers(self)
         self._changed = threading.Condition()
 
@@ -186,6 +191,12 @@ class PickAndPlace(Node):
         self._request(self._place, free_joints=[body])
         wanted = np.array([at.x, at.y])
         self._wait(lambda: bool(np.linalg.norm(self.cube()[:2] - wanted) < 0.01), "the cube")
+
+    def record(self, *names: str) -> None:
+        """Let episode_recorder do something: ``start``, ``success``, ``save``."""
+        for name in names:
+            self._wait(self._episodes[name].service_is_ready, "episode_recorder")
+            self._request(self._episodes[name])
 
     def take(self) -> None:
         """Grasp the cube from above, and lift it."""
@@ -317,6 +328,9 @@ def main(args: Sequence[str] | None = None) -> int:
         default=1.0,
         help="simulated seconds per second; 0 is as fast as the machine allows",
     )
+    parser.add_argument(
+        "--episodes", action="store_true", help="record each try by a running episode_recorder"
+    )
     options = parser.parse_args(parse_ros_arguments(arguments).program[1:])
     random = np.random.default_rng(options.seed)
     done = 0
@@ -334,6 +348,8 @@ def main(args: Sequence[str] | None = None) -> int:
                     random.uniform(*_DISTANCES),
                     random.uniform(-_YAW, _YAW),
                 )
+                if options.episodes:
+                    node.record("start")
                 try:
                     node.take()
                     succeeded = node.drop()
@@ -341,6 +357,8 @@ def main(args: Sequence[str] | None = None) -> int:
                     node.get_logger().error(error.message)
                     succeeded = False
                 done += succeeded
+                if options.episodes:
+                    node.record(*(["success"] if succeeded else []), "save")
                 where = "in the bin" if succeeded else f"at {np.round(node.cube(), 2).tolist()}"
                 node.get_logger().info(f"{number} of {options.times}: the cube is {where}")
             node.get_logger().info(f"{done} of {options.times} cubes are in the bin")

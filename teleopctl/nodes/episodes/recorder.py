@@ -27,6 +27,7 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.bag import (
+    CAMERA_PREFIX,
     DEPTH_ENCODINGS,
     EPISODE_RECORD,
     STATE_ATTACHMENT,
@@ -349,35 +350,56 @@ class EpisodeRecorder(Node):
     def _find_cameras(self) -> dict[str, str]:
         """Return the topics of the colour images in the graph by the cameras' names.
 
-        Waits for a first image of each: a camera may draw only what somebody subscribes to, and
-        begins with that when an episode does. JPEG images are taken where they are published.
+        Waits for cameras of the data set, and for a first image of each: a camera may draw only
+        what somebody subscribes to, and begins with that when an episode does.
+
+        Raises:
+            UnavailableError: A camera that the user or the data set names publishes nothing.
         """
-        kinds = dict(self.get_topic_names_and_types())
-        prefers_raw = bool(self.get_parameter("raw_images").value)
-        chosen: dict[str, str] = {}
-        for name, types in sorted(kinds.items()):
-            is_jpeg = _COMPRESSED in types and name.endswith("/compressed")
-            if not self.count_publishers(name) or not (is_jpeg or _RAW in types):
-                continue
-            base = name.removesuffix("/compressed")
-            if base not in chosen or is_jpeg != prefers_raw:
-                chosen[base] = name
         texts = self._settings().cameras
-        wanted = texts or [f"{camera_name(base)}={name}" for base, name in chosen.items()]
+        needed = {
+            key.removeprefix(CAMERA_PREFIX)
+            for key in self._folder.dataset.features
+            if key.startswith(CAMERA_PREFIX)
+        }
+        if not texts:
+            self.context.wait_for_change(
+                lambda: needed <= self._published_cameras().keys(), _FIRST_IMAGE_S
+            )
+        named = [text.rpartition("=") for text in texts]
+        chosen = {name or camera_name(topic): topic for name, _, topic in named}
+        chosen = chosen or self._published_cameras()
+        if missing := sorted(needed - chosen.keys()):
+            raise UnavailableError(
+                f"The data set has pictures of {', '.join(missing)}, and no such camera publishes",
+                hint=f"Name its topic: cameras:=['{missing[0]}=TOPIC']",
+            )
         found = {}
-        for text in wanted:
-            name, _, topic = text.rpartition("=")
-            kind = _RAW if _RAW in kinds.get(topic, ()) else _COMPRESSED
+        for name, topic in chosen.items():
+            kind = _COMPRESSED if topic.endswith("/compressed") else _RAW
             image = self._simulation.next_message(get_message(kind), topic, _FIRST_IMAGE_S)
-            if image is None and texts:
+            if image is None and (texts or name in needed):
                 raise UnavailableError(f"No image has come on {topic} for {_FIRST_IMAGE_S:g} s")
             if image is None:
                 self.get_logger().warning(
                     f"No image has come on {topic} for {_FIRST_IMAGE_S:g} s: it is left out"
                 )
             elif texts or getattr(image, "encoding", "") not in DEPTH_ENCODINGS:
-                found[name or camera_name(topic)] = topic
+                found[name] = topic
         return found
+
+    def _published_cameras(self) -> dict[str, str]:
+        """Return the published image topics by the cameras' names, JPEG where there is a choice."""
+        prefers_raw = bool(self.get_parameter("raw_images").value)
+        chosen: dict[str, str] = {}
+        for name, types in sorted(self.get_topic_names_and_types()):
+            is_jpeg = _COMPRESSED in types and name.endswith("/compressed")
+            if not self.count_publishers(name) or not (is_jpeg or _RAW in types):
+                continue
+            base = name.removesuffix("/compressed")
+            if base not in chosen or is_jpeg != prefers_raw:
+                chosen[base] = name
+        return {camera_name(base): name for base, name in chosen.items()}
 
     # --- the graph ------------------------------------------------------------------------
 

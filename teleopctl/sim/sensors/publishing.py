@@ -88,6 +88,12 @@ class SensorPublisher:
         for channel in self._channels:
             channel.watched = channel.publisher.get_subscription_count() > 0
 
+    def go_on(self, time_ns: int) -> None:
+        """Continue the schedules of the subscribed sensors at a simulated time."""
+        for channel in self._channels:
+            channel.running = channel.watched
+            channel.schedule.skip_to(time_ns)
+
     def restart(self) -> None:
         """Restart the schedules of all sensors, after a reset of simulated time to zero."""
         for channel in self._channels:
