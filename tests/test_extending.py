@@ -91,7 +91,7 @@ def test_the_code_of_a_page_is_short(page):
 
 def test_every_kind_of_plug_in_is_in_the_table_and_has_a_page():
     table = (FOLDER / "index.md").read_text(encoding="utf-8")
-    groups = {kind.group for kind in vars(plugins).values() if isinstance(kind, plugins.Kind)}
+    groups = {kind.group for kind in plugins.kinds()}
     assert set(re.findall(r"`((?:teleopctl\.|rclpy_)\w+)` \|", table)) == groups
     # Components are ROS 2's kind of plug-in, with a page and tests of their own.
     groups.remove("rclpy_components")
@@ -173,7 +173,7 @@ def test_a_strangers_verb_and_completion(ros, use):
     assert done.stdout.rstrip().endswith("launch"), done.stderr
     assert "(from my-verbs)" in ros.run("--help").stdout
     ros.env["_TELEOPCTL_COMPLETE"] = "zsh"
-    assert ros.run("-- where tf2").stdout.split() == ["tf2_ros", "tf2_tools"]
+    assert {"tf2_ros", "tf2_tools"} <= set(ros.run("-- where tf2").stdout.split())
 
 
 def test_a_strangers_launch_action_and_substitution(use):

@@ -257,6 +257,10 @@ ELSEWHERE = {
     "sim load": "tests/system/test_simulation_interfaces.py",
     "camera save": "tests/system/test_camera_save.py",
     "bag verify": "tests/system/test_bag_verify.py",
+    **dict.fromkeys(
+        [f"episode {verb}" for verb in ("list", "stats", "replay", "trim", "drop", "build")],
+        "tests/system/test_episodes.py",
+    ),
     "multicast receive": "tests/system/test_doctor.py",
     "control view_hardware_status": "tests/system/test_control.py",
     "service echo": "tests/system/test_service.py",

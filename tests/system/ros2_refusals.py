@@ -222,11 +222,6 @@ _PLACES = (
 PACKAGES = [
     Refusal("pkg prefix nope_pkg", "Package not found", f": 'nope_pkg'{_PLACES}"),
     Refusal("pkg xml nope_pkg", "Package not found", f": 'nope_pkg'{_PLACES}"),
-    Refusal(
-        "pkg xml tf2_ros",
-        "Package XML manifest not found",
-        ": package 'tf2_ros' has no package.xml",
-    ),
     Refusal("pkg executables nope_pkg", "Package 'nope_pkg' not found", _PLACES),
     Refusal("run nope_pkg x", "Package 'nope_pkg' not found", _PLACES),
     Refusal(

@@ -444,7 +444,7 @@ def test_on_a_terminal_it_is_shown_too(ros, words):
     argv = [sys.executable, "-m", "teleopctl", *words.split()]
     terminal = Terminal(argv, ros.env, ros.folder)
     try:
-        token = terminal.until(r"\?token=(\S+)\r?\n", 60)[1]
+        token = terminal.until(r"\?token=([\w-]+)[^\n]*\n", 60)[1]
         assert terminal.text.count("token=") == 1
         assert holders(ros, token) == ["token"]
     finally:

@@ -23,7 +23,15 @@ NOT_TYPED = {
         "record:=picks",
         "teleopctl bag verify picks",
     ],
-    "page": ["teleopctl run rviz2 rviz2 --host 0.0.0.0"],
+    "page": [
+        "teleopctl view                          # the running robot: "
+        "teleopctl run rviz2 rviz2 --open",
+        "teleopctl view session                  # a bag",
+        "teleopctl view my_robot.urdf.xacro      # a robot's file, with sliders: "
+        "launch display.yaml",
+        "teleopctl view my_robot.rviz            # an .rviz file; my_layout.yaml a layout",
+        "teleopctl run rviz2 rviz2 --host 0.0.0.0",
+    ],
     "ros2": [
         "export RMW_IMPLEMENTATION=rmw_zenoh_cpp",
         "ros2 daemon stop     # a daemon that runs on another middleware would answer for it",

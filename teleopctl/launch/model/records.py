@@ -30,6 +30,7 @@ else:
         """Return the default of a field that is made anew for each object."""
         return _Factory(default_factory)
 
+    # Any: the class, or a decorator of classes.
     def dataclass(class_: type | None = None, **options: bool) -> Any:
         """Add the methods of a data class to a class: ``frozen`` and ``kw_only`` as in Python's."""
         if class_ is None:

@@ -334,6 +334,7 @@ class PlotPanel(Panel):
 
     # --- what is kept -------------------------------------------------------------------------
 
+    # Any: JSON.
     def state(self) -> Any:
         """Return the lines of each plot, and the length of the time window."""
         expected = [(chart, text, topics) for chart, text, topics in self._expected]
@@ -346,6 +347,7 @@ class PlotPanel(Panel):
             plots.append(lines)
         return {"plots": plots, "seconds": self._window.value} if plots else None
 
+    # Any: JSON.
     def restore(self, state: Any) -> None:
         """Draw the plots that `state` has returned; lines of other topics wait for these."""
         if not isinstance(state, dict):

@@ -75,11 +75,13 @@ class ScenePanel(Panel):
 
     # --- what is kept -------------------------------------------------------------------------
 
+    # Any: JSON.
     def state(self) -> Any:
         """Return the displays as the text of an ``.rviz`` file, if they were changed by hand."""
         view = self.page.scene_view
         return {"rviz": view.text()} if self._is_changed and view.path is None else None
 
+    # Any: JSON.
     def restore(self, state: Any) -> None:
         """Draw the displays that `state` has returned."""
         text = state.get("rviz") if isinstance(state, dict) else None

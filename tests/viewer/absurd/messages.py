@@ -27,6 +27,7 @@ STATE = {
     "multi_dof_joint_state": "sensor_msgs/msg/MultiDOFJointState",
 }
 OBJECT: dict[str, Any] = {
+    "type": {"key": "string", "db": "string"},
     "header": "std_msgs/msg/Header",
     "pose": "geometry_msgs/msg/Pose",
     "id": "string",

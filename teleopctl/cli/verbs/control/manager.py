@@ -61,6 +61,7 @@ class ManagerOptions(OptionSet):
         """Return a context with a client of the controller manager; see `manager_client`."""
         return manager_client(self.controller_manager, self.ros_args)
 
+    # Any: the types of services are made at run time.
     def response(self, service: str, kind: str) -> Any:
         """Call a service of the controller manager whose request has no fields.
 
