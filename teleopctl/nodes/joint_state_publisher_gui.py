@@ -8,6 +8,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import os
 import sys
 
 from teleopctl.node import (
@@ -57,7 +58,7 @@ def main(args: list[str] | None = None) -> int:
 
         def look() -> None:
             node.destroy_timer(timer)
-            page = _page_of(node)
+            page = _page_of(node) or _viewer_of_this_launch()
             if page is not None:
                 node.get_logger().info(
                     f"The sliders are in the panel Joints of the page that {page} serves"
@@ -73,6 +74,22 @@ def main(args: list[str] | None = None) -> int:
 def _page_of(node: Node) -> str | None:
     pages = [entry.full_name for entry in node.graph().nodes if entry.name in _PAGES]
     return pages[0] if pages else None
+
+
+def _viewer_of_this_launch() -> str | None:
+    """Return the program of the viewer that the same launch has started; None without one.
+
+    The viewer may have another name, or may not be in the graph yet on a busy machine.
+    """
+    import psutil
+
+    with contextlib.suppress(psutil.Error):
+        for sibling in psutil.Process(os.getppid()).children():
+            with contextlib.suppress(psutil.Error):
+                words = sibling.cmdline()
+                if "teleopctl.nodes" in words and "rviz2" in words:
+                    return "rviz2"
+    return None
 
 
 def _open(node: Node, options: argparse.Namespace) -> Node:
