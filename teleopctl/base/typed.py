@@ -18,7 +18,7 @@ if TYPE_CHECKING:
         Mapping as Mapping,
         Sequence as Sequence,
     )
-    from contextlib import contextmanager as contextmanager
+    from contextlib import contextmanager as contextmanager, suppress as suppress
     from enum import IntEnum as IntEnum, StrEnum as StrEnum
     from functools import cache as cache
     from typing import (
@@ -211,6 +211,18 @@ else:
                 error.__traceback__ = traceback
                 return False
             raise RuntimeError("generator didn't stop after throw()")
+
+    class suppress:  # noqa: N801 -- the name in contextlib
+        """Context manager that ends a ``with`` block at exceptions of some kinds without them."""
+
+        def __init__(self, *kinds: type[BaseException]) -> None:
+            self._kinds = kinds
+
+        def __enter__(self) -> None:
+            pass
+
+        def __exit__(self, kind: type[BaseException] | None, *_: object) -> bool:
+            return kind is not None and issubclass(kind, self._kinds)
 
     def contextmanager(function: object) -> object:
         """Return a function whose call gives the context manager of a generator function."""

@@ -113,9 +113,11 @@ if TYPE_CHECKING:
         snake_case as snake_case,
         to_dds as to_dds,
     )
-    from teleopctl.interfaces.yaml import (
+    from teleopctl.interfaces.yaml.input import (
         documents_from_yaml as documents_from_yaml,
         message_from_yaml as message_from_yaml,
+    )
+    from teleopctl.interfaces.yaml.output import (
         message_to_csv as message_to_csv,
         message_to_dict as message_to_dict,
         message_to_yaml as message_to_yaml,

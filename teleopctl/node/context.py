@@ -4,14 +4,13 @@ from __future__ import annotations
 
 import _thread
 import atexit
-import contextlib
 import itertools
 import sys
 import threading
 import time
 from collections.abc import Callable, Sequence
 
-from teleopctl.base.typed import TYPE_CHECKING, ClassVar, Literal
+from teleopctl.base.typed import TYPE_CHECKING, ClassVar, Literal, suppress
 from teleopctl.node.values import signals
 from teleopctl.node.values.exceptions import NotInitializedException, ShutdownBySignalException
 from teleopctl.node.values.handle import Handle
@@ -370,7 +369,7 @@ class Context:
         for thread in threading.enumerate():
             if thread.daemon and thread is not threading.current_thread():
                 # Python also lists threads of Zenoh, which it cannot join.
-                with contextlib.suppress(AssertionError, RuntimeError):
+                with suppress(AssertionError, RuntimeError):
                     thread.join(max(0.0, deadline - time.monotonic()))
 
     def _release(self) -> None:

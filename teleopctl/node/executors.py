@@ -2,16 +2,14 @@
 
 from __future__ import annotations
 
-import contextlib
 import functools
 import os
-import queue
 import sys
 import threading
 import time
 from collections.abc import Callable, Coroutine, Iterator
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, cast
+from teleopctl.base.typed import TYPE_CHECKING, Any, cast, contextmanager, suppress
 from teleopctl.node.context import Context
 from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup, Schedulable
@@ -25,12 +23,15 @@ from teleopctl.node.values.future import Future, ResultT, Task, WatchedFuture
 
 if TYPE_CHECKING:
     from concurrent.futures import ThreadPoolExecutor
+    from queue import Empty, SimpleQueue
 
     from teleopctl.node.endpoints.timer import Timer
     from teleopctl.node.node_endpoints import NodeEndpoints
     from teleopctl.node.values.future import AnyFuture
 
     Ready = tuple[Task[Any], QueuingEntity | Timer | None, NodeEndpoints | None]
+else:
+    from _queue import Empty, SimpleQueue  # the C module behind queue
 
 
 class SpinGuard:
@@ -65,7 +66,7 @@ class SpinGuard:
             self._owner = None
             self._lock.release()
 
-    @contextlib.contextmanager
+    @contextmanager
     def until(self, future: AnyFuture, wake: Callable[[], object]) -> Iterator[WatchedFuture]:
         """Return a context manager that holds the lock, and calls ``wake`` when the future ends."""
         watched = WatchedFuture(future)
@@ -94,7 +95,7 @@ class Executor:
 
     def __init__(self, *, context: Context | None = None) -> None:
         self._context = context or Context.default()
-        self._queue: queue.SimpleQueue[Any] = queue.SimpleQueue()
+        self._queue: SimpleQueue[Any] = SimpleQueue()
         self._queued: set[Schedulable | Timer] = set()
         # Replaced, never changed, so that spinning may iterate without a lock.
         self._nodes: tuple[NodeEndpoints, ...] = ()
@@ -353,7 +354,7 @@ class Executor:
             wait_s = left_s if wait_s is None else min(wait_s, left_s)
         try:
             return self._queue.get(timeout=wait_s)
-        except queue.Empty:
+        except Empty:
             return None
 
     def _dispatch(self, item: Any) -> bool:
@@ -419,7 +420,7 @@ class Executor:
     def _reschedule_held(self) -> None:
         """Schedule again the entities whose groups did not admit a callback."""
         while self._held:
-            with contextlib.suppress(KeyError):  # threads of a pool call this too
+            with suppress(KeyError):  # threads of a pool call this too
                 self.schedule(self._held.pop())
 
     def _run_waitable(self, waitable: QueuingEntity) -> bool:
@@ -572,7 +573,7 @@ def _start_workers(pool: ThreadPoolExecutor, size: int, workers: list[threading.
 
     def note() -> None:
         workers.append(threading.current_thread())
-        with contextlib.suppress(threading.BrokenBarrierError):
+        with suppress(threading.BrokenBarrierError):
             together.wait()
 
     try:

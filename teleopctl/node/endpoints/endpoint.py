@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import abc
+import functools
 
 from teleopctl.base.typed import TYPE_CHECKING, Self
 from teleopctl.interfaces import type_hash
@@ -82,10 +83,14 @@ class Endpoint(abc.ABC):
                 qos=qos.to_wire(),
             )
         )
-        self.gid = gid(self._token_key)
         self.events: tuple[EventHandler, ...] = ()
         self._token: zenoh.LivelinessToken | None = None
         self._destroyed = False
+
+    @functools.cached_property
+    def gid(self) -> bytes:
+        """GID of the endpoint, 16 bytes; its hash is imported where it is needed."""
+        return gid(self._token_key)
 
     @property
     def handle(self) -> Handle:

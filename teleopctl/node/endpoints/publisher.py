@@ -2,20 +2,18 @@
 
 from __future__ import annotations
 
-import contextlib
 import itertools
 import time
 
 import zenoh
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, Generic
+from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, suppress
 from teleopctl.interfaces import MessageT, serialize
 from teleopctl.node.endpoints.endpoint import (
     LARGE_MESSAGE,
     Endpoint,
     keep_memory_for_large_messages,
 )
-from teleopctl.node.endpoints.receive_queues import MOST_ITEMS
 from teleopctl.node.values.callback_groups import CallbackGroup
 from teleopctl.node.values.exceptions import (
     ContextEndedError,
@@ -102,6 +100,8 @@ class Publisher(Endpoint, Generic[MessageT]):
         if not qos.is_latched:
             return session.declare_publisher(self.key, **options)
         from zenoh import ext
+
+        from teleopctl.node.endpoints.receive_queues import MOST_ITEMS
 
         if reliable:
             options["sample_miss_detection"] = ext.MissDetectionConfig(
@@ -212,5 +212,5 @@ class Publisher(Endpoint, Generic[MessageT]):
         channel, self._channel = self._channel, _DestroyedPublisher
         # Zenoh refuses while another thread is within `put`; that thread then has the last
         # reference, and Zenoh undeclares the publisher when the thread drops it.
-        with contextlib.suppress(RuntimeError):
+        with suppress(RuntimeError):
             channel.undeclare()

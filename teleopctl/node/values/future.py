@@ -2,13 +2,21 @@
 
 from __future__ import annotations
 
-import contextlib
 import sys
 import threading
 from collections.abc import Callable, Coroutine, Generator, Iterator, Mapping, Sequence
 from types import CoroutineType
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, Generic, Protocol, TypeVar, cast
+from teleopctl.base.typed import (
+    TYPE_CHECKING,
+    Any,
+    Generic,
+    Protocol,
+    TypeVar,
+    cast,
+    contextmanager,
+    suppress,
+)
 
 if TYPE_CHECKING:
     import asyncio
@@ -154,7 +162,7 @@ class Future(Generic[ResultT]):
                 ended.set_result(None)
 
         def tell_loop() -> None:
-            with contextlib.suppress(RuntimeError):  # the loop is closed
+            with suppress(RuntimeError):  # the loop is closed
                 loop.call_soon_threadsafe(end)
 
         self.on_end(tell_loop)
@@ -188,7 +196,7 @@ class WatchedFuture:
             return self._future.ended()
         return self._future.done()
 
-    @contextlib.contextmanager
+    @contextmanager
     def waking(self, wake: Callable[[], object]) -> Iterator[None]:
         """Return a context manager during which the end of the future calls a function."""
         if isinstance(self._future, Future):
@@ -268,7 +276,7 @@ class Task(Future[ResultT]):
 
     def __call__(self) -> None:
         """Run until the end or the next ``await``; an exception ends the task and is kept there."""
-        with contextlib.suppress(Exception):
+        with suppress(Exception):
             self.step()
 
     def executing(self) -> bool:

@@ -10,7 +10,6 @@ are escaped, except line breaks and colours. Library code uses Python's ``loggin
 
 from __future__ import annotations
 
-import contextlib
 import enum
 import os
 import sys
@@ -20,7 +19,7 @@ from collections.abc import Callable
 from types import FrameType
 
 from teleopctl.base.printable import printable_line, printable_log
-from teleopctl.base.typed import NamedTuple, Protocol
+from teleopctl.base.typed import NamedTuple, Protocol, suppress
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import split
 
@@ -95,7 +94,7 @@ class _Console:
         if self._colors:
             line = f"{_COLORS[severity]}{line}{_RESET}"
         # A full disk or a closed terminal must not end a program that only logs.
-        with self._lock, contextlib.suppress(OSError, ValueError):
+        with self._lock, suppress(OSError, ValueError):
             self._stream.write(line + "\n")
             self._stream.flush()
 

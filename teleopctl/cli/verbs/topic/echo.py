@@ -247,10 +247,12 @@ class MessagePrinter:
         names_topics: bool,
         clears: bool,
     ) -> None:
-        from teleopctl.interfaces import field_reader
-
         self._style = style
-        self._fields = [(path, field_reader(path)) for path in fields]
+        self._fields: list[tuple[str, Callable[[Any], Any]]] = []
+        if fields:
+            from teleopctl.interfaces import field_reader
+
+            self._fields = [(path, field_reader(path)) for path in fields]
         self._with_info = with_info
         self._names_topics = names_topics
         self._clears = clears and sys.stdout.isatty()
