@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import argparse
 import contextlib
+import math
 import queue
 import random
 import sys
@@ -11,6 +12,7 @@ from collections.abc import Callable
 from typing import Any
 
 from teleopctl.base import progress
+from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import (
     Clock,
@@ -122,8 +124,14 @@ class TurtleSim(Node):
     def _on_spawn(self, request: Any, response: Any) -> Any:
         if request.name in self.turtles:
             self.get_logger().error(f"A turtle named [{request.name}] already exists")
+        elif not all(map(math.isfinite, (request.x, request.y, request.theta))):
+            self.get_logger().error("No turtle is spawned: its place is not finite")
         else:
-            response.name = self._spawn(request.name, request.x, request.y, request.theta)
+            try:
+                response.name = self._spawn(request.name, request.x, request.y, request.theta)
+            except TeleopctlError as error:
+                # A name that no topic may have.
+                self.get_logger().error(f"No turtle is spawned: {error.message}")
         return response
 
     def _on_kill(self, request: Any, response: Any) -> Any:

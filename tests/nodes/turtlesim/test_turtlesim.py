@@ -165,11 +165,14 @@ def test_a_rotation_ends_at_its_angle_and_another_goal_or_command_aborts_it(sess
     assert answer(third)[0] == aborted
 
 
-def test_what_is_not_finite_is_ignored(session):
+def test_what_is_not_finite_or_no_name_is_ignored(session):
     session.command(forward=math.nan)
     session.call("turtlesim/srv/TeleportAbsolute", "turtle1/teleport_absolute", x=math.inf)
+    assert session.call("turtlesim/srv/Spawn", "spawn", x=math.nan).name == ""
+    assert session.call("turtlesim/srv/Spawn", "spawn", name="no name").name == ""
     session.sim.tick()
     assert place(session.turtle()) == pytest.approx((5.544445, 5.544445, 0.0), abs=1e-6)
+    assert [*session.sim.turtles] == ["turtle1"]
 
 
 def test_keys_drive_and_turn_the_turtle_and_another_one_mimics_it(session):
