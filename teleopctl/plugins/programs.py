@@ -172,6 +172,13 @@ COMPONENTS = {
     "robot_state_publisher::RobotStatePublisher": (
         "teleopctl.nodes.robot_state_publisher:RobotStatePublisher"
     ),
+    **{
+        f"topic_tools::{name}Node": f"teleopctl.nodes.topic_tools.serialized:{target}"
+        for name, target in {
+            **{name: name for name in ("Demux", "Drop", "Mux", "Relay", "Throttle")},
+            "Delay": "TopicDelay",
+        }.items()
+    },
     "tf2_ros::StaticTransformBroadcasterNode": (
         "teleopctl.nodes.tf2.static_transform_publisher:StaticTransformBroadcasterNode"
     ),

@@ -168,8 +168,8 @@ def _steady() -> Clock:
 class Relay(TopicTool):
     """Node that publishes each message of a topic on another one."""
 
-    def __init__(self, parameters: dict[str, Any]) -> None:
-        super().__init__("relay", parameters, "_relay")
+    def __init__(self, parameters: dict[str, Any] | None = None) -> None:
+        super().__init__("relay", parameters or {}, "_relay")
         self.declare_lazy()
         self.begin()
 
@@ -177,8 +177,8 @@ class Relay(TopicTool):
 class Throttle(TopicTool):
     """Node that limits a topic to a number of messages, or of bytes, per second."""
 
-    def __init__(self, parameters: dict[str, Any]) -> None:
-        super().__init__("throttle", parameters, "_throttle")
+    def __init__(self, parameters: dict[str, Any] | None = None) -> None:
+        super().__init__("throttle", parameters or {}, "_throttle")
         self.declare_lazy()
         kind = self.required("throttle_type", Parameter.Type.STRING)
         self._period_ns = 0.0
@@ -224,8 +224,8 @@ class Throttle(TopicTool):
 class Drop(TopicTool):
     """Node that leaves out the first X of every Y messages."""
 
-    def __init__(self, parameters: dict[str, Any]) -> None:
-        super().__init__("drop", parameters, "_drop")
+    def __init__(self, parameters: dict[str, Any] | None = None) -> None:
+        super().__init__("drop", parameters or {}, "_drop")
         self.declare_lazy()
         self._x = int(self.required("X", Parameter.Type.INTEGER))
         self._y = int(self.required("Y", Parameter.Type.INTEGER))
@@ -244,8 +244,8 @@ class Drop(TopicTool):
 class TopicDelay(TopicTool):
     """Node that publishes each message a fixed time later."""
 
-    def __init__(self, parameters: dict[str, Any]) -> None:
-        super().__init__("delay", parameters, "_delay")
+    def __init__(self, parameters: dict[str, Any] | None = None) -> None:
+        super().__init__("delay", parameters or {}, "_delay")
         self._delay_s = float(self.declare_parameter("delay", 0.0).value)
         if self._delay_s < 0.0:
             raise UsageError(f"delay must not be negative, got {self._delay_s:g}")
@@ -364,8 +364,8 @@ class Selector(TopicTool):
 class Mux(Selector):
     """Node that publishes one selected topic of several."""
 
-    def __init__(self, parameters: dict[str, Any]) -> None:
-        super().__init__("mux", parameters, "input_topics")
+    def __init__(self, parameters: dict[str, Any] | None = None) -> None:
+        super().__init__("mux", parameters or {}, "input_topics")
 
     def _declare_other_side(self) -> None:
         self.output_topic = str(self.declare_parameter("output_topic", "~/selected").value)
@@ -384,8 +384,8 @@ class Mux(Selector):
 class Demux(Selector):
     """Node that publishes a topic on one selected topic of several."""
 
-    def __init__(self, parameters: dict[str, Any]) -> None:
-        super().__init__("demux", parameters, "output_topics")
+    def __init__(self, parameters: dict[str, Any] | None = None) -> None:
+        super().__init__("demux", parameters or {}, "output_topics")
 
     def _declare_other_side(self) -> None:
         self.input_topic = str(self.declare_parameter("input_topic", "~/input").value)

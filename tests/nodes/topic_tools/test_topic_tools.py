@@ -6,6 +6,7 @@ from typing import Any
 
 import pytest
 
+from teleopctl import plugins
 from teleopctl.errors import InvalidMessageError, UsageError
 from teleopctl.interfaces import get_message, serialize
 from teleopctl.node import Node, SingleThreadedExecutor, init, raw_message_class
@@ -58,6 +59,16 @@ def test_a_topic_of_an_unknown_type_is_relayed_with_its_qos(user):
     eventually(is_gone)
     relay.destroy_node()
     executor.shutdown()
+
+
+def test_containers_load_each_tool_by_its_name_in_ros2(user):
+    names = [name for name in plugins.COMPONENTS.builtin if name.startswith("topic_tools::")]
+    tools = ("Delay", "Demux", "Drop", "Mux", "Relay", "Throttle")
+    assert sorted(names) == [f"topic_tools::{tool}Node" for tool in tools]
+    for name in names:
+        # A container gives the parameters beside the constructor; without them, one is missing.
+        with pytest.raises(UsageError, match="needs the parameter"):
+            plugins.load(plugins.COMPONENTS, name)()
 
 
 def test_drop_leaves_out_the_first_x_of_y(user):
