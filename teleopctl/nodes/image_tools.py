@@ -99,6 +99,7 @@ class Cam2Image(_ImageNode):
     """Node that publishes the images of a camera, or drawn burgers, on ``image``.
 
     Attributes:
+        wants_window: Whether the parameter ``show_camera`` asks for a page.
         show: Called with each picture, as an array of height, width and three colours.
     """
 
@@ -226,6 +227,7 @@ class ShowImage(_ImageNode):
     """Node that shows the images of ``image``.
 
     Attributes:
+        wants_window: Whether the parameter ``show_image`` asks for a page.
         show: Called with each picture, as an array of height, width and three colours.
         title: Name of the window.
     """

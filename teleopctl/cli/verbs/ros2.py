@@ -53,7 +53,7 @@ def install(
     """Put scripts named ros2, rqt, rqt_graph, rqt_console, rqt_plot and rviz2 on the PATH.
 
     They start this teleopctl. A program of the same name from elsewhere, such as a real ros2, is
-    left as it is, and the command says so.
+    left as it is, and named on stderr.
     """
     folder = _folder()
     made, kept = [], []

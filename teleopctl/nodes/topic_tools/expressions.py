@@ -85,8 +85,8 @@ def _qos(args: argparse.Namespace) -> QoSProfile | None:
         "durability": (args.qos_durability, DurabilityPolicy),
         "history": (args.qos_history, HistoryPolicy),
     }
-    asked = [args.qos_profile, args.qos_depth, *(word for word, _ in policies.values())]
-    if all(option is None for option in asked):
+    chosen = [args.qos_profile, args.qos_depth, *(word for word, _ in policies.values())]
+    if all(option is None for option in chosen):
         return None
     qos = QoSPresetProfiles.get_from_short_key(args.qos_profile or "sensor_data")
     for name, (word, policy) in policies.items():

@@ -128,7 +128,6 @@ class TopicTool(Node):
             return None
         topic = self.resolve_topic_name(self.input_topic)
         tokens = self.graph().publishers(topic)
-        # Its own output may be the input of a loop, but says nothing about the type.
         if not tokens:
             return None
         tokens = [token for token in tokens if token.type_name == tokens[0].type_name]

@@ -32,7 +32,7 @@ _PANEL_PX = 240
 _HELP = """
 Steer the turtle in a terminal of its own:
 
-`{program} run turtlesim turtle_teleop_key`
+`teleopctl run turtlesim turtle_teleop_key`
 
 *{count}*
 """
@@ -122,7 +122,7 @@ class TurtleWindow:
             ]
             self._places = [(math.nan, math.nan, math.nan)] * len(looks)
             count = "1 turtle" if len(looks) == 1 else f"{len(looks)} turtles"
-            self._help.content = _HELP.format(program="teleopctl", count=count)
+            self._help.content = _HELP.format(count=count)
         for number, turtle in enumerate(turtles):
             place = (turtle.x, turtle.y, turtle.theta)
             if place != self._places[number]:
