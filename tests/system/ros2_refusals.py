@@ -199,7 +199,7 @@ COMPONENT = [
         "component load /ComponentManager nope nope::X",
         "Failed to load component: Could not find requested resource in ament index",
         "\n  Packages with components: composition, demo_nodes_cpp, robot_state_publisher, "
-        "tf2_ros.",
+        "tf2_ros, topic_tools.",
     ),
     Refusal(
         "component load /ComponentManager demo_nodes_cpp demo_nodes_cpp::Fly",
