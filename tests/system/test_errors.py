@@ -35,6 +35,7 @@ def graph(shared_ros):
         ("param list /nowhere", "Node not found: '/nowhere'", "/simple_parameter"),
         ("param set /simple_paramter x 1", "Node not found", "/simple_parameter"),
         ("param get /simple_parameter simple_int", "Parameter not set", "simple_int_param"),
+        ("param set /simple_parameter simple_int 1", "simple_int was not", "simple_int_param"),
         ("service type /simple_parameter/get_params", "Unknown service", "get_parameters"),
         (
             "service call /simple_parameter/get_parameters std_srvs/srv/Empty",
@@ -78,6 +79,12 @@ def test_echo_of_an_unpublished_topic_has_ros2s_warning(graph):
         ("std_msgs/msg/Int8", "{data: 300}", ["data", "300"]),
         ("geometry_msgs/msg/Twist", "{linear: {x: fast}}", ["linear.x", "fast"]),
         ("std_msgs/msg/String", "{data: ", ["The passed value needs to be in YAML string"]),
+        ("std_msgs/msg/Int8MultiArray", "{data:[-1]}", ["line 1, column 6", "A blank must follow"]),
+        (
+            "std_msgs/msg/String",
+            "data:\n\t- x",
+            ["in line 2, column 1", "YAML allows no tab there"],
+        ),
         ("std_msgs/msg/Strin", "{}", ["The passed message type is invalid", "std_msgs/msg/String"]),
     ],
 )
@@ -108,6 +115,7 @@ def test_a_message_that_does_not_fit_its_type_names_the_field(graph, kind, value
         "topic echo --qos-depth -1 /chatter",
         "topic echo --qos-reliability maybe /chatter",
         "topic echo --filter 'm.data >' /chatter",
+        "topic echo --csv --json /chatter",
         "topic hz",
         "topic hz -w 0 /chatter",
         "topic bw -w 0 /chatter",
