@@ -24,6 +24,7 @@ CAMPAIGNS = (
     ("tests.faults.page_soak", "--minutes 10", "--minutes 0.5"),
     ("tests.faults.frozen", "", ""),
     ("tests.faults.control", "", "--quick blocks killed reload"),
+    ("tests.faults.episodes", "--count 20", "--count 3"),
 )
 
 

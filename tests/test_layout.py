@@ -50,6 +50,7 @@ ALLOWED = {
     "api": {
         *("bag", "control", "interfaces", "mujoco_model", "node", "robot", "sim", "tf", "wire"),
     },
+    "lerobot": {"bag", "commander", "interfaces", "node", "pictures"},
     "__init__": {"api", "bag", "commander", "compat", "control", "kinematics", "node", "wire"},
     "__main__": {"cli"},
 }

@@ -12,6 +12,7 @@ if sys.platform == "win32":
 from tests.system.page_bags import write_page_bags
 from tests.system.reader import Reader, missing, steps
 
+LEROBOT = "--{0}.discover_packages_path=teleopctl.lerobot --{0}.type=teleopctl"
 # What no test types; the pages say why, in a comment.
 NOT_TYPED = {
     "README": ["pip install '.[test]' && pytest"],
@@ -22,6 +23,14 @@ NOT_TYPED = {
         "teleopctl launch pick_and_place.yaml camera:=false times:=20 seed:=1 real_time_factor:=0 "
         "record:=picks",
         "teleopctl bag verify picks",
+    ],
+    "episodes": [
+        f"lerobot-teleoperate {LEROBOT.format('robot')}     {LEROBOT.format('teleop')} "
+        '--teleop.topics="[/leader/joint_states]"',
+        f"lerobot-record {LEROBOT.format('robot')}     {LEROBOT.format('teleop')}     "
+        "--dataset.repo_id=me/wave --dataset.single_task=wave --dataset.push_to_hub=false",
+        f"lerobot-replay {LEROBOT.format('robot')}     "
+        "--dataset.repo_id=me/wave --dataset.episode=0",
     ],
     "page": [
         "teleopctl view                          # the running robot: "
