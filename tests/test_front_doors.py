@@ -17,9 +17,10 @@ PUBLIC_NAMES = Path(__file__).with_name("public_names.txt").read_text(encoding="
 # The command line has no door but its entry point, and programs are run, not imported. The names of
 # the plug-in for lerobot need lerobot.
 ROOMS = sorted(
-    path.parent.name
+    name
     for path in PACKAGE.glob("*/__init__.py")
-    if "__getattr__" in path.read_text(encoding="utf-8") and path.parent.name not in ("cli", "lerobot")
+    if "__getattr__" in path.read_text(encoding="utf-8")
+    and (name := path.parent.name) not in ("cli", "lerobot")
 )
 IMPORT = re.compile(r"^ *from (teleopctl(?:\.[a-z_]+)?) import (?:\(([^)]*)\)|(.+))$", re.MULTILINE)
 
