@@ -220,7 +220,6 @@ def show_bag(page: Page, ros: RosGraph) -> None:
     page.get_by_role("button", name="Play", exact=True).wait_for()
     page.wait_for_timeout(4_000)
     close_notifications(page)
-    choose("Add", "position (all 5)")(page)
     # A click beside the thumb, as a person would do it.
     box = page.get_by_role("slider").first.locator("xpath=../..").bounding_box()
     assert box is not None

@@ -409,7 +409,7 @@ class MoverSelector:
         if self._watches:
             return NoJointMover(
                 f"No active controller of {_names(self._watches)} takes positions: "
-                "activate one in the tab <b>Controllers</b>."
+                "activate one in the panel <b>Controllers</b>."
             )
         if listens:
             return StatePublisher(
