@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 _PACKAGE = "rosbag2_interfaces/srv"
 _SEEK = "seek"
 _BOUNDS = ("playback.start_time_ns", "playback.end_time_ns")
-_RATES = (0.1, 0.25, 0.5, 1.0, 2.0, 5.0, 10.0)
+_RATES = (0.1, 0.5, 1.0, 2.0, 5.0, 10.0)
 _STEP_S = 0.01
 # Time after the last drag of the time line during which it does not follow the player.
 _DRAGGED_S = 0.5
