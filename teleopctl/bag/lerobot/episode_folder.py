@@ -170,8 +170,10 @@ class EpisodeFolder:
         One of an earlier recorder that was killed is kept beside it.
         """
         wanted = self.draft_of(number)
-        if wanted.exists():
+        if wanted in self.unfinished():
             wanted.rename(_free(wanted))
+        else:
+            self.discard(number)
         return wanted
 
     def draft_of(self, number: int) -> Path:
@@ -184,7 +186,9 @@ class EpisodeFolder:
 
     def unfinished(self) -> list[Path]:
         """Return the bags of episodes that were neither saved nor discarded."""
-        return sorted((self.folder / _BAGS / _RECORDING).glob("episode_*"))
+        drafts = (self.folder / _BAGS / _RECORDING).glob("episode_*")
+        # A recorder that was killed just after it saved leaves an empty folder.
+        return sorted(draft for draft in drafts if next(draft.glob("*.mcap"), None))
 
     def keep(self, draft: Path, number: int) -> Path:
         """Move a finished bag into its place as the bag of an episode; return its path.
