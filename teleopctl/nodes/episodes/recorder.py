@@ -53,6 +53,7 @@ from teleopctl.errors import (
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import (
     ExternalShutdownException,
+    LeaseWatch,
     MultiThreadedExecutor,
     MutuallyExclusiveCallbackGroup,
     Node,
@@ -117,10 +118,13 @@ class EpisodeRecorder(Node):
         self._success: bool | None = None
         self._saved = self._discarded = 0
         self._failure = ""
+        # Device of the hand that has driven in this episode.
+        self._hand = ""
         # Topics of the cameras by name, once found.
         self._cameras: dict[str, str] = {}
         self._folder = self._open_folder()
         self._simulation = EpisodeSimulation(self)
+        self._lease = LeaseWatch(self)
         self._adding = DataSetGrowth(self, self.publish_state)
         self._status = get_message("diagnostic_msgs/msg/DiagnosticStatus")
         self._key_value = get_message("diagnostic_msgs/msg/KeyValue")
@@ -130,7 +134,7 @@ class EpisodeRecorder(Node):
         for name in ("start", "save", "discard", "success"):
             handler = self._answer(getattr(self, name))
             self.create_service(trigger, f"~/{name}", handler, callback_group=group)
-        self.create_timer(0.1, self._save_when_due, callback_group=group)
+        self.create_timer(0.1, self._look, callback_group=group)
         self.publish_state()
         self._adding.begin(self._folder)
 
@@ -171,7 +175,7 @@ class EpisodeRecorder(Node):
             if self._session is not None:
                 raise RefusedError(f"Episode {self._number} is being recorded: save or discard it")
             number = self._folder.next_number
-            self._failure, self._success = "", None
+            self._failure, self._success, self._hand = "", None, ""
             if self.get_parameter("reset").value:
                 self._simulation.reset(self._seed, number)
             self._cameras = self._cameras or self._find_cameras()
@@ -291,7 +295,10 @@ class EpisodeRecorder(Node):
             lost = sum(losses.in_transport.values()) + sum(losses.in_recorder.values())
             self.get_logger().warning(f"Episode {self._number} has lost {lost} messages")
 
-    def _save_when_due(self) -> None:
+    def _look(self) -> None:
+        """Note who drives, and save an episode that has reached its longest time."""
+        if (claim := self._lease.holder) is not None:
+            self._hand = claim.device or claim.holder
         limit_s = float(self.get_parameter("episode_time").value)
         with self._lock:
             is_due = limit_s > 0.0 and time.monotonic() - self._begun_s >= limit_s
@@ -324,7 +331,7 @@ class EpisodeRecorder(Node):
             texts("cameras") or tuple(f"{name}={topic}" for name, topic in self._cameras.items()),
             text("hand"),
             self._success,
-            text("driven_by"),
+            self._hand or text("driven_by"),
             self._seed if is_placed else None,
         )
 
