@@ -30,6 +30,10 @@ if TYPE_CHECKING:
 
 # Starts beside the given ones, and steps from each.
 _RANDOM_STARTS = 40
+# Further starts where the pose is reached, but only in collision: an arm of six joints has up to
+# eight ways to a pose, and one that is free may be found from few starts (a UR5 among ten near
+# obstacles: 992 of 1,000 poses after 40 starts).
+_FURTHER_STARTS = 240
 _MOST_STEPS = 60
 # A start is given up when its best error has not fallen to this part within some steps.
 _PROGRESS, _PATIENCE = 0.9, 8
@@ -192,10 +196,15 @@ class IkSolver:
         best: _Candidate | None = None
         count = wishes = 0
         most_wishes = _AXIS_STARTS if self.task is PoseTask.AXIS else _WISH_STARTS
+        in_collision: Array | None = None
+        usual = 2 + len(more_starts) + _RANDOM_STARTS
         for positions in self._starts(start, more_starts):
+            if count == usual and (in_collision is None or self._is_blocked(in_collision)):
+                break
             count += 1
             found = self._descend(target, positions, avoid=False)
             if self.clearance is not None and found.is_reached:
+                in_collision = found.positions
                 found = self._without_collision(target, found)
             if best is None or found.is_better_than(best):
                 best = found
@@ -210,12 +219,29 @@ class IkSolver:
         assert best is not None
         return self._solution(best, target, start, count)
 
+    def _is_blocked(self, positions: Array) -> bool:
+        """Return whether what turns with the tool touches what does not move, at a whole pose.
+
+        Then it does so at all positions with that pose.
+        """
+        if self.task is not PoseTask.POSE:
+            return False
+        assert self.clearance is not None
+        self.kinematics.set(positions)
+        model = self.kinematics.model
+        welds = model.mj_model.body_weldid
+        tool = int(welds[model.body(self.kinematics.group.tip)])
+        return any(
+            {int(welds[number]) for number in one.numbers} == {tool, 0}
+            for one in self.clearance.collisions()
+        )
+
     def _starts(self, start: Array, more: Sequence[Array]) -> Iterator[Array]:
         yield self.kinematics.clamp(np.asarray(start, np.float64))
         for positions in (*more, self._middle):
             yield self.kinematics.clamp(np.asarray(positions, np.float64))
         generator = np.random.default_rng(0)
-        for _ in range(_RANDOM_STARTS):
+        for _ in range(_RANDOM_STARTS + _FURTHER_STARTS):
             yield self.kinematics.random(generator)
 
     def _weight(self) -> float:

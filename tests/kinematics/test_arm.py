@@ -8,7 +8,18 @@ import pytest
 import yourdfpy
 
 from teleopctl.errors import NotFoundError, UsageError
-from teleopctl.kinematics import Arm, KinematicModel, find_groups, gripper_ranges
+from teleopctl.kinematics import (
+    Arm,
+    CollisionBody,
+    CollisionScene,
+    CollisionShape,
+    GroupKinematics,
+    IkSolver,
+    KinematicModel,
+    ShapeKind,
+    find_groups,
+    gripper_ranges,
+)
 from teleopctl.robot import RobotDescription
 from tests.kinematics.arms import FIVE, SEVEN, SIX, THREE, Y, arm_urdf
 
@@ -268,3 +279,16 @@ def test_the_open_side_of_a_gripper_is_that_at_which_its_fingers_are_apart(
     (found,) = gripper_ranges(model, gripper)
     assert (found.joint, found.closed, found.open) == (joint, closed, opened)
     assert found.position(0.5) == pytest.approx(0.5 * (closed + opened))
+
+
+def test_a_pose_within_an_obstacle_needs_no_further_starts():
+    scene = CollisionScene(KinematicModel(RobotDescription.from_urdf(arm_urdf(SIX))))
+    own = GroupKinematics(scene.model, find_groups(scene.model.description).group())
+    own.set(np.array([0.3, -0.4, 0.6, 0.2, 0.5, 0.1]))
+    target = own.pose()
+    box = CollisionShape.primitive(ShapeKind.BOX, (0.05, 0.05, 0.05))
+    scene.add(CollisionBody("box", target, (box,), (np.eye(4),)))
+    compiled = scene.compile()
+    kinematics = GroupKinematics(compiled.model, own.group)
+    found = IkSolver(kinematics, clearance=compiled.clearance).solve(target, kinematics.present())
+    assert (found.is_reached, found.starts) == (False, 42)
