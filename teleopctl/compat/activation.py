@@ -25,7 +25,7 @@ START_HOOK = os.path.join(_HERE, "start_hook")  # noqa: PTH118
 """Folder with the ``sitecustomize`` that makes the packages importable in child processes."""
 
 PROGRAMS = os.path.join(_HERE, "programs")  # noqa: PTH118
-"""Folder with the programs ``ros2``, ``teleopctl`` and ``xacro``, which start teleopctl."""
+"""Folder with the programs that start teleopctl: ``ros2``, ``launch_test``, ``xacro`` and so on."""
 
 # Search paths that a sourced ROS 2 with Gazebo always sets: launch files read them, and append to
 # them, without asking whether they are there.

@@ -2,18 +2,11 @@
 
 from __future__ import annotations
 
-import random
-import socket
-from collections.abc import Iterable, Iterator
-from contextlib import contextmanager
+from collections.abc import Iterable
+from contextlib import AbstractContextManager
 from pathlib import Path
 
 from teleopctl.compat.launch_file import prefer_own_packages
-from teleopctl.errors import SystemFailureError
-
-# Same as in ROS 2's domain_coordinator, so that runs of both use different domains.
-_DOMAINS = range(1, 101)
-_FIRST_PORT = 22119
 
 
 def run_launch_test(
@@ -55,22 +48,13 @@ def run_launch_test(
         raise blamed(error, str(file)) from error
 
 
-@contextmanager
-def free_domain() -> Iterator[int]:
-    """Yield a ROS domain id that no other launch test here uses during the ``with`` block.
+def free_domain() -> AbstractContextManager[int]:
+    """Return a context manager with a ROS domain id that no other launch test here uses.
 
     Raises:
         SystemFailureError: All domains are in use.
     """
-    for domain in random.sample(_DOMAINS, len(_DOMAINS)):
-        with socket.socket() as taken:
-            try:
-                taken.bind(("127.0.0.1", _FIRST_PORT + domain))
-            except OSError:
-                continue
-            yield domain
-            return
-    raise SystemFailureError(
-        f"Launch tests run in all {len(_DOMAINS)} ROS domains",
-        hint="Wait for one of them to end, or set ROS_DOMAIN_ID.",
-    )
+    prefer_own_packages()
+    from domain_coordinator import domain_id
+
+    return domain_id()

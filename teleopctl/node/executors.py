@@ -123,6 +123,11 @@ class Executor:
         """Whether a thread spins the executor."""
         return self._spin_guard.is_held
 
+    @property
+    def _pending_tasks(self) -> dict[Task[Any], object]:
+        """No tasks: those that wait are in the queue. rclpy's private name."""
+        return {}
+
     # -- nodes -----------------------------------------------------------------------------------
 
     def add_node(self, node: NodeEndpoints) -> bool:

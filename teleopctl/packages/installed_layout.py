@@ -8,8 +8,8 @@ files at their installed paths. Edits of a source file take effect at once, as w
 --symlink-install``.
 
 The install prefix, for ``ros2 pkg prefix`` or Gazebo's launch files, is a folder with
-``share/NAME``, ``lib/NAME`` with a script for each program of the package, and the marker of the
-ament index, so that the folder also works in ``AMENT_PREFIX_PATH``.
+``share/NAME``, ``lib/NAME`` with a script for each program of the package, the other installed
+files and the marker of the ament index, so that the folder also works in ``AMENT_PREFIX_PATH``.
 """
 
 from __future__ import annotations
@@ -89,6 +89,9 @@ def prefix_folder(
     entries[f"{INDEX}/packages/{name}"] = ""
     if source is not None:
         entries |= {f"{INDEX}/{path}": content for path, content in resources(name, source).items()}
+        entries |= {
+            path: file for path, file in _beside_share(name, source) if path not in entries
+        }
     prefix = _view(folder) / f"{name}.prefix"
     _update(prefix, entries)
     return prefix
@@ -223,6 +226,16 @@ def _moved(name: str, folder: Path, installed: Iterable[tuple[str, str]]) -> dic
         if source != folder / below and source.is_file():
             moved[below] = source.absolute()
     return moved
+
+
+def _beside_share(name: str, folder: Path) -> Iterator[tuple[str, Path]]:
+    """Yield the installed files outside of the share folder: path below the prefix, and file."""
+    for path, file in _installed_files(folder):
+        below = posixpath.normpath(path)
+        source = Path(os.path.normpath(folder / file))
+        is_below = not below.startswith(("..", "/", f"share/{name}/"))
+        if is_below and source.is_file():
+            yield below, source.absolute()
 
 
 def _links(folder: Path, moved: dict[str, Path]) -> dict[str, Path]:

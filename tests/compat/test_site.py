@@ -16,7 +16,7 @@ rclpy_components ros2_numpy rosidl_parser rosidl_runtime_py sensor_msgs_py
 tf2_geometry_msgs tf2_py tf2_ros tf2_sensor_msgs tf_transformations
 controller_manager launch_param_builder moveit_configs_utils nav2_common ros_gz_bridge ros_gz_sim
 launch_pytest launch_testing launch_testing_ros
-ament_copyright ament_flake8 ament_lint ament_mypy ament_pep257 ament_xmllint
+domain_coordinator ament_copyright ament_flake8 ament_lint ament_mypy ament_pep257 ament_xmllint
 ros2action ros2cli ros2lifecycle ros2node ros2param ros2pkg ros2service ros2topic
 rosbag2_py rosidl_adapter
 """

@@ -9,7 +9,7 @@ from hypothesis import given, strategies as st
 from teleopctl import packages
 from teleopctl.launch import find_launch_file
 from teleopctl.packages.finding import _packages_below
-from teleopctl.packages.installed_layout import share_folder
+from teleopctl.packages.installed_layout import prefix_folder, share_folder
 from teleopctl.packages.setup_script import setup_arguments
 
 PREAMBLE = """
@@ -233,3 +233,16 @@ def test_a_file_is_where_cmake_installs_it(arm, script):
 def test_where_cmake_moves_nothing_the_source_folder_is_used(arm, script):
     (arm / "CMakeLists.txt").write_text(script)
     assert packages.package_share("arm") == arm
+
+
+def test_files_that_are_installed_beside_the_share_folder_are_below_the_prefix(tmp_path):
+    folder = tmp_path / "arm"
+    (folder / "tools").mkdir(parents=True)
+    (folder / "tools" / "wave.txt").write_text("hello")
+    (folder / "setup.py").write_text(
+        "from glob import glob\nfrom setuptools import setup\n"
+        "setup(data_files=[('lib/arm', glob('tools/**')), ('share/arm', ['setup.py'])])\n"
+    )
+    prefix = prefix_folder("arm", folder, folder, ("wave",), is_source=True)
+    assert (prefix / "lib" / "arm" / "wave.txt").read_text() == "hello"
+    assert (prefix / "share" / "arm").resolve() == folder

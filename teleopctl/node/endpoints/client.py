@@ -33,6 +33,7 @@ if TYPE_CHECKING:
 
     from teleopctl.interfaces import ServiceType
     from teleopctl.node.node_core import NodeCore
+    from teleopctl.node.values.callback_groups import Scheduler
 
 
 def _do_nothing() -> None:
@@ -49,6 +50,7 @@ class ResponseFuture(Future[ResultT]):
 
     def __init__(self, client: Client[Any, Any]) -> None:
         super().__init__()
+        self._executor = client.executor_of_node
         self._client = client
         self._settled = threading.Event()
         self._when_unanswered: list[Callable[[], object]] = []
@@ -202,6 +204,10 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
         servers = self.node.matched(EntityKind.SS, self.name, self.type_name)
         session = self.node.context.session
         return bool(servers) and all(is_frozen(session, server.zid) for server in servers)
+
+    def executor_of_node(self) -> Scheduler | None:
+        """Return the executor of the client's node, or None (ours)."""
+        return self.node.executor
 
     def call_async(self, request: RequestT) -> ResponseFuture[ResponseT]:
         """Send a request; return a future of the response.

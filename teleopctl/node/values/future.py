@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import sys
 import threading
+from _weakref import ref
 from collections.abc import Callable, Coroutine, Generator, Iterator, Mapping, Sequence
 from types import CoroutineType
 
@@ -27,6 +28,10 @@ if TYPE_CHECKING:
 ResultT = TypeVar("ResultT")
 
 
+def _no_executor() -> None:
+    """Return None, as the executor of a future without one."""
+
+
 class Future(Generic[ResultT]):
     """Result of an asynchronous operation, as rclpy's class of this name.
 
@@ -35,7 +40,11 @@ class Future(Generic[ResultT]):
     """
 
     def __init__(self, *, executor: Scheduler | None = None) -> None:
-        self._executor = executor
+        # As in rclpy, whose private names base classes of large programs use: called, it returns
+        # the executor, or None.
+        self._executor: Callable[[], Scheduler | None] = (
+            _no_executor if executor is None else ref(executor)
+        )
         self._lock = threading.Lock()
         self._finished = threading.Event()
         self._cancelled = False
@@ -138,10 +147,25 @@ class Future(Generic[ResultT]):
                 listener()
 
     def _call(self, callback: Callable[[Future[ResultT]], object]) -> None:
-        if self._executor is None:
+        executor = self._executor()
+        if executor is None:
             callback(self)
         else:
-            self._executor.create_task(callback, self)
+            executor.create_task(callback, self)
+
+    @property
+    def _pending(self) -> bool:
+        """Whether the future has not ended; rclpy's private name."""
+        return not self._finished.is_set()
+
+    @_pending.setter
+    def _pending(self, is_pending: bool) -> None:
+        if not is_pending:
+            self._finished.set()
+
+    def _schedule_or_invoke_done_callbacks(self) -> None:
+        """Call the callbacks of the end; rclpy's private name."""
+        self._finish()
 
     # Any: values yielded to an asyncio loop.
     def __await__(self) -> Generator[Any, Any, ResultT | None]:
@@ -271,6 +295,7 @@ class Task(Future[ResultT]):
         self._handler = handler
         self._args = args or ()
         self._executing = False
+        self._task_lock = threading.RLock()  # rclpy's private name
         self._kwargs = kwargs or {}
         self._coroutine = handler if isinstance(handler, CoroutineType) else None
 

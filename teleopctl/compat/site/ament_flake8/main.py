@@ -16,6 +16,13 @@ _IGNORED = ("E226", "E24")
 # Rules that are in Ruff's preview, in which other rules are stricter than flake8's.
 _BLANKS = ("E1", "E2", "E3", "W39")
 
+_TEXTS = {
+    "E713": r"\bnot\s+[^][(){} ]+\s+in\s",
+    "E714": r"\bnot\s+[^][(){} ]+\s+is\s",
+    "E731": r"=\s*lambda\b",
+}
+"""Texts of the problems that flake8 finds: not in parentheses, behind a break, with an index."""
+
 
 def main(argv: Sequence[str] | None = None) -> int:
     """Check files; return 0 if there is no problem, else 1.
@@ -52,7 +59,7 @@ def main_with_errors(argv: Sequence[str] | None = None) -> tuple[int, list[str]]
         excludes=excludes,
         options=("--preview", *length),
     )
-    problems = sorted({problem for problem in found if not _is_allowed_lambda(problem)})
+    problems = sorted({problem for problem in found if not _is_allowed(problem)})
     for problem in problems:
         print(problem)
     counts = collections.Counter(problem.code[0] for problem in problems)
@@ -62,12 +69,11 @@ def main_with_errors(argv: Sequence[str] | None = None) -> tuple[int, list[str]]
     return int(bool(problems)), [str(problem) for problem in problems]
 
 
-def _is_allowed_lambda(problem: Problem) -> bool:
-    """Return whether a lambda is assigned in parentheses or behind a break, as flake8 allows."""
-    if problem.code != "E731":
-        return False
+def _is_allowed(problem: Problem) -> bool:
+    """Return whether flake8, which looks at the text, allows what Ruff finds in the program."""
+    pattern = _TEXTS.get(problem.code)
     line = linecache.getline(problem.file, problem.line)
-    return re.search(r"=\s*lambda\b", line) is None
+    return pattern is not None and re.search(pattern, line) is None
 
 
 if __name__ == "__main__":

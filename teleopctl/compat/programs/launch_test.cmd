@@ -1,0 +1,1 @@
+@"%TELEOPCTL_PYTHON%" -P -m teleopctl test %*
