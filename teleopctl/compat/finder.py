@@ -1,7 +1,8 @@
 """Finds the message packages of ROS 2 that are not installed.
 
 After ``install``, Python can import ``<package>.msg``, ``<package>.srv`` and ``<package>.action``
-of each package whose interface definitions are found, and the Python modules of ROS packages.
+of each package whose interface definitions are found, the Python modules of ROS packages, and those
+that generate_parameter_library makes.
 Message classes are created when they are first used. Really installed packages always have
 precedence.
 
@@ -24,6 +25,7 @@ from teleopctl.compat.interface_modules import (
     has_package,
     unknown_name,
 )
+from teleopctl.compat.parameter_modules import ParameterModuleFinder
 
 TYPE_CHECKING = False  # type checkers treat this name like typing's constant
 if TYPE_CHECKING:
@@ -112,7 +114,7 @@ def install() -> None:
     """Make message packages importable in this process. Idempotent."""
     if not any(isinstance(finder, _KindFinder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _KindFinder())
-        sys.meta_path.append(_PackageFinder())
+        sys.meta_path += [_PackageFinder(), ParameterModuleFinder()]
 
 
 def _interface_spec(fullname: str) -> ModuleSpec | None:

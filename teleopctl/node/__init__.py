@@ -203,9 +203,11 @@ if TYPE_CHECKING:
     from teleopctl.node.values.handle import Handle as Handle
     from teleopctl.node.values.log_once import LogOnce as LogOnce
     from teleopctl.node.values.logging import (
+        Caller as Caller,
         LoggingSeverity as LoggingSeverity,
         RcutilsLogger as RcutilsLogger,
         effective_level as effective_level,
+        emit_log as emit_log,
         get_logger as get_logger,
         get_logger_level as get_logger_level,
         reset_levels as reset_levels,

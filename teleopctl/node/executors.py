@@ -247,7 +247,8 @@ class Executor:
         Args:
             timeout_sec: Longest wait in seconds of wall time; None or negative waits forever.
             nodes: Unused: all nodes of the executor are waited for.
-            condition: If it returns true, the exception is raised instead of waiting.
+            condition: Checked before waiting and after each wake-up; the exception is raised once
+                it returns true.
 
         Returns:
             Task to call, and the entity and the node that the callback belongs to.
@@ -257,12 +258,12 @@ class Executor:
             ConditionReachedException: The condition is true.
             ShutdownException: The executor was shut down.
         """
-        if condition():
-            raise ConditionReachedException
-        self._spin_once(_deadline(timeout_sec), None)
+        self._spin_once(_deadline(timeout_sec), condition)
         ready, self._ready = self._ready, None
         if ready is not None:
             return ready
+        if condition():
+            raise ConditionReachedException
         self._raise_if_ended_by_signal()
         raise ShutdownException if self._is_shutdown else TimeoutException
 
@@ -271,7 +272,10 @@ class Executor:
     ) -> None:
         """Wait for one callback and run it; return when a future is done or the timeout expires."""
         with self._spin_guard.until(future, self.wake) as watched:
-            self._spin_once(_deadline(timeout_sec), watched)
+            if self._returns_ready:
+                self.spin_once(timeout_sec)
+            else:
+                self._spin_once(_deadline(timeout_sec), watched.ended)
         self._raise_if_ended_by_signal()
 
     def spin_until_future_complete(
@@ -286,7 +290,12 @@ class Executor:
         deadline = _deadline(timeout_sec)
         with self._spin_guard.until(future, self.wake) as watched:
             while self._context.ok() and not watched.ended() and not self._is_shutdown:
-                self._spin_once(deadline, watched)
+                if self._returns_ready:
+                    # A subclass runs what is ready in a method of its own.
+                    left_s = None if deadline is None else max(0.0, deadline - time.monotonic())
+                    self.spin_once_until_future_complete(future, left_s)
+                else:
+                    self._spin_once(deadline, watched.ended)
                 if deadline is not None and time.monotonic() >= deadline:
                     break
         self._raise_if_ended_by_signal()
@@ -305,11 +314,11 @@ class Executor:
             raise ExternalShutdownException
 
     def _spin_once(
-        self, deadline: float | None = None, future: WatchedFuture | None = None
+        self, deadline: float | None = None, ended: Callable[[], bool] | None = None
     ) -> None:
-        """Run one callback; return without one at the deadline, on shutdown or if a future ends."""
+        """Run one callback; return without one at the deadline, on shutdown or if a wait ends."""
         while self._context.ok() and not self._is_shutdown:
-            if future is not None and future.ended():
+            if ended is not None and ended():
                 return
             timer, wait_s = self._next_timer()
             # Alternate: a timer that is always due must not block messages.

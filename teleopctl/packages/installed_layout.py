@@ -89,9 +89,7 @@ def prefix_folder(
     entries[f"{INDEX}/packages/{name}"] = ""
     if source is not None:
         entries |= {f"{INDEX}/{path}": content for path, content in resources(name, source).items()}
-        entries |= {
-            path: file for path, file in _beside_share(name, source) if path not in entries
-        }
+        entries |= {path: file for path, file in _beside_share(name, source) if path not in entries}
     prefix = _view(folder) / f"{name}.prefix"
     _update(prefix, entries)
     return prefix

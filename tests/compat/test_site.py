@@ -18,7 +18,7 @@ controller_manager launch_param_builder moveit_configs_utils nav2_common ros_gz_
 launch_pytest launch_testing launch_testing_ros
 domain_coordinator ament_copyright ament_flake8 ament_lint ament_mypy ament_pep257 ament_xmllint
 ros2action ros2cli ros2lifecycle ros2node ros2param ros2pkg ros2service ros2topic
-rosbag2_py rosidl_adapter
+rosbag2_py rosidl_adapter generate_parameter_library_py
 """
 
 RCLPY = """

@@ -28,13 +28,13 @@ ATTACHMENTS = [None, b"", b"\x00" * 33, b"\xff" * 32, b"\xff" * 77]
 def lines(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What the nodes of this process log."""
     heard: list[str] = []
-    emit = logging.emit
+    emit = logging.emit_log
 
     def listen(severity: Any, name: str, text: str, caller: Any, time_ns: int) -> None:
         heard.append(text)
         emit(severity, name, text, caller, time_ns)
 
-    monkeypatch.setattr(logging, "emit", listen)
+    monkeypatch.setattr(logging, "emit_log", listen)
     return heard
 
 

@@ -11,6 +11,7 @@ import pytest
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import (
     CallbackGroup,
+    ConditionReachedException,
     Executor,
     MultiThreadedExecutor,
     MutuallyExclusiveCallbackGroup,
@@ -198,3 +199,16 @@ def test_a_pool_calls_a_timer_once_for_one_period(make_node, context):
         executor.spin_once(0.0)
         executor.shutdown(10.0)
     assert calls == [1]
+
+
+def test_a_users_executor_spins_until_a_future_ends_by_its_own_method(make_node, context):
+    node = make_node("asked")
+    executor = PriorityExecutor(context=context)
+    executor.add_node(node)
+    done = executor.create_future()
+    node.create_timer(0.001, lambda: done.set_result(3))
+    executor.spin_until_future_complete(done, 10.0)
+    assert done.result() == 3
+    with pytest.raises(ConditionReachedException):
+        executor.wait_for_ready_callbacks(timeout_sec=10.0, condition=done.done)
+    executor.close()

@@ -13,7 +13,7 @@ import logging
 import threading
 
 from teleopctl.interfaces import from_seconds
-from teleopctl.node.values.logging import Caller, LoggingSeverity, effective_level, emit
+from teleopctl.node.values.logging import Caller, LoggingSeverity, effective_level, emit_log
 
 _PACKAGE = __name__.partition(".")[0]
 _ROUTED = (_PACKAGE, "py.warnings")
@@ -66,7 +66,7 @@ class _RosHandler(logging.Handler):
             self.handleError(record)
             return
         caller = Caller(record.pathname, record.funcName or "", record.lineno)
-        emit(severity, name, text, caller, from_seconds(record.created))
+        emit_log(severity, name, text, caller, from_seconds(record.created))
 
 
 _handler = _RosHandler()

@@ -170,7 +170,7 @@ def remove_sink(name: str) -> None:
     _sinks.pop(name, None)
 
 
-def emit(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_ns: int) -> None:
+def emit_log(severity: LoggingSeverity, name: str, text: str, caller: Caller, time_ns: int) -> None:
     """Write a log message, without a level check, to the console and the nearest sink."""
     _console_instance().write(severity, name, text, caller, time_ns)
     owner = name
@@ -286,7 +286,7 @@ class RcutilsLogger:
         ):
             return False
         caller = Caller(frame.f_code.co_filename, frame.f_code.co_name, frame.f_lineno)
-        emit(LoggingSeverity(severity), logger, str(message), caller, time.time_ns())
+        emit_log(LoggingSeverity(severity), logger, str(message), caller, time.time_ns())
         return True
 
     def debug(self, message: str, **filters: object) -> bool:

@@ -1,5 +1,6 @@
 """``rclpy.impl.implementation_singleton``. What programs use of the C library's bindings."""
 
+import time
 from types import SimpleNamespace
 from typing import TYPE_CHECKING, Any
 
@@ -12,10 +13,12 @@ from rclpy.event_handler import (
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import MessageT, RequestT, ResponseT
 from teleopctl.node import (
+    Caller,
     GuardHandle,
     Handle,
     InvalidHandle,
     LifecycleStateMachine,
+    LoggingSeverity,
     NodeNameNonExistentError,
     QoSPresetProfiles,
     QoSProfile,
@@ -28,6 +31,7 @@ from teleopctl.node import (
     create_polled_service,
     create_polled_subscription,
     create_polled_timer,
+    emit_log,
 )
 
 if TYPE_CHECKING:
@@ -66,6 +70,11 @@ def _timer(clock: Handle, context: Handle, period_nsec: int, autostart: bool = T
     return create_polled_timer(clock.entity, period_nsec, autostart=autostart)
 
 
+def _log(severity: int, name: str, message: str, function: str, file: str, line: int) -> None:
+    """Log a message of a place in a program, without a check of the level."""
+    emit_log(LoggingSeverity(severity), name, message, Caller(file, function, line), time.time_ns())
+
+
 def _predefined(name: str) -> QoSProfile:
     """Return the profile that rmw has by a name such as ``qos_profile_default``."""
     profile = QoSPresetProfiles[name.removeprefix("qos_profile_").upper()].value
@@ -92,5 +101,6 @@ rclpy_implementation = SimpleNamespace(
     WaitSet=_wait_set,
     rcl_publisher_event_type_t=QoSPublisherEventType,
     rcl_subscription_event_type_t=QoSSubscriptionEventType,
+    rclpy_logging_rcutils_log=_log,
     rmw_qos_profile_t=SimpleNamespace(predefined=_predefined),
 )
