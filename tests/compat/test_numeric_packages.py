@@ -6,6 +6,8 @@ import numpy as np
 import pytest
 import tf_transformations as tft
 from cv_bridge import CvBridge, CvBridgeError
+from image_geometry import PinholeCameraModel, StereoCameraModel
+from sensor_msgs.msg import CameraInfo
 from sensor_msgs_py import point_cloud2
 from tf_transformations.euler import SEQUENCES
 
@@ -196,3 +198,36 @@ def test_points_of_other_types_than_the_fields_are_refused():
             point_cloud2.create_cloud(HEADER, fields, wrong)
     padded = np.zeros(2, {"names": ["x"], "formats": ["f4"], "offsets": [0], "itemsize": 16})
     assert point_cloud2.create_cloud(HEADER, fields, padded, 16).point_step == 16
+
+
+def camera(baseline=0.0):
+    return CameraInfo(
+        width=640,
+        height=480,
+        k=[430.0, 0.0, 310.0, 0.0, 430.0, 220.0, 0.0, 0.0, 1.0],
+        p=[300.0, 0.0, 285.0, -300.0 * baseline, 0.0, 300.0, 223.0, 0.0, 0.0, 0.0, 1.0, 0.0],
+    )
+
+
+def test_a_camera_model_takes_pixels_to_rays_and_back():
+    model = PinholeCameraModel()
+    model.fromCameraInfo(camera())
+    x, y, z = model.projectPixelTo3dRay((100.0, 200.0))
+    assert x * x + y * y + z * z == pytest.approx(1.0)
+    assert model.project3dToPixel((x, y, z)) == pytest.approx((100.0, 200.0))
+    assert model.getDeltaX(model.getDeltaU(0.2, 2.0), 2.0) == pytest.approx(0.2)
+    assert model.fovX() == pytest.approx(2 * math.atan(320 / 300))
+    binned = camera()
+    binned.binning_x, binned.roi.x_offset, binned.roi.width = 2, 100, 100
+    model.fromCameraInfo(binned)
+    assert (model.fx(), model.cx(), model.fullProjectionMatrix()[0, 0]) == (150.0, 92.5, 300.0)
+
+
+def test_a_stereo_model_finds_the_point_of_a_disparity():
+    model = StereoCameraModel()
+    model.fromCameraInfo(camera(), camera(baseline=0.1))
+    point = model.projectPixelTo3d((16.0, 240.0), 5.0)
+    assert point[2] == pytest.approx(model.getZ(5.0)) == pytest.approx(6.0)
+    left, right = model.project3dToPixel(point)
+    assert (*left, right[0]) == pytest.approx((16.0, 240.0, 11.0))
+    assert model.getDisparity(6.0) == pytest.approx(5.0)

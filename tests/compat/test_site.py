@@ -18,7 +18,7 @@ controller_manager launch_param_builder moveit_configs_utils nav2_common ros_gz_
 launch_pytest launch_testing launch_testing_ros
 domain_coordinator ament_copyright ament_flake8 ament_lint ament_mypy ament_pep257 ament_xmllint
 ros2action ros2cli ros2lifecycle ros2node ros2param ros2pkg ros2service ros2topic
-rosbag2_py rosidl_adapter generate_parameter_library_py
+rosbag2_py rosidl_adapter generate_parameter_library_py image_geometry interactive_markers
 """
 
 RCLPY = """
@@ -76,6 +76,7 @@ def test_the_packages_know_each_other_by_their_public_names():
         "from tf2_ros.static_transform_broadcaster import StaticTransformBroadcaster",
         "from tf2_geometry_msgs import do_transform_pose_stamped, do_transform_point",
         "from tf2_geometry_msgs.tf2_geometry_msgs import do_transform_vector3",
+        "from tf2_geometry_msgs import Point, do_transform_wrench, from_msg_msg, to_msg_msg",
         "from tf2_py import BufferCore, LookupException",
         "from rclpy.event_handler import QoSPublisherMatchedInfo, PublisherEventCallbacks",
         "from rclpy.qos_event import QoSMessageLostInfo, QoSLivelinessChangedInfo",

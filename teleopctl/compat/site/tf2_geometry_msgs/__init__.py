@@ -9,7 +9,10 @@ from tf2_geometry_msgs.tf2_geometry_msgs import (
     do_transform_pose_stamped,
     do_transform_pose_with_covariance_stamped,
     do_transform_vector3,
+    do_transform_wrench,
+    from_msg_msg,
     message_class,
+    to_msg_msg,
     transform_covariance,
 )
 
@@ -20,6 +23,9 @@ __all__ = [
     "do_transform_pose_stamped",
     "do_transform_pose_with_covariance_stamped",
     "do_transform_vector3",
+    "do_transform_wrench",
+    "from_msg_msg",
+    "to_msg_msg",
     "transform_covariance",
 ]
 

@@ -11,9 +11,15 @@ from launch.action import Action
 from teleopctl.launch import LoadComponents, Template, dataclass
 
 from ..descriptions.composable_node import ComposableNode
+from ..utilities.evaluate_parameters import evaluate_parameters
+from ..utilities.namespace_utils import make_namespace_absolute, prefix_namespace
+from ..utilities.normalize_parameters import normalize_parameters
+from ..utilities.to_parameters_list import to_parameters_list
 from .composable_node_container import ComposableNodeContainer
 
 if TYPE_CHECKING:
+    from composition_interfaces.srv import LoadNode
+    from launch.launch_context import LaunchContext
     from launch.some_substitutions_type import SomeSubstitutionsType
 
 
@@ -64,3 +70,50 @@ class _NameOf:
     def evaluate(self, _context: object) -> str:
         """Return the name."""
         return self.container.node_name
+
+
+def get_composable_node_load_request(
+    composable_node_description: ComposableNode, context: LaunchContext
+) -> LoadNode.Request | None:
+    """Return the request by which a container loads a component; None if its condition is false.
+
+    Args:
+        composable_node_description: The component.
+        context: Context with the pushed namespaces, remappings and parameters.
+    """
+    from composition_interfaces.srv import LoadNode
+
+    described = composable_node_description
+    condition = described.condition()
+    if condition is not None and not condition.evaluate(context):
+        return None
+
+    def text(given: SomeSubstitutionsType | Template | None) -> str | None:
+        return None if given is None else template(given).evaluate(context)
+
+    configurations = context.launch_configurations
+    namespace = make_namespace_absolute(
+        prefix_namespace(configurations.get("ros_namespace"), text(described.node_namespace))
+    )
+    name = text(described.node_name) or ""
+    remaps = [f"{source}:={target}" for source, target in configurations.get("ros_remaps") or ()]
+    remaps += [f"{text(source)}:={text(target)}" for source, target in described.remappings or ()]
+    everywhere = [
+        {given[0]: given[1]} if isinstance(given, tuple) else given
+        for given in configurations.get("global_params") or ()
+    ]
+
+    def messages(given: Iterable[Any]) -> list[Any]:
+        evaluated = evaluate_parameters(context, normalize_parameters(list(given)))
+        found = to_parameters_list(context, name, namespace or "", evaluated)
+        return [parameter.to_parameter_msg() for parameter in found]
+
+    return LoadNode.Request(
+        package_name=text(described.package),
+        plugin_name=text(described.node_plugin),
+        node_name=name,
+        node_namespace=namespace or "",
+        remap_rules=remaps,
+        parameters=messages([*everywhere, *(described.parameters or ())]),
+        extra_arguments=messages(described.extra_arguments or ()),
+    )
