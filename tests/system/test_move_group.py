@@ -9,6 +9,7 @@ from teleopctl.interfaces import get_action, get_message, get_service
 from teleopctl.kinematics import MoveItErrorCode
 from teleopctl.node import ActionClient
 from teleopctl.testing import eventually
+from tests.system.move_group_interface import SUCCEEDED, MoveGroupInterface
 
 MoveGroup = get_action("moveit_msgs/action/MoveGroup")
 ExecuteTrajectory = get_action("moveit_msgs/action/ExecuteTrajectory")
@@ -379,6 +380,83 @@ def test_changes_of_the_scene_are_published(arm, shared_ros):
     eventually(lambda: subscription.get_publisher_count())
     arm.objects.publish(box("news", (2.0, 0.0, 0.0), (0.1, 0.1, 0.1)))
     assert seen.wait(LONGEST_S)
+
+
+def test_the_calls_of_a_client_in_c_plus_plus_are_served(arm, shared_ros):
+    group = MoveGroupInterface(shared_ros.node, "arm", LINK)
+    group.scaling = 0.3
+    state = group.get_current_state()
+    assert {*JOINTS} <= {*state}
+
+    assert group.get_interface_descriptions()[0].planner_ids
+    group.set_planner_params("RRTConnect", "arm", {"range": "0.3"})
+    assert group.get_planner_params("RRTConnect", "arm")["range"] == "0.3"
+
+    # setJointValueTarget, plan, execute.
+    group.set_joint_value_target({"joint_1": 0.4, "joint_2": 0.1, "joint_3": 0.1})
+    status, planned = group.plan()
+    assert (status, planned.error_code.val) == (SUCCEEDED, MoveItErrorCode.SUCCESS)
+    assert planned.planning_time > 0.0
+    assert dict(
+        zip(
+            planned.trajectory_start.joint_state.name,
+            planned.trajectory_start.joint_state.position,
+            strict=True,
+        )
+    )["joint_1"] == pytest.approx(state["joint_1"], abs=1e-3)
+    status, executed = group.execute(planned.planned_trajectory)
+    assert (status, executed.error_code.val) == (SUCCEEDED, MoveItErrorCode.SUCCESS)
+    assert group.get_current_state()["joint_1"] == pytest.approx(0.4, abs=0.01)
+
+    # setPoseTarget, move; a line back.
+    there = pose(arm.tool() + np.array([0.0, 0.0, -0.1]))
+    there.orientation.w = 1.0
+    group.set_pose_target(there)
+    status, moved = group.move()
+    assert (status, moved.error_code.val) == (SUCCEEDED, MoveItErrorCode.SUCCESS)
+    back = pose(arm.tool() + np.array([0.0, 0.0, 0.1]))
+    back.orientation.w = 1.0
+    fraction, line = group.compute_cartesian_path([back], 0.01)
+    assert fraction == pytest.approx(1.0)
+    assert line.joint_trajectory.points
+
+    # setStartState, a position alone, path constraints.
+    group.set_start_state({**group.get_current_state(), "joint_1": -0.3})
+    group.set_position_target(0.6, 0.8, 1.2)
+    kept = JointConstraint(
+        joint_name="joint_3", position=0.0, tolerance_above=1.5, tolerance_below=1.5, weight=1.0
+    )
+    group.path_constraints = Constraints(joint_constraints=[kept])
+    status, planned = group.plan()
+    assert (status, planned.error_code.val) == (SUCCEEDED, MoveItErrorCode.SUCCESS)
+    assert planned.planned_trajectory.joint_trajectory.points[0].positions[0] == pytest.approx(-0.3)
+    group.path_constraints = None
+    group.start_state.is_diff = True
+    group.start_state.joint_state = JointState()
+
+    # asyncMove, stop.
+    group.scaling = 0.02
+    group.set_joint_value_target({"joint_1": -0.8, "joint_2": 0.1, "joint_3": 0.1})
+    handle = group.async_move()
+    eventually(lambda: not arm.is_still())
+    group.stop()
+    status, stopped = group.wait(handle)
+    assert status != SUCCEEDED
+    assert stopped.error_code.val == MoveItErrorCode.PREEMPTED
+    eventually(arm.is_still)
+
+    # applyCollisionObjects, attachObject, detachObject, removeCollisionObjects.
+    near = arm.tool() + np.array([0.0, 0.5, 0.0])
+    assert group.apply_collision_objects([box("tin", near, (0.05, 0.05, 0.05))])
+    assert "tin" in group.get_known_object_names()
+    assert group.get_objects()["tin"].primitives[0].dimensions[0] == 0.05
+    group.attach_object("tin")
+    eventually(lambda: "tin" in group.get_attached_objects())
+    assert group.get_attached_objects()["tin"].link_name == LINK
+    group.detach_object(link=LINK)
+    eventually(lambda: "tin" in group.get_known_object_names())
+    group.remove_collision_objects(["tin"])
+    assert "tin" not in group.get_known_object_names()
 
 
 def test_planners_are_named(arm):

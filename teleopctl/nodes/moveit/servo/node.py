@@ -138,6 +138,14 @@ class ServoNode(Node):
             self._switch_command_type,
         )
         self.create_service(get_service("std_srvs/srv/SetBool"), "~/pause_servo", self._pause)
+        # Those of MoveIt Servo before Iron, which pymoveit2 calls.
+        trigger = get_service("std_srvs/srv/Trigger")
+        self.create_service(
+            trigger, "~/start_servo", lambda _, answer: self._set_paused(False, answer)
+        )
+        self.create_service(
+            trigger, "~/stop_servo", lambda _, answer: self._set_paused(True, answer)
+        )
         self._markers = StatusMarkers(self)
         self._lease = LeaseWatch(self)
         self._stop = StopHolders(self, lambda _: self._lease.end())
@@ -416,11 +424,14 @@ class ServoNode(Node):
         return response
 
     def _pause(self, request: Any, response: Any) -> Any:
+        return self._set_paused(bool(request.data), response)
+
+    def _set_paused(self, is_paused: bool, response: Any) -> Any:
         response.success = True
-        if request.data == self._is_paused:
+        if is_paused == self._is_paused:
             response.message = "Requested pause state is already active."
             return response
-        self._is_paused = bool(request.data)
+        self._is_paused = is_paused
         self._command = None
         self._targets = {}
         response.message = "Servoing disabled" if self._is_paused else "Servoing enabled"
