@@ -83,6 +83,7 @@ def serve_page(program: str, words: list[str], layout: PageLayout | None = None)
             routes=routes,
         )
         with contextlib.closing(drive), viewer as node:
+            drive.attach(node)
             drive.use_sim_time = bool(node.get_parameter("use_sim_time").value)
             if unserved:
                 # For example -f for the fixed frame, which is set in the .rviz file or on the page.

@@ -10,7 +10,7 @@ from typing import Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
-from teleopctl.kinematics import RobotGroups, find_groups
+from teleopctl.kinematics import RobotGroups, find_groups, parse_srdf, read_srdf
 from teleopctl.node import (
     SILENCE_S,
     AsyncParameterClient,
@@ -23,16 +23,21 @@ from teleopctl.node import (
     qos_profile_latched,
 )
 from teleopctl.nodes.teleop.gripper import GripperDrive
+from teleopctl.packages import resolve_uri
 from teleopctl.robot import Joints, RobotDescription, SegmentTree
 from teleopctl.teleop import STALE_S, HandCommand
+from teleopctl.tf import Transform
 
 _DEPTH = 10
 # Messages of standstill after a release: one may be lost.
 _ZEROS = 3
 # Period in which silence of a hand is noticed, s.
 _PERIOD_S = 0.02
-# Value of moveit_msgs/srv/ServoCommandType.
-_TWIST = 1
+# Values of moveit_msgs/srv/ServoCommandType.
+_TWIST, _POSE = 1, 2
+_SEMANTICS = ("robot_description_semantic", "srdf", "moveit_servo.move_group_name")
+# Time for which a note is shown, s.
+_NOTE_S = 5.0
 _SCALES = {"linear": 0.4, "rotational": 0.8}
 
 # Any, here and below: message classes are generated at run time from definitions.
@@ -48,6 +53,7 @@ class DrivenArm:
         tip: Link that the arm moves.
         group: Name of the arm's group.
         joints: Names of the arm's independent joints.
+        tool: Pose of the tool in the frame of the tip.
         forward: Direction in which the arm reaches with all joints at 0, in quarter turns about z
             from the root link's x axis.
     """
@@ -57,17 +63,23 @@ class DrivenArm:
     tip: str
     group: str
     joints: tuple[str, ...]
+    tool: Transform
     forward: int
 
     @classmethod
-    def of(cls, description: RobotDescription, groups: RobotGroups) -> DrivenArm:
+    def of(cls, description: RobotDescription, groups: RobotGroups, name: str = "") -> DrivenArm:
         """Return the arm of a description.
+
+        Args:
+            description: The robot.
+            groups: Its groups.
+            name: Name of the arm's group; empty for the first one.
 
         Raises:
             TeleopctlError: The robot has no arm.
         """
         joints = Joints.of(description)
-        group = groups.group()
+        group = groups.group(name)
         poses = SegmentTree(description, joints).link_poses(dict.fromkeys(description.joints, 0.0))
         x, y = (
             float(poses[group.tip].translation[axis] - poses[group.base].translation[axis])
@@ -80,6 +92,7 @@ class DrivenArm:
             group.tip,
             group.name,
             tuple(name for name in group.joints if joints[name].mimic is None),
+            group.tool or Transform(),
             forward,
         )
 
@@ -113,6 +126,12 @@ class HandDriver:
         self._moved_s = 0.0
         self._lock = threading.Lock()
         self._arm: DrivenArm | None = None
+        self._urdf = ""
+        # The servo node's SRDF as text and as file, and its group.
+        self._of_servo = ("", "", "")
+        self._segments: SegmentTree | None = None
+        self._target: Transform | None = None
+        self._note = ("", 0.0)
         self._problem = "no robot description has been received"
         self._gripper: GripperDrive | None = None
         self._is_gripping = False
@@ -129,6 +148,10 @@ class HandDriver:
         self._command = HandCommand()
         self._sent_ns = 0
         self._twist: Any = get_message("geometry_msgs/msg/TwistStamped")()
+        self._pose: Any = get_message("geometry_msgs/msg/PoseStamped")()
+        self._poses = node.create_publisher(
+            type(self._pose), f"{self._servo}/pose_target_cmds", _DEPTH
+        )
         self._twists = node.create_publisher(
             type(self._twist), f"{self._servo}/delta_twist_cmds", _DEPTH
         )
@@ -151,7 +174,7 @@ class HandDriver:
         self._has_asked = False
         self._kind = get_service("moveit_msgs/srv/ServoCommandType")
         self._switch = node.create_client(self._kind, f"{self._servo}/switch_command_type")
-        self._has_chosen = False
+        self._chosen: int | None = None
         self._button = StopButton(node)
         self._stops = StopHolders(node, lambda _names: None)
         node.create_timer(_PERIOD_S, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
@@ -159,15 +182,30 @@ class HandDriver:
     # --- the robot --------------------------------------------------------------------------------
 
     def _on_description(self, message: Any) -> None:
+        self._urdf = message.data
+        self._find_arm()
+
+    def _find_arm(self) -> None:
+        """Find the arm in the description, with the groups of the servo node."""
+        if not self._urdf:
+            return
         try:
-            description = RobotDescription.from_urdf(message.data)
-            groups = find_groups(description)
-            arm = DrivenArm.of(description, groups)
+            description = RobotDescription.from_urdf(self._urdf)
+            joints = Joints.of(description)
+            semantic, file, name = self._of_servo
+            if semantic:
+                groups = parse_srdf(semantic, description, joints)
+            elif file:
+                groups = read_srdf(resolve_uri(file), description, joints)
+            else:
+                groups = find_groups(description, joints)
+            arm = DrivenArm.of(description, groups, name)
         except TeleopctlError as error:
             self._problem = error.message
             self._node.get_logger().error(f"robot_description is not used: {error.message}")
             return
         self._problem = ""
+        self._segments = SegmentTree(description, joints)
         self._arm = arm
         if self._gripper is None and groups.gripper_of(arm.group) is not None:
             self._gripper = GripperDrive(self._node, description, groups, arm.group)
@@ -179,16 +217,24 @@ class HandDriver:
         self._status = message.message if message.code else ""
 
     def _ask_servo(self) -> None:
-        """Request the scales of the servo node, once it is there, and choose twists."""
-        if not self._has_chosen and self._switch.service_is_ready():
-            self._has_chosen = True
-            self._switch.call_async(self._kind.Request(command_type=_TWIST))
+        """Request the scales of the servo node, and its groups, once it is there."""
         if self._has_asked or not self._servo_parameters.services_are_ready():
             return
         self._has_asked = True
         names = ["command_in_type", *(f"scale.{name}" for name in self._scales)]
         future = self._servo_parameters.get_parameters([f"moveit_servo.{name}" for name in names])
         future.add_done_callback(self._on_scales)
+        # By themselves: MoveIt's own servo has not all of them, and would answer none.
+        future = self._servo_parameters.get_parameters(list(_SEMANTICS))
+        future.add_done_callback(self._on_semantics)
+
+    # Any: the future of a response.
+    def _on_semantics(self, future: Any) -> None:
+        response = future.result()
+        if response is not None and len(response.values) == len(_SEMANTICS):
+            semantic, file, name = (value.string_value for value in response.values)
+            self._of_servo = (semantic, file, name)
+            self._find_arm()
 
     # Any: the future of a response.
     def _on_scales(self, future: Any) -> None:
@@ -200,7 +246,34 @@ class HandDriver:
         for name, value in zip(_SCALES, scales, strict=False):
             self._scales[name] = value.double_value or self._scales[name]
 
+    def _choose(self, kind: int) -> None:
+        """Choose the kind of commands at the beginning of a motion: another hand has chosen too."""
+        if (kind != self._chosen or not self._is_moving) and self._switch.service_is_ready():
+            self._chosen = kind
+            self._switch.call_async(self._kind.Request(command_type=kind))
+
+    def tool(self) -> Transform | None:
+        """Return the measured pose of the tool in the frame of the root link; None if unknown."""
+        arm, segments, measured = self._arm, self._segments, self._measured
+        if arm is None or segments is None or not {*arm.joints} <= measured.keys():
+            return None
+        return segments.link_poses(measured)[arm.tip] @ arm.tool
+
     # --- commands ---------------------------------------------------------------------------------
+
+    @property
+    def arm(self) -> DrivenArm | None:
+        """The arm that is driven; None before its description is known."""
+        return self._arm
+
+    @property
+    def status(self) -> str:
+        """What servo says about the motion; empty if nothing slows it down."""
+        return self._status
+
+    def note(self, text: str) -> None:
+        """Show a text for some seconds."""
+        self._note = (text, time.monotonic() + _NOTE_S)
 
     @property
     def robot(self) -> str:
@@ -229,7 +302,9 @@ class HandDriver:
                 command = HandCommand()
             self._command = command
             self._hold_gripper(command.gripper)
-            if any(command.linear) or any(command.angular):
+            if self._target is not None:
+                pass  # the handle is held
+            elif any(command.linear) or any(command.angular):
                 part = speeds[min(self._speed, len(speeds) - 1)] * (0.25 if command.is_slow else 1)
                 self._publish(command, part)
                 self._is_moving = True
@@ -244,6 +319,37 @@ class HandDriver:
             self._hold_gripper(0.0)
             if self._is_moving:
                 self._stop_moving()
+
+    def pull(self, target: Transform | None) -> str:
+        """Move the tool to a pose for as long as it is held; return why not, empty if it moves.
+
+        Args:
+            target: Pose in the frame of the root link; None lets go.
+        """
+        with self._lock:
+            if target is None:
+                self._target = None
+                if self._is_moving:
+                    self._stop_moving()
+                return ""
+            if not self._may_move(wants=True):
+                return self._refusal
+            self._target = target
+            self._send_target()
+        return ""
+
+    def _send_target(self) -> None:
+        arm, target = self._arm, self._target
+        if arm is None or target is None:
+            return
+        self._choose(_POSE)
+        self._is_moving, self._applied_s = True, time.monotonic()
+        header, pose = self._pose.header, self._pose.pose
+        header.stamp, header.frame_id = self._node.get_clock().now().to_msg(), arm.root
+        pose.position.x, pose.position.y, pose.position.z = target.translation
+        orientation = pose.orientation
+        orientation.x, orientation.y, orientation.z, orientation.w = target.rotation
+        self._poses.publish(self._pose)
 
     def take_over(self) -> None:
         """Drive from now on, also if another node does."""
@@ -272,6 +378,7 @@ class HandDriver:
         self._refusal = "another hand has taken over" if self._is_taken else ""
         self._command = HandCommand()
         self._hold_gripper(0.0)
+        self._target = None
         # What is published is refused, and a message of standstill is no harm.
         self._is_moving = False
 
@@ -306,14 +413,15 @@ class HandDriver:
             self._button.press()
 
     def _stop_moving(self) -> None:
-        self._is_moving = False
         for _ in range(_ZEROS):
             self._publish(HandCommand(), 0.0)
+        self._is_moving, self._target = False, None
 
     def _publish(self, command: HandCommand, part: float) -> None:
         arm = self._arm
         if arm is None:
             return
+        self._choose(_TWIST)
         linear, angular = command.linear, command.angular
         if self._frame == "base":
             linear, angular = arm.in_root(linear), arm.in_root(angular)
@@ -333,6 +441,13 @@ class HandDriver:
     def _watch(self) -> None:
         """Release a hand that has fallen silent, and go on with the gripper."""
         self._ask_servo()
+        with self._lock:
+            if self._target is not None and not self._stops.names:
+                # A handle that is held still sends nothing.
+                if self._may_move(wants=True):
+                    self._send_target()
+                else:
+                    self._target = None
         is_held = self._is_moving or self._is_gripping
         if is_held and time.monotonic() - self._applied_s > STALE_S:
             self.release()
@@ -384,6 +499,7 @@ class HandDriver:
             "opening": None if self._gripper is None else self._gripper.opening(self._measured),
             "wanted_opening": None if self._gripper is None else self._gripper.wanted,
             "stopped_by": list(self._stops.names),
+            "note": self._note[0] if time.monotonic() < self._note[1] else "",
             "holder": self._holder(),
             "refusal": self._refusal,
         }

@@ -219,11 +219,12 @@ function show(message) {
   element("take").hidden = !message.is_other;
   if (stoppedBy.length) showStatus(`The robot is stopped by ${stoppedBy.join(", ")}`, true);
   else if (message.refusal) showStatus(`Refused: ${message.refusal}`, true);
+  else if (message.note) showStatus(message.note, true);
   else if (message.problem) showStatus(message.problem, true);
   else if (message.is_moving && message.status) showStatus(message.status, true);
   else if (message.is_moving) showStatus(`Moving, axes of the ${message.frame}`, false);
   else if (message.holder && !message.holder.is_this) showStatus(`${message.holder.node} drives (${message.holder.device})`, true);
-  else showStatus("Hold a key, a pad or a gamepad's left bumper to move", false);
+  else showStatus("Drag the handle at the gripper, or hold a key, a pad, or a gamepad's left bumper", false);
   if (message.opening !== null) {
     element("opening").textContent = `${Math.round(message.opening * 100)} %`;
     if (!sliderHeld) {

@@ -26,7 +26,7 @@ from teleopctl.teleop import HandCommand, HandMapping
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
-    from teleopctl.viewer import PageRoutes
+    from teleopctl.viewer import PageRoutes, Viewer
 
 _FOLDER = Path(__file__).parent
 _FILES = {
@@ -70,6 +70,12 @@ class DrivePage:
         for path, (name, content_type) in _FILES.items():
             routes.add_file(path, (_FOLDER / name).read_bytes(), content_type)
         routes.add_socket(_SOCKET, self._serve)
+
+    def attach(self, viewer: Viewer) -> None:
+        """Show a handle at the gripper in a viewer's scene while a drive page is open."""
+        from teleopctl.nodes.teleop.drive_page.handle import DriveHandle
+
+        DriveHandle(viewer, lambda: self.driver, lambda: bool(self._sessions))
 
     def close(self) -> None:
         """Take all hands as released, and destroy the node."""
