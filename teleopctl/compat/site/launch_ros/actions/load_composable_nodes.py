@@ -89,7 +89,9 @@ def get_composable_node_load_request(
         return None
 
     def text(given: SomeSubstitutionsType | Template | None) -> str | None:
-        return None if given is None else template(given).evaluate(context)
+        if given is None:
+            return None
+        return context.text(given if isinstance(given, Template) else template(given))
 
     configurations = context.launch_configurations
     namespace = make_namespace_absolute(
@@ -109,8 +111,8 @@ def get_composable_node_load_request(
         return [parameter.to_parameter_msg() for parameter in found]
 
     return LoadNode.Request(
-        package_name=text(described.package),
-        plugin_name=text(described.node_plugin),
+        package_name=text(described.package) or "",
+        plugin_name=text(described.node_plugin) or "",
         node_name=name,
         node_namespace=namespace or "",
         remap_rules=remaps,
