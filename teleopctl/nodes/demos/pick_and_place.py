@@ -331,7 +331,9 @@ def main(args: Sequence[str] | None = None) -> int:
     parser.add_argument(
         "--episodes", action="store_true", help="record each try by a running episode_recorder"
     )
-    options = parser.parse_args(parse_ros_arguments(arguments).program[1:])
+    # The launch file's flag is an empty word where it is not set.
+    words = filter(None, parse_ros_arguments(arguments).program[1:])
+    options = parser.parse_args(list(words))
     random = np.random.default_rng(options.seed)
     done = 0
     with init(args=arguments):

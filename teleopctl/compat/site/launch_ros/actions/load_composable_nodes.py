@@ -11,10 +11,6 @@ from launch.action import Action
 from teleopctl.launch import LoadComponents, Template, dataclass
 
 from ..descriptions.composable_node import ComposableNode
-from ..utilities.evaluate_parameters import evaluate_parameters
-from ..utilities.namespace_utils import make_namespace_absolute, prefix_namespace
-from ..utilities.normalize_parameters import normalize_parameters
-from ..utilities.to_parameters_list import to_parameters_list
 from .composable_node_container import ComposableNodeContainer
 
 if TYPE_CHECKING:
@@ -82,6 +78,14 @@ def get_composable_node_load_request(
         context: Context with the pushed namespaces, remappings and parameters.
     """
     from composition_interfaces.srv import LoadNode
+
+    from ..utilities import (
+        evaluate_parameters,
+        make_namespace_absolute,
+        normalize_parameters,
+        prefix_namespace,
+        to_parameters_list,
+    )
 
     described = composable_node_description
     condition = described.condition()
