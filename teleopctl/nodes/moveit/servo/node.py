@@ -115,22 +115,14 @@ class ServoNode(Node):
         kinds = ServoCommandType
         for parameter, type_name, kind in (
             ("joint_command_in_topic", "control_msgs/msg/JointJog", kinds.JOINT_JOG),
-            (
-                "cartesian_command_in_topic",
-                "geometry_msgs/msg/TwistStamped",
-                kinds.TWIST,
-            ),
+            ("cartesian_command_in_topic", "geometry_msgs/msg/TwistStamped", kinds.TWIST),
             ("pose_command_in_topic", "geometry_msgs/msg/PoseStamped", kinds.POSE),
         ):
             self.create_subscription(
                 get_message(type_name), self.parameters[parameter], self._receiver(kind), _DEPTH
             )
         self.create_subscription(
-            _JointState,
-            self.parameters["joint_topic"],
-            self._on_state,
-            1,
-            raw=True,
+            _JointState, self.parameters["joint_topic"], self._on_state, 1, raw=True
         )
         self.create_service(
             get_service("moveit_msgs/srv/ServoCommandType"),
@@ -139,13 +131,12 @@ class ServoNode(Node):
         )
         self.create_service(get_service("std_srvs/srv/SetBool"), "~/pause_servo", self._pause)
         # Those of MoveIt Servo before Iron, which pymoveit2 calls.
-        trigger = get_service("std_srvs/srv/Trigger")
-        self.create_service(
-            trigger, "~/start_servo", lambda _, answer: self._set_paused(False, answer)
-        )
-        self.create_service(
-            trigger, "~/stop_servo", lambda _, answer: self._set_paused(True, answer)
-        )
+        for name, is_paused in (("start_servo", False), ("stop_servo", True)):
+            self.create_service(
+                get_service("std_srvs/srv/Trigger"),
+                f"~/{name}",
+                lambda _, answer, paused=is_paused: self._set_paused(paused, answer),
+            )
         self._markers = StatusMarkers(self)
         self._lease = LeaseWatch(self)
         self._stop = StopHolders(self, lambda _: self._lease.end())
