@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -132,11 +133,8 @@ class ServoNode(Node):
         self.create_service(get_service("std_srvs/srv/SetBool"), "~/pause_servo", self._pause)
         # Those of MoveIt Servo before Iron, which pymoveit2 calls.
         for name, is_paused in (("start_servo", False), ("stop_servo", True)):
-            self.create_service(
-                get_service("std_srvs/srv/Trigger"),
-                f"~/{name}",
-                lambda _, answer, paused=is_paused: self._set_paused(paused, answer),
-            )
+            handler = partial(self._set_paused, is_paused)
+            self.create_service(get_service("std_srvs/srv/Trigger"), f"~/{name}", handler)
         self._markers = StatusMarkers(self)
         self._lease = LeaseWatch(self)
         self._stop = StopHolders(self, lambda _: self._lease.end())
@@ -415,9 +413,9 @@ class ServoNode(Node):
         return response
 
     def _pause(self, request: Any, response: Any) -> Any:
-        return self._set_paused(bool(request.data), response)
+        return self._set_paused(bool(request.data), request, response)
 
-    def _set_paused(self, is_paused: bool, response: Any) -> Any:
+    def _set_paused(self, is_paused: bool, _request: Any, response: Any) -> Any:
         response.success = True
         if is_paused == self._is_paused:
             response.message = "Requested pause state is already active."
