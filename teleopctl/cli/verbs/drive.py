@@ -24,6 +24,7 @@ VERB = Verb(
         "teleopctl drive",
         "teleopctl drive my_robot.urdf.xacro",
         "teleopctl drive --lan",
+        'teleopctl drive --record cube --task "Put the cube into the bin"',
     ),
 )
 
@@ -56,6 +57,18 @@ def drive(
         bool, Option("--open", help="Open the page in the browser, which a desktop does by itself.")
     ] = False,
     no_open: Annotated[bool, Option("--no-open", help="Do not open the page.")] = False,
+    record: Annotated[
+        str | None,
+        Option(
+            "--record",
+            help="Record episodes by buttons of the page, for a data set in this folder.",
+            metavar="FOLDER",
+        ),
+    ] = None,
+    task: Annotated[
+        str | None,
+        Option("--task", help="With --record: what the robot does, in words.", metavar="TEXT"),
+    ] = None,
     who: Annotated[bool, Option("--who", help="Print who drives now, and start nothing.")] = False,
     release: Annotated[
         bool, Option("--release", help="End the lease of whoever drives now, and start nothing.")
@@ -76,6 +89,11 @@ def drive(
     arguments = _arguments(words or [])
     # The page is what is asked for, also on a machine that shows none by itself.
     arguments = {"viewer": "true", **arguments, "page_port": "" if port is None else str(port)}
+    if task is not None and record is None:
+        raise UsageError("--task is for --record")
+    if record is not None:
+        recording = {"episodes": record, "task": task or "", "camera": "true"}
+        arguments = {name: value for name, value in recording.items() if value} | arguments
     if lan:
         arguments["page_host"] = "0.0.0.0"  # noqa: S104 -- asked for, and with a token
     activation.activate_children()
@@ -89,7 +107,7 @@ def drive(
         if process.state == "running":
             running.append(process)
 
-    record = start_in_background(
+    started = start_in_background(
         request, "drive", on_up, console.warn, StartTimeouts(), lambda _line: None
     )
     found = addresses(running)
@@ -100,9 +118,9 @@ def drive(
 
             open_in_browser(_of_page(found[0]))
     if detach:
-        console.out(f"To end it: teleopctl stop {record.name}")
+        console.out(f"To end it: teleopctl stop {started.name}")
         return 0
-    return _wait(record)
+    return _wait(started)
 
 
 def _lease(*, ends: bool) -> int:

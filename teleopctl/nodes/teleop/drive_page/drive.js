@@ -75,7 +75,9 @@ function showSceneAlone(inner) {
     return;
   }
   const style = inner.createElement("style");
-  style.textContent = "[data-drive=around] > :not([data-drive]) { display: none !important; }";
+  // Docked panels have left the scene the room between them.
+  style.textContent = "[data-drive=around] > :not([data-drive]) { display: none !important; } "
+    + "[data-drive=scene] { inset: 0 !important; }";
   inner.head.append(style);
   let shown = canvas.parentElement;
   shown.dataset.drive = "scene";
@@ -255,6 +257,7 @@ function show(message) {
   [...row.children].forEach((button, step) => {
     button.setAttribute("aria-pressed", String(step === message.speed_step));
   });
+  showEpisode(message.episode);
   const note = element("gamepad");
   const count = gamepads().length;
   note.classList.toggle("warn", Boolean(message.gamepad_problem));
@@ -262,6 +265,27 @@ function show(message) {
   else if (!navigator.getGamepads) note.textContent = "This browser has no gamepad interface; use keys or pads.";
   else if (count) note.textContent = "Gamepad: hold the left bumper; sticks move, right bumper and trigger open and close, B stops.";
   else note.textContent = "Gamepad: switch it on and press a button.";
+}
+
+// Buttons of an episode_recorder, where one runs.
+function showEpisode(episode) {
+  element("episode").hidden = !episode;
+  if (!episode) return;
+  const recording = episode.state === "recording";
+  element("episode_state").textContent = recording
+    ? `${episode.episode} is being recorded` : `${episode.saved} saved, ${episode.discarded} discarded`;
+  element("episode_note").textContent = episode.failure || episode.note || episode.task;
+  element("episode_note").classList.toggle("warn", Boolean(episode.failure));
+  for (const button of document.querySelectorAll("#episode button")) {
+    button.disabled = (button.dataset.press === "episode_start") === recording;
+  }
+}
+
+for (const button of document.querySelectorAll("#episode button")) {
+  button.addEventListener("click", () => {
+    send({ type: "press", action: button.dataset.press });
+    button.blur();
+  });
 }
 
 connect();

@@ -12,12 +12,18 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from teleopctl.errors import UsageError
+from teleopctl.nodes.teleop.drive_page.episodes import STEPS
 from teleopctl.teleop import HandSample
 
 LONGEST_MESSAGE = 16_384
 """Characters of the longest message that is read."""
 _MOST = 64
-PRESSES = ("stop", "release_stop", "slower", "faster", "base", "tip", "take", "release")
+EPISODE = "episode_"
+"""Beginning of the actions for episodes: ``episode_start`` and so on."""
+PRESSES = (
+    *("stop", "release_stop", "slower", "faster", "base", "tip", "take", "release"),
+    *(f"{EPISODE}{step}" for step in STEPS),
+)
 """Actions of the page's buttons."""
 
 # The standard layout of the browsers' gamepads. Source: https://w3c.github.io/gamepad/#remapping

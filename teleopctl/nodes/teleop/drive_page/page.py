@@ -14,7 +14,9 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import Node, Parameter, SingleThreadedExecutor
+from teleopctl.nodes.teleop.drive_page.episodes import EpisodeButtons
 from teleopctl.nodes.teleop.drive_page.messages import (
+    EPISODE,
     GripperWish,
     Hands,
     Press,
@@ -58,6 +60,7 @@ class DrivePage:
         self._servo = servo
         self._driver: HandDriver | None = None
         self._node: Node | None = None
+        self.episodes: EpisodeButtons | None = None
         self._mappings: dict[str, HandMapping] = {}
         self._mapped_for: str | None = None
         # Browser that moves the robot, and until when others are refused, on the monotonic clock.
@@ -96,6 +99,7 @@ class DrivePage:
                 parameter_overrides=[Parameter("use_sim_time", value=self.use_sim_time)],
             )
             self._driver = HandDriver(self._node, "page", self._servo)
+            self.episodes = EpisodeButtons(self._node)
             self._executor = SingleThreadedExecutor(context=self._node.context)
             self._executor.add_node(self._node)
             threading.Thread(target=self._executor.spin, name="drive", daemon=True).start()
@@ -236,6 +240,9 @@ class DriveSession:
         }
         if press.action in calls:
             calls[press.action]()
+        elif press.action.startswith(EPISODE):
+            if page.episodes is not None:
+                page.episodes.press(press.action.removeprefix(EPISODE))
         else:
             steps = page.mappings()["keys"].speeds
             driver.apply(HandCommand(actions=frozenset({press.action})), steps)
@@ -250,6 +257,7 @@ class DriveSession:
         return {
             "type": "state",
             **state,
+            "episode": None if self._page.episodes is None else self._page.episodes.state(),
             "speeds": list(speeds),
             "gamepad_problem": self._gamepad_problem,
             "refusal": self._refusal or state.get("refusal", ""),
