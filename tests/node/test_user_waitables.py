@@ -160,7 +160,9 @@ def test_a_timer_that_becomes_due_during_the_check_is_not_missed(make_node, exec
     node, got = make_node(), list[Any]()
     late = Late(got.append)
     node.add_waitable(late)
-    spin_until(lambda: late.waited)
+    # Wakes the executor while no timer is due.
+    waker = node.create_guard_condition(lambda: None)
+    spin_until(lambda: late.waited or waker.trigger())
     before = len(got)
     spin_until(lambda: len(got) > before)
     node.remove_waitable(late)

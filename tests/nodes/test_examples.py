@@ -95,12 +95,20 @@ def test_goals_are_executed_one_after_the_other(session, monkeypatch):
 
 
 def test_a_new_goal_aborts_the_one_before(session, monkeypatch):
-    go_on = threading.Event()
-    monkeypatch.setattr(minimal_actions, "time", SimpleNamespace(sleep=lambda _: go_on.wait(20.0)))
+    began, go_on = threading.Event(), threading.Event()
+
+    def sleep(_: float) -> None:
+        began.set()
+        go_on.wait(20.0)
+
+    monkeypatch.setattr(minimal_actions, "time", SimpleNamespace(sleep=sleep))
     session.add(minimal_actions.SingleGoalActionServer())
     client: Any = ActionClient(session.user, Fibonacci, "fibonacci")
     assert client.wait_for_server(10.0)
-    first, second = session.send(client, 5), session.send(client, 2)
+    first = session.send(client, 5)
+    # A goal that is not executed yet cannot be aborted.
+    assert began.wait(20.0)
+    second = session.send(client, 2)
     go_on.set()
     for result, status in ((first, ABORTED), (second, SUCCEEDED)):
         eventually(result.done)

@@ -10,7 +10,7 @@ import pytest
 from teleopctl.bag import EpisodeFolder, open_bag
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.nodes.bag_verification.verification import verify_bag
-from teleopctl.testing import LONGEST_WAIT_S
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 
 Trigger = get_service("std_srvs/srv/Trigger")
 Image = get_message("sensor_msgs/msg/Image")
@@ -70,6 +70,8 @@ def test_episodes_are_saved_repeated_and_outlive_a_killed_recorder(ros, camera):
 
     assert call(ros, "start") == (True, "Recording episode 2")
     recorder.wait_for_line("Episode 1: ")  # both are in the data set
+    (draft,) = (ros.folder / "cube/episodes/.recording").glob("*/*.mcap")
+    eventually(lambda: draft.stat().st_size > 50_000, what="messages on the disk")
     recorder.kill()
     recorder.wait()
     folder = EpisodeFolder(ros.folder / "cube")
