@@ -73,7 +73,7 @@ def get_interface_path(interface_name: str) -> str:
 
 def _prefix(package: str) -> str:
     found = lookup_package(package)
-    return str(Path(rosidl_runtime_py.__file__).parents[1] if found is None else found.folder)
+    return str(Path(rosidl_runtime_py.__file__).parents[1] if found is None else found.share)
 
 
 def _is_module(package: str) -> bool:
