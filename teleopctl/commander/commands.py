@@ -72,10 +72,15 @@ class CommandPublisher:
                 self._point.positions = values
         self._publisher.publish(self._message)
 
+    @property
+    def is_connected(self) -> bool:
+        """Whether a controller would receive a message."""
+        return self._publisher.has_subscribers
+
     def wait_for_subscriber(self, timeout_s: float) -> bool:
         """Wait until a controller would receive the messages; return False on timeout."""
         end_s = time.monotonic() + timeout_s
-        while not self._publisher.has_subscribers:
+        while not self.is_connected:
             if time.monotonic() > end_s:
                 return False
             time.sleep(_LOOK_S)

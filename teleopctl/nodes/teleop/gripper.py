@@ -69,6 +69,8 @@ class GripperDrive:
         self.problem = ""
         self._commanded: float | None = None
         self._sent: float | None = None
+        # Toggled before it was known how far it is open.
+        self._is_toggled = False
         self._since_goal_s = _GOAL_PERIOD_S
         self._ends: tuple[dict[str, float], dict[str, float]] | None = None
         self._active: list[Controller] = []
@@ -118,14 +120,16 @@ class GripperDrive:
             return None
         return opening_of(measured, *self._ends)
 
-    def toggle(self, measured: Mapping[str, float]) -> None:
-        """Close the gripper if it was opened, else open it."""
-        at = self.opening(measured) if self.wanted is None else self.wanted
-        self.wanted = 0.0 if at is not None and at > 0.5 else 1.0
+    def toggle(self) -> None:
+        """Close the gripper if it is wanted open, or stands open before the first command."""
+        if self.wanted is None:
+            self._is_toggled = not self._is_toggled
+        else:
+            self.wanted = 0.0 if self.wanted > 0.5 else 1.0
 
     def halt(self) -> None:
         """Go no further: what is commanded now is what is wanted."""
-        self.wanted = self._commanded
+        self.wanted, self._is_toggled = self._commanded, False
 
     def step(self, duration_s: float, measured: Mapping[str, float]) -> None:
         """Command the next step towards the wanted opening.
@@ -135,7 +139,11 @@ class GripperDrive:
             measured: Measured positions of all joints.
         """
         at = self.opening(measured)
-        if self.wanted is None or at is None:
+        if at is None:
+            return
+        if self._is_toggled:
+            self.wanted, self._is_toggled = 0.0 if at > 0.5 else 1.0, False
+        if self.wanted is None:
             return
         if self._commanded is None:
             self._commanded = at
@@ -154,6 +162,10 @@ class GripperDrive:
         if not self._streams:
             self._choose()
         if self._streams:
+            # A step before the controllers are connected would be lost.
+            if not all(stream.is_connected for stream in self._streams):
+                self._commanded = self._sent
+                return
             positions = self._at(self._commanded)
             for stream in self._streams:
                 stream.publish(positions, {}, measured)

@@ -296,7 +296,7 @@ class HandDriver:
             if not self._may_move(wants=wants):
                 command = HandCommand(actions=command.actions)
             if command.toggles_gripper and not self._has_toggled and self._gripper is not None:
-                self._gripper.toggle(self._measured)
+                self._gripper.toggle()
             self._has_toggled = command.toggles_gripper
             if "stop" in command.actions:
                 command = HandCommand()

@@ -7,7 +7,7 @@ import contextlib
 import shutil
 import sys
 import time
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 from teleopctl.base.keyboard import (
@@ -22,10 +22,9 @@ from teleopctl.base.keyboard import (
     Keyboard,
     require_keys,
 )
-from teleopctl.commander import Controller, Controllers, GripperCommander, gripper_positions
-from teleopctl.errors import NotFoundError, TeleopctlError
+from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
-from teleopctl.kinematics import RobotGroups, find_groups
+from teleopctl.kinematics import find_groups
 from teleopctl.node import (
     SILENCE_S,
     AsyncParameterClient,
@@ -37,7 +36,7 @@ from teleopctl.node import (
     qos_profile_latched,
     spin,
 )
-from teleopctl.nodes.teleop.gripper import opening_of
+from teleopctl.nodes.teleop.gripper import GripperDrive
 from teleopctl.robot import Joints, RobotDescription
 
 _DEPTH = 10
@@ -66,8 +65,6 @@ _TWISTS = {
 _JOINTS = {UP: 1.0, "+": 1.0, "=": 1.0, DOWN: -1.0, "-": -1.0}
 # Values of moveit_msgs/srv/ServoCommandType.
 _JOINT_JOG, _TWIST = 0, 1
-# Openings below and above which a gripper is closed and open, from 0 to 1.
-_ENDS = (0.01, 0.99)
 _HELP = """\
 Move the gripper:  up/down arrow  x     left/right arrow  y     page up/down (or ; .)  z
 Turn it:           u/o  about x         i/k  about y            j/l  about z
@@ -137,12 +134,12 @@ class KeyboardTeleop(Node):
         self._zeros = 0
         self._names: tuple[str, ...] = ()
         self._root = self._tip = ""
-        self._gripper: Gripper | None = None
+        self._gripper: GripperDrive | None = None
         self._measured: dict[str, float] = {}
         self._status = ""
         self._scales = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
         self._is_unitless = True
-        self._is_done = False
+        self._is_done = self._is_toggled = False
         self._line = ""
         self._twist: Any = get_message("geometry_msgs/msg/TwistStamped")()
         self._jog: Any = get_message("control_msgs/msg/JointJog")()
@@ -188,7 +185,7 @@ class KeyboardTeleop(Node):
         self._root, self._tip = description.root, group.tip
         self._names = tuple(name for name in group.joints if joints[name].mimic is None)
         if self._gripper is None and groups.gripper_of(group.name) is not None:
-            self._gripper = Gripper(self, description, groups, group.name)
+            self._gripper = GripperDrive(self, description, groups, group.name)
 
     def _on_states(self, message: Any) -> None:
         self._measured.update(zip(message.name, message.position, strict=False))
@@ -229,6 +226,8 @@ class KeyboardTeleop(Node):
             if name == SPACE:
                 self._keys.release_all()
                 self._zeros = _ZEROS
+                if self._gripper is not None:
+                    self._gripper.halt()
                 return
             if name in ("w", "e"):
                 self._mode = "base" if name == "w" else "gripper"
@@ -241,21 +240,22 @@ class KeyboardTeleop(Node):
                 self._speed = min(max(self._speed + step, 0), len(_SPEEDS) - 1)
                 return
             if name == "g":
-                self._toggle_gripper()
+                self._is_toggled = True
                 return
         moving = _JOINTS if self._mode == "joint" else _TWISTS
         if name in moving:
             self._keys.on_key(key, time.monotonic())
 
     def _toggle_gripper(self) -> None:
-        """Open the gripper if it is closed or holds something, else close it."""
+        """Close the gripper if it is open, else open it."""
+        self._is_toggled = False
         if self._gripper is None:
             self._status = "the robot has no gripper that is known"
-            return
-        try:
-            self._gripper.toggle(self._measured)
-        except TeleopctlError as error:
-            self._status = error.message
+        elif refusal := self._lease.take("keyboard"):
+            self._status = refusal
+        else:
+            self._held_s = time.monotonic()
+            self._gripper.toggle()
 
     # --- commands ---------------------------------------------------------------------------------
 
@@ -276,6 +276,10 @@ class KeyboardTeleop(Node):
         elif self._zeros:
             self._zeros -= 1
             self._publish(held)
+        if self._is_toggled:
+            self._toggle_gripper()
+        if self._gripper is not None:
+            self._gripper.step(1.0 / self._rate_hz, self._measured)
         self._show(held)
         if self._is_done and not self._zeros:
             raise ExternalShutdownException
@@ -340,70 +344,13 @@ class KeyboardTeleop(Node):
         if not count:
             listeners = f"no subscriber: is {self._servo} running?"
         line = f"{what} | {doing} | {speed} | {self._rate_hz:g} Hz, {listeners}"
-        if self._status:
-            line += f" | {self._status}"
+        if status := self._status or (self._gripper.problem if self._gripper else ""):
+            line += f" | {status}"
         line = line[: shutil.get_terminal_size().columns - 1]
         if line != self._line:
             self._line = line
             sys.stdout.write(f"\r\x1b[2K{line}")
             sys.stdout.flush()
-
-
-class Gripper:
-    """Gripper that a key opens and closes.
-
-    Args:
-        node: Node of the commands.
-        description: The robot.
-        groups: Its groups.
-        group: Name of the arm's group, which carries the gripper.
-    """
-
-    def __init__(
-        self, node: Node, description: RobotDescription, groups: RobotGroups, group: str
-    ) -> None:
-        self._description, self._groups, self._group = description, groups, group
-        self._active: list[Controller] = []
-        self._controllers = Controllers(node, self._on_controllers)
-        self._controllers.request()
-        self._commander = GripperCommander(node, self._controllers, Joints.of(description))
-        self._ends: tuple[dict[str, float], dict[str, float]] | None = None
-        self._is_opening: bool | None = None
-
-    def toggle(self, measured: Mapping[str, float]) -> None:
-        """Open the gripper if it is closed, else close it.
-
-        Between both, where it holds something, the last command counts.
-
-        Args:
-            measured: Measured positions of all joints.
-
-        Raises:
-            NotFoundError: No active controller moves it.
-        """
-        if self._ends is None:
-            # Found by the shapes of the fingers, which takes a moment.
-            from teleopctl.kinematics import KinematicModel
-
-            model = KinematicModel(self._description)
-            self._ends = (
-                gripper_positions(model, self._groups, self._group, 0.0),
-                gripper_positions(model, self._groups, self._group, 1.0),
-            )
-        closed, opened = self._ends
-        part = opening_of(measured, closed, opened)
-        is_open = self._is_opening
-        if is_open is None or not _ENDS[0] < part < _ENDS[1]:
-            is_open = part > sum(_ENDS) / 2
-        try:
-            self._commander.move(closed if is_open else opened, measured, self._active)
-        except NotFoundError:
-            self._controllers.request()
-            raise
-        self._is_opening = not is_open
-
-    def _on_controllers(self, active: list[Controller]) -> None:
-        self._active = active
 
 
 def main(args: Sequence[str] | None = None) -> None:
