@@ -78,6 +78,9 @@ _PROGRAMS_THAT_END = frozenset(
 # What stands for `ros2` in a command line without it.
 _OUR_ROS2 = [sys.executable, "-P", "-m", *COMMANDS["ros2"]]
 _CONTAINERS = "teleopctl.nodes.component_container:"
+_SIMULATOR = "teleopctl.nodes.mujoco_sim:"
+# Programs with much to import that are of no use before the simulation runs.
+_GIVING_WAY = tuple(f"teleopctl.nodes.{name}" for name in ("camera:", "moveit.", "rviz2:"))
 _UNSAFE = re.compile(r"[^\w.\-]")
 
 Value = TypeVar("Value")
@@ -169,6 +172,8 @@ class ProcessBuilder:
             is_node=action.node is not None,
             node_name=node_name,
             loads_components=target.startswith(_CONTAINERS),
+            simulates=target.startswith(_SIMULATOR),
+            gives_way=target.startswith(_GIVING_WAY),
             ends_by_itself=ends,
             respawn=self._value(action.respawn, "respawn", values.boolean, default=False),
             respawn_delay=self._value(

@@ -96,6 +96,13 @@ class Child:
         return said is not None and said.state == progress.READY
 
     @property
+    def is_starting(self) -> bool:
+        """Whether the process runs, and is neither ready nor reports that it has failed."""
+        said = progress.read(self.log_file)
+        is_done = said is not None and said.state in (progress.READY, progress.FAILED)
+        return self.is_running and not is_done
+
+    @property
     def ended_cleanly(self) -> bool:
         """Whether the process ended with 0, by SIGINT, or, if the launch signalled, by SIGTERM."""
         status = self.exit_status

@@ -7,6 +7,7 @@ Ctrl-C, each process receives SIGINT, SIGTERM after 5 s and SIGKILL after anothe
 from __future__ import annotations
 
 import signal
+import time
 from functools import partial
 
 from teleopctl.base.background import StartTime, start_time_of
@@ -37,8 +38,10 @@ from teleopctl.launch.model.plan import (
 from teleopctl.launch.model.records import replace
 
 _LAUNCH = "launch"
-# Interval at which the progress files of companions are read.
+# Interval at which the progress files of companions and simulators are read.
 _LOOK_EVERY_S = 0.02
+# Longest time for which processes give way to a simulator, which may compile a model for minutes.
+_GIVE_WAY_S = 3.0
 
 
 class Supervisor:
@@ -219,12 +222,31 @@ class Supervisor:
             self._loop.after(_LOOK_EVERY_S, self._start_others)
             return
         self._others_were_started = True
-        for index in range(len(self._children)):
-            if index not in self._companions:
+        others = [index for index in range(len(self._children)) if index not in self._companions]
+        simulators = [index for index in others if self._children[index].plan.simulates]
+        later = [index for index in others if simulators and self._children[index].plan.gives_way]
+        for index in others:
+            if index not in later:
                 self._start_child(index)
         if self._standby is not None:
             self._standby.close()
         self._execute(replace(self._plan.start, messages=[], files={}, processes=[]))
+        self._start_later(later, simulators, time.monotonic() + _GIVE_WAY_S)
+
+    def _start_later(self, indices: list[int], simulators: list[int], latest_s: float) -> None:
+        """Start processes once no simulator starts any more, or at a time of the monotonic clock.
+
+        Five interpreters on two cores: what only looks at the simulation would double the time
+        until there is one.
+        """
+        is_starting = any(self._children[index].is_starting for index in simulators)
+        if indices and is_starting and time.monotonic() < latest_s and not self._shutting_down:
+            self._loop.after(
+                _LOOK_EVERY_S, partial(self._start_later, indices, simulators, latest_s)
+            )
+            return
+        for index in indices:
+            self._start_child(index)
 
     def _start_again(self, child: Child) -> None:
         index = self._children.index(child)

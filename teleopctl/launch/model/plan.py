@@ -37,6 +37,9 @@ class ProcessPlan:
         loads_components: Whether the process is one of teleopctl's component containers.
         accompanies: Whether the process is a companion, such as a recorder: the other processes
             start when it reports that it is ready, and it is terminated after they have ended.
+        simulates: Whether the process is teleopctl's simulator.
+        gives_way: Whether the process starts once the launch's simulator is ready, so that it does
+            not slow the simulator's start: cameras, the page and motion planning.
         respawn: Whether to restart the process when it ends.
         respawn_delay: Delay before a restart, in seconds.
         respawn_max_retries: Maximum number of restarts, -1 for any number.
@@ -59,6 +62,8 @@ class ProcessPlan:
     ends_by_itself: bool = False
     loads_components: bool = False
     accompanies: bool = False
+    simulates: bool = False
+    gives_way: bool = False
     respawn: bool = False
     respawn_delay: float = 0.0
     respawn_max_retries: int = -1

@@ -237,6 +237,20 @@ def test_a_robot_of_which_nothing_moves_comes_up_without_controllers(tmp_path):
     assert sum("Nothing to control" in text for _, _, text in plan.start.messages) == 1
 
 
+def test_what_only_looks_on_gives_way_to_the_simulators_start(tmp_path):
+    (tmp_path / "box.urdf").write_text('<robot name="box"><link name="base"/></robot>')
+    file = builtin_file("sim.yaml")
+    assert file is not None
+    arguments = {"model": str(tmp_path / "box.urdf"), "viewer": "true", "motion": "true"}
+    plan, _ = evaluate(parse_file(file), arguments, tmp_path / "log", LaunchRequest(file=str(file)))
+    gives_way = {process.name.rpartition("-")[0]: process.gives_way for process in plan.processes}
+    assert gives_way == {
+        **dict.fromkeys(("mujoco_sim", "robot_state_publisher"), False),
+        **dict.fromkeys(("camera", "move_group", "servo_node", "rviz2"), True),
+    }
+    assert [process.name for process in plan.processes if process.simulates] == ["mujoco_sim-1"]
+
+
 def test_where_none_are_named_they_are_the_launch_files_or_made_for_the_joints(evaluated):
     assert evaluated("$(robot-controllers FILE sim other.yaml)").shown == "other.yaml"
     done = evaluated("$(robot-controllers FILE sim '')")

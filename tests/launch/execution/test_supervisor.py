@@ -7,6 +7,7 @@ from dataclasses import replace
 
 import pytest
 
+from teleopctl.launch.execution import supervisor
 from teleopctl.launch.execution.supervisor import Supervisor
 from teleopctl.launch.model.output import BOTH, output_alias
 from teleopctl.launch.model.plan import FollowUp, LaunchPlan, ProcessPlan
@@ -88,6 +89,47 @@ def test_where_it_cannot_begin_the_others_do_not(tmp_path):
     plan = planned(tmp_path, [WORKS, refuses])
     assert Supervisor(plan).run() == 1
     assert not (tmp_path / "works-1.log").exists()
+
+
+SIMULATOR = """
+import os, sys, time
+from teleopctl.base import progress
+progress.report(progress.STARTING)
+print("looked at", os.path.exists("looks"), flush=True)
+if sys.argv[1] == "becomes ready":
+    progress.report(progress.READY)
+while sys.argv[1] != "ends" and not os.path.exists("looks"):
+    time.sleep(0.01)
+"""
+
+
+@pytest.mark.parametrize(
+    ("simulator", "longest_s"), [("becomes ready", 1e6), ("compiles", 0.0), ("ends", 1e6)]
+)
+def test_what_gives_way_starts_once_the_simulator_is_ready(
+    tmp_path, monkeypatch, simulator, longest_s
+):
+    monkeypatch.setattr(supervisor, "_GIVE_WAY_S", longest_s)
+    (tmp_path / "simulator.py").write_text(SIMULATOR)
+    touch = [sys.executable, "-c", "open('looks', 'w').close()"]
+    looks = replace(
+        WORKS, name="looks-1", command=touch, working_directory=str(tmp_path), gives_way=True
+    )
+    simulates = ProcessPlan(
+        name="simulates-2",
+        command=[sys.executable, str(tmp_path / "simulator.py"), simulator],
+        working_directory=str(tmp_path),
+        simulates=True,
+    )
+    assert Supervisor(planned(tmp_path, [looks, simulates])).run() == 0
+    assert (tmp_path / "looks").exists()
+    if simulator == "becomes ready":
+        assert (tmp_path / "simulates-2.log").read_text() == "looked at False\n"
+
+
+def test_without_a_simulator_nothing_gives_way(tmp_path):
+    assert Supervisor(planned(tmp_path, [replace(WORKS, gives_way=True)])).run() == 0
+    assert (tmp_path / "works-1.log").read_text() == "done\n"
 
 
 @pytest.mark.skipif(os.name == "nt", reason="FIFOs, and the signal of a broken pipe")
