@@ -30,7 +30,7 @@ ALLOWED = {
     "commander": {"interfaces", "kinematics", "node", "robot", "tf"},
     "control": {"interfaces", "node", "robot", "tf"},
     "launch": {"interfaces", "node", "robot", "wire"},
-    "teleop": {"interfaces", "node"},
+    "teleop": {"interfaces", "node", "tf"},
     "sim": {"interfaces", "mujoco_model", "node", "robot", "tf", "wire"},
     "compat": {"bag", "control", "interfaces", "launch", "node", "robot", "tf"},
     "viewer": {"diagram", "interfaces", "node", "pictures", "robot", "tf"},

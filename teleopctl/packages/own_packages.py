@@ -29,8 +29,15 @@ DATA_PACKAGES: Final = {
     **{
         name: f"teleopctl/share/{name}"
         for name in (
-            *("demo_nodes_cpp", "demo_nodes_py", "gazebo_ros", "ros_gz_bridge", "ros_gz_sim"),
-            *("ros_ign_gazebo", "teleop_twist_joy", "teleopctl", "turtlesim", "urdf_launch"),
+            *("demo_nodes_cpp", "demo_nodes_py", "gazebo_ros", "joy", "ros_gz_bridge"),
+            *(
+                "ros_gz_sim",
+                "ros_ign_gazebo",
+                "teleop_twist_joy",
+                "teleopctl",
+                "turtlesim",
+                "urdf_launch",
+            ),
             "urdf_tutorial",
         )
     },

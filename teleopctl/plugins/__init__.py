@@ -50,6 +50,7 @@ if TYPE_CHECKING:
         PACKAGES as PACKAGES,
         PANELS as PANELS,
         SENSORS as SENSORS,
+        TELEOP_DEVICES as TELEOP_DEVICES,
         WRITE_DEFINITIONS as WRITE_DEFINITIONS,
         kinds as kinds,
     )

@@ -83,6 +83,7 @@ NODES = (
             "rosbag2_transport/recorder": "recorder",
             "rviz2/rviz2": "rviz2",
             "robot_state_publisher/robot_state_publisher": "robot_state_publisher",
+            "teleop_device/teleop_device": "teleop.device_node",
             "teleop_keyboard/teleop_keyboard": "teleop.keyboard",
             "teleop_twist_joy/teleop_node": "teleop.twist_joy",
             "teleop_twist_keyboard/teleop_twist_keyboard": "teleop.twist_keyboard",
@@ -120,6 +121,10 @@ NODES = (
             "serialized": "delay demux drop mux relay throttle",
         }.items()
         for name in names.split()
+    }
+    | {
+        f"joy/{name}": f"teleopctl.nodes.teleop.joy:{name}"
+        for name in ("game_controller_node", "joy_enumerate_devices", "joy_node")
     }
     | {
         f"image_tools/{name}": f"teleopctl.nodes.image_tools:{name}"

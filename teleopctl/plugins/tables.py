@@ -245,6 +245,28 @@ SENSORS = Kind(
 )
 """Simulated sensors, by the type in ``<sensor type="…">``."""
 
+_DEVICES = "teleopctl.teleop.devices"
+
+TELEOP_DEVICES = Kind(
+    "teleop device",
+    "teleopctl.teleop_devices",
+    {
+        "gamepad": f"{_DEVICES}.gamepad:Gamepad",
+        "joy": f"{_DEVICES}.joy:JoyTopic",
+        "keyboard": f"{_DEVICES}.keyboard:TerminalKeys",
+        "leader": f"{_DEVICES}.leader:LeaderArm",
+    },
+    bases=("teleopctl.teleop.device:TeleopDevice",),
+    direct=True,
+    summaries={
+        "gamepad": "A gamepad of this machine",
+        "joy": "A gamepad of any machine, by its joy_node",
+        "keyboard": "Keys of this terminal",
+        "leader": "Another arm of the graph, which the robot follows",
+    },
+)
+"""Devices by which a hand steers a robot, by name."""
+
 _DISPLAYS = "teleopctl.viewer.displays"
 
 DISPLAYS = Kind(

@@ -10,7 +10,8 @@ import time
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
-from typing import TYPE_CHECKING
+from pathlib import Path
+from typing import TYPE_CHECKING, ClassVar
 
 from teleopctl.errors import TeleopctlError
 
@@ -62,11 +63,15 @@ class TeleopDevice(ABC):
         emit: Function to call with each sample, from any thread.
 
     Attributes:
-        mapping: Name of the mapping that is used unless another one is given: a file of the
-            package's ``mappings`` folder, or a path.
+        mapping: The mapping that is used unless another one is given: the name of one that comes
+            with teleopctl, or the path of a file.
+        gives_joints: Whether its samples have joints, as those of a leader arm.
+        reads_terminal: Whether it reads the keys of the terminal.
     """
 
-    mapping = ""
+    mapping: ClassVar[str | Path] = ""
+    gives_joints: ClassVar[bool] = False
+    reads_terminal: ClassVar[bool] = False
 
     def __init__(self, node: Node, emit: Callable[[HandSample], object]) -> None:
         self.node = node
@@ -79,6 +84,10 @@ class TeleopDevice(ABC):
         Raises:
             DeviceError: There is no such device, or it cannot be used.
         """
+
+    def inputs(self) -> frozenset[str]:
+        """Return the names of its axes and buttons, which a mapping may use; empty if unknown."""
+        return frozenset()
 
     @abstractmethod
     def stop(self) -> None:

@@ -6,27 +6,40 @@ A file per device and robot. Its names follow ``teleop_twist_joy``::
     robot: ""                      # name of a robot, to which the file then applies alone
     axis_linear: {x: left_y, y: left_x, z: right_y}
     scale_linear: {x: 1.0, y: 1.0, z: 1.0}
+    enable_button: left_bumper     # without it nothing moves
+    enable_turbo_button: ""        # enables, too, at the full speed
     button_linear: {z: [dpad_up, dpad_down]}     # the one for +, the one for -
     axis_angular: {yaw: right_x}
     gripper: {axis: "", open: a, close: b, toggle: x}
-    actions: {stop: back, slower: left_bumper, faster: right_bumper}
+    actions: {stop: back, slower: left_bumper, faster: right_bumper, episode_start: start}
+
+A mobile base has files of its own, in the folder ``base`` beside those of arms.
 """
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 from pathlib import Path
 from typing import Any
 
-from teleopctl.base.ros_yaml import faults_of, safe_load
+from yaml import MappingNode
+
+from teleopctl.base.ros_yaml import compose, faults_of, safe_load
 from teleopctl.errors import InvalidFileError, NotFoundError, did_you_mean
 from teleopctl.teleop.device import HandSample
 
 FOLDER = Path(__file__).with_name("mappings")
 LINEAR, ANGULAR = ("x", "y", "z"), ("roll", "pitch", "yaw")
-ACTIONS = ("stop", "slower", "faster", "base", "tip", "take", "release")
+EPISODE = "episode_"
+"""Beginning of the actions for episodes."""
+EPISODE_STEPS = ("start", "success", "save", "discard")
+"""What a hand does with an episode; a success is saved, too."""
+ACTIONS = (
+    *("stop", "slower", "faster", "base", "tip", "take", "release", "engage", "disengage"),
+    *(f"{EPISODE}{step}" for step in EPISODE_STEPS),
+)
 """Actions of buttons: they begin with the press; ``base`` and ``tip`` choose the twist's axes."""
 _FRAMES = ("base", "tip")
 _SPEEDS, _SLOW = (0.25, 0.5, 1.0), 0.25
@@ -44,6 +57,7 @@ class HandCommand:
         angular: Rotation about x, y, z, each -1 to 1.
         gripper: Speed of the gripper, 1 opens and -1 closes.
         is_slow: Whether the slow button is held.
+        is_turbo: Whether the turbo button is held: then the speed is the full one.
         is_held: Whether the hand holds something that moves the robot.
         actions: Actions whose buttons are pressed now.
         toggles_gripper: Whether the button that opens or closes the gripper is pressed.
@@ -53,9 +67,15 @@ class HandCommand:
     angular: tuple[float, float, float] = (0.0, 0.0, 0.0)
     gripper: float = 0.0
     is_slow: bool = False
+    is_turbo: bool = False
     is_held: bool = False
     actions: frozenset[str] = frozenset()
     toggles_gripper: bool = False
+
+    def part(self, speed: float) -> float:
+        """Return the part of the robot's speeds for a speed step, from 0 to 1."""
+        full = 1.0 if self.is_turbo else speed
+        return full * (_SLOW if self.is_slow else 1.0)
 
     def __add__(self, other: HandCommand) -> HandCommand:
         """Return both hands together, each direction at most 1."""
@@ -64,6 +84,7 @@ class HandCommand:
             _summed(self.angular, other.angular),
             _clipped(self.gripper + other.gripper),
             self.is_slow or other.is_slow,
+            self.is_turbo or other.is_turbo,
             self.is_held or other.is_held,
             self.actions | other.actions,
             self.toggles_gripper or other.toggles_gripper,
@@ -94,6 +115,7 @@ class HandMapping:
         robot: Name of the robot for which it is; empty for any.
         frame: ``base`` for the axes of the root link, ``tip`` for those of the gripper.
         enable_button: Button without which nothing moves; empty for none.
+        enable_turbo_button: Button that enables, too, at the full speed; empty for none.
         slow_button: Button that makes the motion a quarter as fast; empty for none.
         speeds: Speed steps, as parts of the robot's speeds.
         deadzone: Part of an axis around its middle that does nothing.
@@ -103,6 +125,7 @@ class HandMapping:
     robot: str = ""
     frame: str = "base"
     enable_button: str = ""
+    enable_turbo_button: str = ""
     slow_button: str = ""
     speeds: tuple[float, ...] = _SPEEDS
     deadzone: float = _DEADZONE
@@ -112,36 +135,23 @@ class HandMapping:
     _actions: Mapping[str, str] = field(default_factory=dict)
 
     @classmethod
-    def load(cls, name: str | Path, robot: str = "") -> HandMapping:
+    def load(cls, name: str | Path, robot: str = "", *, is_base: bool = False) -> HandMapping:
         """Read a mapping by its name or path; of a name, that for a robot if there is one.
 
         Args:
             name: Name of a mapping that comes with teleopctl, or a path of a YAML file.
             robot: Name of the robot that is driven.
+            is_base: Whether the robot is a mobile base.
 
         Raises:
             NotFoundError: There is no such mapping.
             InvalidFileError: The file cannot be read, is no mapping, or is for another robot.
         """
-        path = Path(name)
-        if path.suffix not in (".yaml", ".yml"):
-            own = FOLDER / f"{name}_{robot}.yaml"
-            path = own if robot and own.is_file() else FOLDER / f"{name}.yaml"
-            if not path.is_file():
-                known = sorted(each.stem for each in FOLDER.glob("*.yaml"))
-                raise NotFoundError(
-                    f"There is no mapping '{name}'",
-                    hint=f"{did_you_mean(str(name), known) or ''} Known: {', '.join(known)}; "
-                    "or a path that ends with .yaml".strip(),
-                )
+        path = mapping_file(name, robot, FOLDER / "base" if is_base else FOLDER)
+        text = read_mapping(path)
         with faults_of(path):
-            document = safe_load(path.read_text(encoding="utf-8"))
-        mapping = cls.parse(document, path)
-        if mapping.robot and robot and mapping.robot != robot:
-            raise InvalidFileError(
-                f"{path} is a mapping for the robot '{mapping.robot}', and '{robot}' is driven",
-                hint="Copy the file and change its 'robot' and its axes, or leave 'robot' empty.",
-            )
+            mapping = _Reader(path, text).mapping(safe_load(text))
+        check_robot(path, mapping.robot, robot)
         return mapping
 
     @classmethod
@@ -157,10 +167,21 @@ class HandMapping:
         """
         return _Reader(path).mapping(document)
 
+    def inputs(self) -> frozenset[str]:
+        """Return the names of what motion needs: the axes that are used, and the enable button."""
+        axes = {each.axis for each in (*self._linear, *self._angular)}
+        return frozenset({*axes, self.enable_button} - {""})
+
+    def holds(self, sample: HandSample) -> bool:
+        """Return whether the hand holds what enables its motion."""
+        enabling = {self.enable_button, self.enable_turbo_button} - {""}
+        return not enabling or bool(enabling & sample.buttons)
+
     def command(self, sample: HandSample) -> HandCommand:
         """Return what a sample asks for."""
         pressed = sample.buttons
-        held = not self.enable_button or self.enable_button in pressed
+        turbo = bool(self.enable_turbo_button) and self.enable_turbo_button in pressed
+        held = self.holds(sample)
         linear = tuple(each.value(sample, self.deadzone) for each in self._linear)
         angular = tuple(each.value(sample, self.deadzone) for each in self._angular)
         gripper = self._gripper_speed(sample)
@@ -173,6 +194,7 @@ class HandMapping:
             (angular[0], angular[1], angular[2]),
             gripper,
             bool(self.slow_button) and self.slow_button in pressed,
+            turbo,
             any(linear) or any(angular) or gripper != 0.0,
             frozenset(name for name, button in self._actions.items() if button in pressed),
             held and bool(toggle) and toggle in pressed,
@@ -186,7 +208,7 @@ class HandMapping:
 
 
 _GRIPPER = ("axis", "open", "close", "toggle")
-_TEXTS = ("device", "robot", "enable_button", "slow_button")
+_TEXTS = ("device", "robot", "enable_button", "enable_turbo_button", "slow_button")
 _DIRECTIONS = {
     f"{kind}_{which}": names
     for kind in ("axis", "scale", "button")
@@ -195,77 +217,175 @@ _DIRECTIONS = {
 _KEYS = (*_TEXTS, "frame", "speeds", "deadzone", "gripper", "actions", *_DIRECTIONS)
 
 
-class _Reader:
-    """Reader of a mapping file, whose errors name the place."""
+class FieldReader:
+    """Reader of the fields of a mapping file, whose errors name the place.
 
-    def __init__(self, path: Path) -> None:
-        self._path = path
+    Args:
+        path: The file.
+        text: Its text, for the lines of errors.
+    """
+
+    def __init__(self, path: Path, text: str = "") -> None:
+        self._path, self._text = path, text
+
+    def table(self, value: Any, what: str, known: tuple[str, ...] | None = None) -> dict[str, Any]:
+        """Return a mapping, all of whose keys are known ones if these are given.
+
+        Raises:
+            InvalidFileError: It is none.
+        """
+        named = f"'{what}'" if what else "the file"
+        if not isinstance(value, dict):
+            raise self.error(f"{named} is a mapping of names to values, not {value!r}", what)
+        for key in value:
+            if known is not None and key not in known:
+                place = f"{what}.{key}".lstrip(".")
+                raise self.error(f"{named} has no '{key}'; it has {', '.join(known)}", place)
+        return value
+
+    def texts(self, value: Any, what: str, known: tuple[str, ...] | None = None) -> dict[str, str]:
+        """Return a mapping to names.
+
+        Raises:
+            InvalidFileError: It is none.
+        """
+        table = self.table(value, what, known)
+        return {str(key): self.text(each, f"{what}.{key}") for key, each in table.items()}
+
+    def text(self, value: Any, what: str) -> str:
+        """Return a name; axes and buttons of ``sensor_msgs/msg/Joy`` have numbers.
+
+        Raises:
+            InvalidFileError: It is none.
+        """
+        if isinstance(value, int) and not isinstance(value, bool):
+            return str(value)
+        if not isinstance(value, str):
+            raise self.error(f"'{what}' is a name in quotes, not {value!r}", what)
+        return value
+
+    def number(self, value: Any, what: str, least: float, most: float) -> float:
+        """Return a number in a range.
+
+        Raises:
+            InvalidFileError: It is none.
+        """
+        good = isinstance(value, int | float) and not isinstance(value, bool)
+        if not good or not math.isfinite(value) or not least <= value <= most:
+            raise self.error(
+                f"'{what}' is a number from {least:g} to {most:g}, not {value!r}", what
+            )
+        return float(value)
+
+    def error(self, problem: str, where: str = "") -> InvalidFileError:
+        """Return the error for a field, with the line of the file."""
+        line = line_of(self._text, where.split("."))
+        return InvalidFileError(f"{self._path}{line} is no mapping of a teleop device: {problem}")
+
+
+class _Reader(FieldReader):
+    """Reader of the mapping of a device."""
 
     def mapping(self, document: Any) -> HandMapping:
-        fields = self._table(document, "the file", _KEYS)
-        texts = {name: self._text(fields.get(name, ""), name) for name in _TEXTS}
+        fields = self.table(document, "", _KEYS)
+        texts = {name: self.text(fields.get(name, ""), name) for name in _TEXTS}
         if not texts["device"]:
-            raise self._error("'device' is missing: the device for which the mapping is")
+            raise self.error("'device' is missing: the device for which the mapping is")
         frame = fields.get("frame", "base")
         if frame not in _FRAMES:
-            raise self._error(f"'frame' is {' or '.join(_FRAMES)}, not {frame!r}")
+            raise self.error(f"'frame' is {' or '.join(_FRAMES)}, not {frame!r}", "frame")
         speeds = fields.get("speeds", list(_SPEEDS))
         if not isinstance(speeds, list) or not speeds:
-            raise self._error(f"'speeds' is a list of numbers, not {speeds!r}")
+            raise self.error(f"'speeds' is a list of numbers, not {speeds!r}", "speeds")
         return HandMapping(
             **texts,
             frame=frame,
-            speeds=tuple(self._number(each, "speeds", 0.0, 1.0) for each in speeds),
-            deadzone=self._number(fields.get("deadzone", _DEADZONE), "deadzone", 0.0, 0.9),
+            speeds=tuple(self.number(each, "speeds", 0.0, 1.0) for each in speeds),
+            deadzone=self.number(fields.get("deadzone", _DEADZONE), "deadzone", 0.0, 0.9),
             _linear=self._directions(fields, "linear", LINEAR),
             _angular=self._directions(fields, "angular", ANGULAR),
-            _gripper=self._texts(fields.get("gripper", {}), "gripper", _GRIPPER),
-            _actions=self._texts(fields.get("actions", {}), "actions", ACTIONS),
+            _gripper=self.texts(fields.get("gripper", {}), "gripper", _GRIPPER),
+            _actions=self.texts(fields.get("actions", {}), "actions", ACTIONS),
         )
 
     def _directions(
         self, fields: Mapping[str, Any], which: str, names: tuple[str, ...]
     ) -> tuple[_Direction, ...]:
-        axes = self._texts(fields.get(f"axis_{which}", {}), f"axis_{which}", names)
-        scales = self._table(fields.get(f"scale_{which}", {}), f"scale_{which}", names)
-        buttons = self._table(fields.get(f"button_{which}", {}), f"button_{which}", names)
+        axes = self.texts(fields.get(f"axis_{which}", {}), f"axis_{which}", names)
+        scales = self.table(fields.get(f"scale_{which}", {}), f"scale_{which}", names)
+        buttons = self.table(fields.get(f"button_{which}", {}), f"button_{which}", names)
         found = []
         for name in names:
             pair = buttons.get(name, ["", ""])
             if not isinstance(pair, list) or len(pair) != 2:
-                raise self._error(
-                    f"'button_{which}.{name}' is a list of two buttons, for + and -, not {pair!r}"
+                raise self.error(
+                    f"'button_{which}.{name}' is a list of two buttons, for + and -, not {pair!r}",
+                    f"button_{which}.{name}",
                 )
-            plus, minus = (self._text(each, f"button_{which}.{name}") for each in pair)
-            scale = self._number(scales.get(name, 1.0), f"scale_{which}.{name}", -1.0, 1.0)
+            plus, minus = (self.text(each, f"button_{which}.{name}") for each in pair)
+            scale = self.number(scales.get(name, 1.0), f"scale_{which}.{name}", -1.0, 1.0)
             found.append(_Direction(axes.get(name, ""), scale, plus, minus))
         return tuple(found)
 
-    def _table(self, value: Any, what: str, known: tuple[str, ...]) -> dict[str, Any]:
-        if not isinstance(value, dict):
-            raise self._error(f"'{what}' is a mapping of names to values, not {value!r}")
-        for key in value:
-            if key not in known:
-                raise self._error(f"'{what}' has no '{key}'; it has {', '.join(known)}")
-        return value
 
-    def _texts(self, value: Any, what: str, known: tuple[str, ...]) -> dict[str, str]:
-        table = self._table(value, what, known)
-        return {key: self._text(each, f"{what}.{key}") for key, each in table.items()}
+def mapping_file(name: str | Path, robot: str, folder: Path) -> Path:
+    """Return the file of a mapping: a path, or a name in a folder; of that, a robot's own first.
 
-    def _text(self, value: Any, what: str) -> str:
-        if not isinstance(value, str):
-            raise self._error(f"'{what}' is a name in quotes, not {value!r}")
-        return value
+    Raises:
+        NotFoundError: There is no such mapping.
+    """
+    path = Path(name)
+    if path.suffix in (".yaml", ".yml"):
+        return path
+    own = folder / f"{name}_{robot}.yaml"
+    path = own if robot and own.is_file() else folder / f"{name}.yaml"
+    if not path.is_file():
+        known = sorted(each.stem for each in folder.glob("*.yaml"))
+        raise NotFoundError(
+            f"There is no mapping '{name}'",
+            hint=f"{did_you_mean(str(name), known) or ''} Known: {', '.join(known)}; "
+            "or a path that ends with .yaml".strip(),
+        )
+    return path
 
-    def _number(self, value: Any, what: str, least: float, most: float) -> float:
-        good = isinstance(value, int | float) and not isinstance(value, bool)
-        if not good or not math.isfinite(value) or not least <= value <= most:
-            raise self._error(f"'{what}' is a number from {least:g} to {most:g}, not {value!r}")
-        return float(value)
 
-    def _error(self, problem: str) -> InvalidFileError:
-        return InvalidFileError(f"{self._path} is no mapping of a teleop device: {problem}")
+def read_mapping(path: Path) -> str:
+    """Return the text of a mapping file.
+
+    Raises:
+        InvalidFileError: It cannot be read.
+    """
+    try:
+        return path.read_text(encoding="utf-8")
+    except (OSError, UnicodeDecodeError) as error:
+        raise InvalidFileError(f"The mapping {path} cannot be read: {error}") from error
+
+
+def check_robot(path: Path, robot: str, driven: str) -> None:
+    """Raise an error if a mapping is for another robot than the one that is driven.
+
+    Raises:
+        InvalidFileError: It is.
+    """
+    if robot and driven and robot != driven:
+        raise InvalidFileError(
+            f"{path} is a mapping for the robot '{robot}', and '{driven}' is driven",
+            hint="Copy the file and change its 'robot' and its axes, or leave 'robot' empty.",
+        )
+
+
+def line_of(text: str, keys: Sequence[str]) -> str:
+    """Return ``:LINE`` of a key below others in a YAML text; empty where there is none."""
+    node = compose(text) if text else None
+    line = ""
+    for name in keys:
+        if not isinstance(node, MappingNode):
+            break
+        pair = next((pair for pair in node.value if pair[0].value == name), None)
+        if pair is None:
+            break
+        line, node = f":{pair[0].start_mark.line + 1}", pair[1]
+    return line
 
 
 def _beyond(value: float, deadzone: float) -> float:

@@ -12,17 +12,14 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from teleopctl.errors import UsageError
-from teleopctl.nodes.teleop.drive_page.episodes import STEPS
-from teleopctl.teleop import HandSample
+from teleopctl.teleop import EPISODE, EPISODE_STEPS, HandSample
 
 LONGEST_MESSAGE = 16_384
 """Characters of the longest message that is read."""
 _MOST = 64
-EPISODE = "episode_"
-"""Beginning of the actions for episodes: ``episode_start`` and so on."""
 PRESSES = (
     *("stop", "release_stop", "slower", "faster", "base", "tip", "take", "release"),
-    *(f"{EPISODE}{step}" for step in STEPS),
+    *(f"{EPISODE}{step}" for step in EPISODE_STEPS),
 )
 """Actions of the page's buttons."""
 

@@ -14,16 +14,14 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import Node, Parameter, SingleThreadedExecutor
-from teleopctl.nodes.teleop.drive_page.episodes import EpisodeButtons
 from teleopctl.nodes.teleop.drive_page.messages import (
-    EPISODE,
     GripperWish,
     Hands,
     Press,
     parse_message,
 )
 from teleopctl.nodes.teleop.hand_driver import HandDriver
-from teleopctl.teleop import HandCommand, HandMapping
+from teleopctl.teleop import EPISODE, HandCommand, HandMapping
 
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
@@ -60,9 +58,8 @@ class DrivePage:
         self._servo = servo
         self._driver: HandDriver | None = None
         self._node: Node | None = None
-        self.episodes: EpisodeButtons | None = None
         self._mappings: dict[str, HandMapping] = {}
-        self._mapped_for: str | None = None
+        self._mapped_for: tuple[str, bool] | None = None
         # Browser that moves the robot, and until when others are refused, on the monotonic clock.
         self._hand: DriveSession | None = None
         self._until_s = 0.0
@@ -99,7 +96,6 @@ class DrivePage:
                 parameter_overrides=[Parameter("use_sim_time", value=self.use_sim_time)],
             )
             self._driver = HandDriver(self._node, "page", self._servo)
-            self.episodes = EpisodeButtons(self._node)
             self._executor = SingleThreadedExecutor(context=self._node.context)
             self._executor.add_node(self._node)
             threading.Thread(target=self._executor.spin, name="drive", daemon=True).start()
@@ -107,9 +103,13 @@ class DrivePage:
 
     def mappings(self) -> Mapping[str, HandMapping]:
         """Return the mapping of each device of the page, for the robot that is driven."""
-        robot = self.driver.robot
+        driver = self.driver
+        robot = (driver.robot, driver.is_base)
         if robot != self._mapped_for:
-            self._mappings = {name: HandMapping.load(name, robot) for name in _DEVICES}
+            self._mappings = {
+                name: HandMapping.load(name, driver.robot, is_base=driver.is_base)
+                for name in _DEVICES
+            }
             self._mapped_for = robot
         return self._mappings
 
@@ -241,8 +241,7 @@ class DriveSession:
         if press.action in calls:
             calls[press.action]()
         elif press.action.startswith(EPISODE):
-            if page.episodes is not None:
-                page.episodes.press(press.action.removeprefix(EPISODE))
+            driver.episodes.press(press.action.removeprefix(EPISODE))
         else:
             steps = page.mappings()["keys"].speeds
             driver.apply(HandCommand(actions=frozenset({press.action})), steps)
@@ -257,7 +256,6 @@ class DriveSession:
         return {
             "type": "state",
             **state,
-            "episode": None if self._page.episodes is None else self._page.episodes.state(),
             "speeds": list(speeds),
             "gamepad_problem": self._gamepad_problem,
             "refusal": self._refusal or state.get("refusal", ""),

@@ -1,7 +1,8 @@
 """Keys count as held as far as a terminal says so."""
 
 from teleopctl.base.keyboard import UP, Key
-from teleopctl.nodes.teleop.keyboard import FIRST_HOLD_S, REPEAT_HOLD_S, HeldKeys
+from teleopctl.teleop import HeldKeys
+from teleopctl.teleop.held_keys import FIRST_HOLD_S, REPEAT_HOLD_S
 
 
 def test_a_first_press_lasts_until_the_terminal_repeats_it():

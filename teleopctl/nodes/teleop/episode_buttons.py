@@ -1,4 +1,4 @@
-"""Buttons for episodes on the drive page, where an ``episode_recorder`` runs."""
+"""Buttons of a hand for episodes, where an ``episode_recorder`` runs."""
 
 from __future__ import annotations
 
@@ -6,10 +6,9 @@ from typing import Any
 
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import Node, qos_profile_latched
+from teleopctl.teleop import EPISODE_STEPS
 
 _RECORDER = "/episode_recorder"
-STEPS = ("start", "success", "save", "discard")
-"""Services of the recorder."""
 
 # Any, here and below: message classes are generated at run time from definitions.
 
@@ -26,7 +25,9 @@ class EpisodeButtons:
         self._state: dict[str, str] = {}
         self._note = ""
         trigger = get_service("std_srvs/srv/Trigger")
-        self._clients = {step: node.create_client(trigger, f"{_RECORDER}/{step}") for step in STEPS}
+        self._clients = {
+            step: node.create_client(trigger, f"{_RECORDER}/{step}") for step in EPISODE_STEPS
+        }
         self._request: Any = trigger.Request
         node.create_subscription(
             get_message("diagnostic_msgs/msg/DiagnosticStatus"),

@@ -1,0 +1,314 @@
+"""Executable ``teleop_device``: a hand's device steers the robot; devices are plug-ins."""
+
+from __future__ import annotations
+
+import argparse
+import contextlib
+import shutil
+import sys
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+from teleopctl import plugins
+from teleopctl.base import progress
+from teleopctl.base.keyboard import SPACE, Keyboard
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import get_message, get_service
+from teleopctl.node import (
+    Clock,
+    ClockType,
+    ExternalShutdownException,
+    Node,
+    Parameter,
+    init,
+    parse_ros_arguments,
+    qos_profile_latched,
+    spin,
+)
+from teleopctl.nodes.teleop.hand_driver import HandDriver
+from teleopctl.nodes.teleop.leader_follower import LeaderFollower
+from teleopctl.teleop import (
+    DeviceError,
+    HandMapping,
+    HandSample,
+    LeaderMapping,
+    LeaderState,
+    PoseClutch,
+    TeleopDevice,
+)
+from teleopctl.tf import Transform
+
+_PERIOD_S = 0.02
+# Periods between two looks at what is shown.
+_SHOWN_EACH = 5
+_KEYS = "Keys: space stops, r releases the stop, t takes over, q ends"
+_LEADER_KEYS = "Keys: e begins and ends to follow, space stops, r releases the stop, q ends"
+
+# Any, here and below: message classes are generated at run time from definitions.
+
+
+class DeviceNode(Node):
+    """Node that drives a robot by a teleop device.
+
+    Its parameters are ``device``, ``mapping`` (a name or a file), ``servo`` (name of the servo
+    node), ``cmd_vel`` (topic of a mobile base that is to be driven), ``leader_timeout`` (silence
+    of a leader, s), and those of the device.
+
+    Attributes:
+        failure: Why the device cannot drive this robot; None if it can.
+    """
+
+    def __init__(self, overrides: Sequence[Parameter] = ()) -> None:
+        super().__init__("teleop_device", parameter_overrides=list(overrides))
+        name = str(self.declare_parameter("device", "gamepad").value)
+        self._named = str(self.declare_parameter("mapping", "").value)
+        servo = str(self.declare_parameter("servo", "servo_node").value)
+        base = str(self.declare_parameter("cmd_vel", "").value)
+        silence_s = float(self.declare_parameter("leader_timeout", 0.25).value)
+        self.failure: TeleopctlError | None = None
+        kind: type[TeleopDevice] = plugins.load(plugins.TELEOP_DEVICES, name)
+        self.name = name
+        self._mapping: HandMapping | None = None
+        self._mapped_for: tuple[str, bool] | None = None
+        self._clutch = PoseClutch()
+        self.leader: LeaderFollower | None = None
+        self._shown = ""
+        self._count = 0
+        self._line = ""
+        self.driver = HandDriver(self, name, servo, base)
+        self.driver.on_action = self.act
+        self.device = kind(self, self._receive)
+        if kind.gives_joints:
+            self.leader = LeaderFollower(
+                self,
+                self.driver,
+                LeaderMapping.load(self._named or kind.mapping),
+                str(getattr(self.device, "namespace", "")).rstrip("/"),
+                silence_s,
+            )
+            self.create_service(get_service("std_srvs/srv/SetBool"), "~/engage", self._on_engage)
+        else:
+            self._mapping = HandMapping.load(self._named or kind.mapping)
+        self._state: Any = get_message("diagnostic_msgs/msg/DiagnosticStatus")(name=name)
+        self._key_value: Any = get_message("diagnostic_msgs/msg/KeyValue")
+        self._states = self.create_publisher(type(self._state), "~/state", qos_profile_latched)
+        try:
+            self.device.start()
+            self._check_inputs()
+        except BaseException:
+            self.destroy_node()
+            raise
+        self.create_timer(_PERIOD_S, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+
+    def _check_inputs(self) -> None:
+        """Raise an error if the device lacks what its mapping uses to move.
+
+        Raises:
+            DeviceError: It does.
+        """
+        known = self.device.inputs()
+        if self._mapping is None or not known:
+            return
+        if missing := sorted(self._mapping.inputs() - known):
+            raise DeviceError(
+                f"The {self.name} has no {', '.join(missing)}, which its mapping uses; it has "
+                f"{', '.join(sorted(known))}",
+                hint="Write a mapping for it, and name its file with the parameter mapping.",
+            )
+
+    # --- samples ----------------------------------------------------------------------------------
+
+    def _receive(self, sample: HandSample) -> None:
+        # A device's own thread may still run when the program ends.
+        with contextlib.suppress(ExternalShutdownException):
+            self._on_sample(sample)
+
+    def _on_sample(self, sample: HandSample) -> None:
+        if self.leader is not None:
+            self.leader.receive(sample)
+            return
+        assert self._mapping is not None
+        command = self._mapping.command(sample)
+        if sample.pose and self._pull(sample.pose, is_held=self._mapping.holds(sample)):
+            return
+        self.driver.apply(command, self._mapping.speeds)
+
+    def _pull(self, pose: tuple[float, ...], *, is_held: bool) -> bool:
+        """Move the tool as the hand moves while it holds; return whether it does."""
+        tool = self.driver.tool()
+        if not is_held or tool is None:
+            if self._clutch.is_held:
+                self._clutch.release()
+                self.driver.pull(None)
+            return False
+        x, y, z, *rotation = pose
+        hand = Transform((x, y, z), (rotation[0], rotation[1], rotation[2], rotation[3]))
+        self.driver.pull(self._clutch.hold(hand, tool))
+        return True
+
+    def act(self, action: str) -> str:
+        """Do what a button, a key or a service asks for; return why not, empty if it is done."""
+        if self.leader is None or action not in ("engage", "disengage"):
+            return ""
+        if action == "engage":
+            return self.leader.engage()
+        self.leader.release()
+        return ""
+
+    def _on_engage(self, request: Any, response: Any) -> Any:
+        refusal = self.act("engage" if request.data else "disengage")
+        response.success, response.message = not refusal, refusal or self._doing()
+        return response
+
+    def on_key(self, key: str) -> None:
+        """Take a key of the terminal."""
+        if key == SPACE:
+            self.driver.press_stop()
+        elif key == "r":
+            self.driver.release_stop()
+        elif key == "t":
+            self.driver.take_over()
+        elif key == "e" and self.leader is not None:
+            self.act("disengage" if self.leader.is_engaged else "engage")
+        elif key == "q":
+            self.context.try_shutdown()
+
+    def close(self) -> None:
+        """Take the hand as released, and close the device."""
+        if self.leader is not None:
+            self.leader.release()
+        self.device.stop()
+        self.driver.close()
+
+    # --- what is shown ----------------------------------------------------------------------------
+
+    def _tick(self) -> None:
+        if self.leader is not None:
+            self.leader.check()
+        self._follow_robot()
+        self._count += 1
+        if self._count % _SHOWN_EACH == 0:
+            self._show()
+
+    def _follow_robot(self) -> None:
+        """Read the mapping for the robot once it is known."""
+        robot = (self.driver.robot, self.driver.is_base)
+        if not robot[0] or robot == self._mapped_for:
+            return
+        self._mapped_for = robot
+        named = self._named or self.device.mapping
+        try:
+            if self.leader is not None:
+                self.leader.mapping = LeaderMapping.load(named, robot[0])
+            else:
+                self._mapping = HandMapping.load(named, robot[0], is_base=robot[1])
+                self._check_inputs()
+        except TeleopctlError as error:
+            self.failure = error
+            raise ExternalShutdownException from error
+
+    def _doing(self) -> str:
+        if self.leader is not None:
+            state = self.leader.state
+            return str(state) if state is not LeaderState.RELEASED else "released: e engages"
+        return "moves" if self.driver.state(self._speeds())["is_moving"] else "still"
+
+    def _speeds(self) -> tuple[float, ...]:
+        return (1.0,) if self._mapping is None else self._mapping.speeds
+
+    def _show(self) -> None:
+        state = self.driver.state(self._speeds())
+        texts = {
+            "doing": self._doing(),
+            "robot": str(state["robot"]),
+            "problem": str(state["problem"]) or (self.leader.problem if self.leader else ""),
+            "speed": f"{state['speed_m_s']:.2f} m/s, {state['speed_rad_s']:.2f} rad/s",
+            "status": str(state["status"]),
+            "refusal": str(state["refusal"]),
+            "stopped_by": ", ".join(state["stopped_by"]),
+            "holder": _who(state["holder"]),
+        }
+        line = f"{self.name} | {texts['doing']} | {texts['speed']}"
+        for name, before in _NOTED:
+            line += f" | {before}{texts[name]}" if texts[name] else ""
+        if line == self._shown:
+            return
+        self._shown = line
+        self._state.level = b"\x01" if texts["problem"] or texts["refusal"] else b"\x00"
+        self._state.message = texts["doing"]
+        self._state.values = [
+            self._key_value(key=name, value=value) for name, value in texts.items()
+        ]
+        self._states.publish(self._state)
+        if sys.stdout is not None and sys.stdout.isatty():
+            width = shutil.get_terminal_size().columns - 1
+            sys.stdout.write(f"\r\x1b[2K{line[:width]}")
+            sys.stdout.flush()
+
+
+_NOTED = (
+    ("status", ""),
+    ("problem", ""),
+    ("refusal", ""),
+    ("stopped_by", "stopped by "),
+    ("holder", "driven by "),
+)
+
+
+def _who(holder: Mapping[str, Any] | None) -> str:
+    return "" if holder is None else f"{holder['node']} ({holder['device']})"
+
+
+def main(args: Sequence[str] | None = None) -> None:
+    """Drive a robot by a device until Ctrl-C.
+
+    Raises:
+        TeleopctlError: There is no such device, or it cannot drive this robot.
+    """
+    arguments = sys.argv if args is None else args
+    parser = argparse.ArgumentParser(
+        prog="teleop_device",
+        description="Drive a robot by a device: " + ", ".join(plugins.available(_KIND)),
+    )
+    parser.add_argument("device", nargs="?", default="", help="name of the device; gamepad")
+    parser.add_argument("--mapping", default="", help="a mapping's name, or its YAML file")
+    parser.add_argument(
+        "--leader", default="", metavar="NAMESPACE", help="namespace of a leader arm; /leader"
+    )
+    options = parser.parse_args(parse_ros_arguments(arguments).program[1:])
+    given = {name: value for name, value in vars(options).items() if value}
+    if "leader" in given:
+        given.setdefault("device", "leader")
+    drive([Parameter(name, value=value) for name, value in given.items()], arguments)
+
+
+_KIND = plugins.TELEOP_DEVICES
+
+
+def drive(overrides: Sequence[Parameter], args: Sequence[str] | None = None) -> None:
+    """Drive a robot by a device until Ctrl-C.
+
+    Args:
+        overrides: Parameters of the node.
+        args: ROS arguments.
+
+    Raises:
+        TeleopctlError: There is no such device, or it cannot drive this robot.
+    """
+    with (
+        contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
+        init(args=args, publishes_after_signal=True),
+    ):
+        node = DeviceNode(overrides)
+        reads_keys = not node.device.reads_terminal
+        if reads_keys and sys.stdout is not None and sys.stdout.isatty():
+            sys.stdout.write(f"{_KEYS if node.leader is None else _LEADER_KEYS}\n")
+        progress.report(progress.READY)
+        try:
+            with Keyboard(node.on_key, wanted=reads_keys):
+                spin(node)
+        finally:
+            with contextlib.suppress(Exception):
+                node.close()
+            if node.failure is not None:
+                raise node.failure

@@ -1,0 +1,230 @@
+"""The robot that a hand drives: its arm, gripper and states, and what its servo node says."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import get_message
+from teleopctl.kinematics import RobotGroups, find_groups, parse_srdf, read_srdf
+from teleopctl.node import AsyncParameterClient, Node, qos_profile_latched
+from teleopctl.nodes.teleop.gripper import GripperDrive
+from teleopctl.packages import resolve_uri
+from teleopctl.robot import Joints, RobotDescription, SegmentTree
+from teleopctl.tf import Transform
+
+_DEPTH = 10
+_SEMANTICS = ("robot_description_semantic", "srdf", "moveit_servo.move_group_name")
+# Scales of servo: m/s, rad/s, rad/s.
+_SCALES = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
+
+# Any, here and below: message classes are generated at run time from definitions.
+
+
+@dataclass(frozen=True, slots=True)
+class DrivenArm:
+    """Arm that a hand drives, as its description has it.
+
+    Attributes:
+        robot: Name of the robot.
+        root: Root link, in whose axes the tool moves.
+        tip: Link that the arm moves.
+        group: Name of the arm's group.
+        joints: Names of the arm's independent joints.
+        sliding: Those of them that slide, in m; the others turn, in rad.
+        tool: Pose of the tool in the frame of the tip.
+        forward: Direction in which the arm reaches with all joints at 0, in quarter turns about z
+            from the root link's x axis.
+    """
+
+    robot: str
+    root: str
+    tip: str
+    group: str
+    joints: tuple[str, ...]
+    sliding: frozenset[str]
+    tool: Transform
+    forward: int
+
+    @classmethod
+    def of(cls, description: RobotDescription, groups: RobotGroups, name: str = "") -> DrivenArm:
+        """Return the arm of a description.
+
+        Args:
+            description: The robot.
+            groups: Its groups.
+            name: Name of the arm's group; empty for the first one.
+
+        Raises:
+            TeleopctlError: The robot has no arm.
+        """
+        joints = Joints.of(description)
+        group = groups.group(name)
+        poses = SegmentTree(description, joints).link_poses(dict.fromkeys(description.joints, 0.0))
+        x, y = (
+            float(poses[group.tip].translation[axis] - poses[group.base].translation[axis])
+            for axis in range(2)
+        )
+        forward = (0 if x >= 0.0 else 2) if abs(x) >= abs(y) else (1 if y >= 0.0 else 3)
+        names = tuple(name for name in group.joints if joints[name].mimic is None)
+        return cls(
+            description.name,
+            description.root,
+            group.tip,
+            group.name,
+            names,
+            frozenset(name for name in names if description.joints[name].type == "prismatic"),
+            group.tool or Transform(),
+            forward,
+        )
+
+    def in_root(self, vector: tuple[float, float, float]) -> tuple[float, float, float]:
+        """Return a vector whose x is forward in the axes of the root link."""
+        x, y, z = vector
+        for _ in range(self.forward):
+            x, y = -y, x
+        return x, y, z
+
+
+class DrivenRobot:
+    """Follows the description and the states of a robot, and its servo node.
+
+    Args:
+        node: Node of the subscriptions.
+        servo: Full name of the servo node.
+        drives_gripper: Whether the gripper is to be moved, too.
+        namespace: Namespace of the robot; by default the node's.
+
+    Attributes:
+        name: Name of the robot; empty before its description is known.
+        arm: Its arm; None before it is known, and for a robot without one.
+        gripper: Drive of its gripper; None without one.
+        description: Its description; None before it is known.
+        groups: Its groups.
+        measured: Measured positions by joint, rad or m.
+        problem: Why it cannot be driven, in words; empty if it can.
+        status: What servo says about the motion; empty if nothing slows it down.
+        scales: Largest speeds of servo's commands: ``linear`` in m/s, ``rotational`` and
+            ``joint`` in rad/s.
+        is_unitless: Whether servo takes parts of these speeds.
+    """
+
+    def __init__(
+        self, node: Node, servo: str, *, drives_gripper: bool = True, namespace: str = ""
+    ) -> None:
+        self._node = node
+        self._drives_gripper = drives_gripper
+        self.name = ""
+        self.arm: DrivenArm | None = None
+        self.gripper: GripperDrive | None = None
+        self.description: RobotDescription | None = None
+        self.groups: RobotGroups | None = None
+        self.measured: dict[str, float] = {}
+        self.problem = "no robot description has been received"
+        self.status = ""
+        self.scales = dict(_SCALES)
+        self.is_unitless = True
+        self._urdf = ""
+        # The servo node's SRDF as text and as file, and its group.
+        self._of_servo = ("", "", "")
+        self._segments: SegmentTree | None = None
+        prefix = f"{namespace.rstrip('/')}/" if namespace else ""
+        node.create_subscription(
+            get_message("std_msgs/msg/String"),
+            f"{prefix}robot_description",
+            self._on_description,
+            qos_profile_latched,
+        )
+        node.create_subscription(
+            get_message("sensor_msgs/msg/JointState"),
+            f"{prefix}joint_states",
+            self._on_states,
+            1,
+        )
+        node.create_subscription(
+            get_message("moveit_msgs/msg/ServoStatus"), f"{servo}/status", self._on_status, _DEPTH
+        )
+        self._servo_parameters = AsyncParameterClient(node, servo)
+        self._has_asked = False
+
+    def _on_description(self, message: Any) -> None:
+        self._urdf = message.data
+        self._find_arm()
+
+    def _find_arm(self) -> None:
+        """Find the arm in the description, with the groups of the servo node."""
+        if not self._urdf:
+            return
+        try:
+            description = RobotDescription.from_urdf(self._urdf)
+            joints = Joints.of(description)
+            semantic, file, name = self._of_servo
+            if semantic:
+                groups = parse_srdf(semantic, description, joints)
+            elif file:
+                groups = read_srdf(resolve_uri(file), description, joints)
+            else:
+                groups = find_groups(description, joints)
+            self.name = description.name
+            arm = DrivenArm.of(description, groups, name)
+        except TeleopctlError as error:
+            self.problem = error.message
+            return
+        self.problem = ""
+        self.description, self.groups = description, groups
+        self._segments = SegmentTree(description, joints)
+        self.arm = arm
+        if not self._drives_gripper or self.gripper is not None:
+            return
+        if groups.gripper_of(arm.group) is not None:
+            self.gripper = GripperDrive(self._node, description, groups, arm.group)
+
+    def _on_states(self, message: Any) -> None:
+        self.measured = dict(zip(message.name, message.position, strict=False))
+
+    def _on_status(self, message: Any) -> None:
+        self.status = message.message if message.code else ""
+
+    def ask_servo(self) -> None:
+        """Request the scales of the servo node, and its groups, once it is there."""
+        if self._has_asked or not self._servo_parameters.services_are_ready():
+            return
+        self._has_asked = True
+        names = ["command_in_type", *(f"scale.{name}" for name in self.scales)]
+        future = self._servo_parameters.get_parameters([f"moveit_servo.{name}" for name in names])
+        future.add_done_callback(self._on_scales)
+        # By themselves: MoveIt's own servo has not all of them, and would answer none.
+        future = self._servo_parameters.get_parameters(list(_SEMANTICS))
+        future.add_done_callback(self._on_semantics)
+
+    # Any: the future of a response.
+    def _on_semantics(self, future: Any) -> None:
+        response = future.result()
+        if response is not None and len(response.values) == len(_SEMANTICS):
+            semantic, file, name = (value.string_value for value in response.values)
+            self._of_servo = (semantic, file, name)
+            self._find_arm()
+
+    # Any: the future of a response.
+    def _on_scales(self, future: Any) -> None:
+        response = future.result()
+        if response is None:
+            return
+        kind, *scales = response.values
+        self.is_unitless = kind.string_value != "speed_units"
+        for name, value in zip(_SCALES, scales, strict=False):
+            self.scales[name] = value.double_value or self.scales[name]
+
+    def tool(self, positions: Mapping[str, float] | None = None) -> Transform | None:
+        """Return the pose of the tool in the frame of the root link; None if it is unknown.
+
+        Args:
+            positions: Positions by joint, rad or m; the measured ones by default.
+        """
+        arm, segments = self.arm, self._segments
+        at = self.measured if positions is None else positions
+        if arm is None or segments is None or not {*arm.joints} <= at.keys():
+            return None
+        return segments.link_poses(at)[arm.tip] @ arm.tool

@@ -1,0 +1,191 @@
+"""Where a hand's commands go: the topics of a servo node, or those of a mobile base."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+from teleopctl.interfaces import get_message, get_service
+from teleopctl.node import Node
+from teleopctl.nodes.teleop.driven_robot import DrivenArm, DrivenRobot
+from teleopctl.teleop import HandCommand
+from teleopctl.tf import Transform
+
+_DEPTH = 10
+# Values of moveit_msgs/srv/ServoCommandType.
+_JOINT_JOG, _TWIST, _POSE = 0, 1, 2
+_TWISTS = ("geometry_msgs/msg/TwistStamped", "geometry_msgs/msg/Twist")
+_CMD_VEL = "cmd_vel"
+# Full speeds of a mobile base, m/s and rad/s: those of teleop_twist_keyboard.
+_BASE_SPEEDS = {"linear": 0.5, "rotational": 1.0}
+
+# Any, here and below: message classes are generated at run time from definitions.
+
+
+class ServoOutput:
+    """Publishes commands to the topics of a servo node, stamped and in a frame.
+
+    Args:
+        node: Node of the endpoints.
+        servo: Full name of the servo node.
+        robot: The robot that it moves.
+    """
+
+    def __init__(self, node: Node, servo: str, robot: DrivenRobot) -> None:
+        self._node, self._servo, self._robot = node, servo, robot
+        self._twist: Any = get_message("geometry_msgs/msg/TwistStamped")()
+        self._pose: Any = get_message("geometry_msgs/msg/PoseStamped")()
+        self._jog: Any = get_message("control_msgs/msg/JointJog")()
+        self._poses = node.create_publisher(type(self._pose), f"{servo}/pose_target_cmds", _DEPTH)
+        self._twists = node.create_publisher(type(self._twist), f"{servo}/delta_twist_cmds", _DEPTH)
+        self._jogs = node.create_publisher(type(self._jog), f"{servo}/delta_joint_cmds", _DEPTH)
+        self._kind = get_service("moveit_msgs/srv/ServoCommandType")
+        self._switch = node.create_client(self._kind, f"{servo}/switch_command_type")
+        self._chosen: int | None = None
+        self._was_jog = False
+
+    @property
+    def problem(self) -> str:
+        """Why nothing moves, in words; empty if a servo node listens."""
+        if self._twists.get_subscription_count():
+            return ""
+        return f"{self._servo} does not run: teleopctl launch servo.yaml"
+
+    def _choose(self, kind: int, *, begins: bool) -> None:
+        """Choose the kind of commands at the beginning of a motion: another hand has chosen too."""
+        if (kind != self._chosen or begins) and self._switch.service_is_ready():
+            self._chosen = kind
+            self._switch.call_async(self._kind.Request(command_type=kind))
+
+    def move(self, command: HandCommand, part: float, frame: str, *, begins: bool) -> None:
+        """Publish a twist of the tool.
+
+        Args:
+            command: What the hand asks for.
+            part: Part of servo's speeds.
+            frame: ``base`` for the axes of the root link, ``tip`` for those of the gripper.
+            begins: Whether a motion begins with it.
+        """
+        arm = self._robot.arm
+        if arm is None:
+            return
+        self._was_jog = False
+        self._choose(_TWIST, begins=begins)
+        linear, angular = command.linear, command.angular
+        if frame == "base":
+            linear, angular = arm.in_root(linear), arm.in_root(angular)
+        scales, is_unitless = self._robot.scales, self._robot.is_unitless
+        of_linear = part * (1.0 if is_unitless else scales["linear"])
+        of_angular = part * (1.0 if is_unitless else scales["rotational"])
+        header, twist = self._twist.header, self._twist.twist
+        header.stamp = self._node.get_clock().now().to_msg()
+        header.frame_id = arm.root if frame == "base" else arm.tip
+        _fill(twist.linear, linear, of_linear)
+        _fill(twist.angular, angular, of_angular)
+        self._twists.publish(self._twist)
+
+    def halt(self) -> None:
+        """Publish that nothing moves, by commands of the kind of the last ones."""
+        arm = self._robot.arm
+        if arm is not None and self._was_jog:
+            self._publish_jog(arm, dict.fromkeys(arm.joints, 0.0))
+        else:
+            self.move(HandCommand(), 0.0, "base", begins=False)
+
+    def pull(self, target: Transform, *, begins: bool) -> None:
+        """Publish a pose of the tool, in the frame of the root link."""
+        arm = self._robot.arm
+        if arm is None:
+            return
+        self._was_jog = False
+        self._choose(_POSE, begins=begins)
+        header, pose = self._pose.header, self._pose.pose
+        header.stamp, header.frame_id = self._node.get_clock().now().to_msg(), arm.root
+        pose.position.x, pose.position.y, pose.position.z = target.translation
+        orientation = pose.orientation
+        orientation.x, orientation.y, orientation.z, orientation.w = target.rotation
+        self._poses.publish(self._pose)
+
+    def jog(self, displacements: Mapping[str, float], *, begins: bool) -> None:
+        """Publish displacements of joints from where servo commands them, rad or m, by joint."""
+        arm = self._robot.arm
+        if arm is not None:
+            self._choose(_JOINT_JOG, begins=begins)
+            self._was_jog = True
+            self._publish_jog(arm, displacements)
+
+    def _publish_jog(self, arm: DrivenArm, displacements: Mapping[str, float]) -> None:
+        jog = self._jog
+        jog.header.stamp, jog.header.frame_id = self._node.get_clock().now().to_msg(), arm.root
+        jog.joint_names = list(displacements)
+        jog.displacements = list(displacements.values())
+        self._jogs.publish(jog)
+
+
+class BaseOutput:
+    """Publishes the velocity of a mobile base.
+
+    Args:
+        node: Node of the publisher.
+        topic: Full name of the topic.
+        type_name: Type of its messages, Twist or TwistStamped.
+
+    Attributes:
+        topic: Full name of the topic.
+        scales: Full speeds: ``linear`` in m/s, ``rotational`` in rad/s.
+    """
+
+    def __init__(self, node: Node, topic: str, type_name: str) -> None:
+        self._node, self.topic = node, topic
+        self.scales = dict(_BASE_SPEEDS)
+        self._message: Any = get_message(type_name)()
+        self._is_stamped = type_name == _TWISTS[0]
+        self._publisher = node.create_publisher(type(self._message), topic, _DEPTH)
+
+    @classmethod
+    def find(cls, node: Node, topic: str = "") -> BaseOutput | None:
+        """Return the output to a topic for which somebody listens; None if nobody does.
+
+        Args:
+            node: Node of the publisher.
+            topic: Name of the topic; empty for one that is called ``cmd_vel``, also below a
+                controller's name.
+        """
+        wanted = node.resolve_topic_name(topic) if topic else ""
+        found = []
+        for name, types in node.get_topic_names_and_types():
+            last = name.rpartition("/")[2]
+            is_it = name == wanted if wanted else last in (_CMD_VEL, f"{_CMD_VEL}_unstamped")
+            if is_it and node.count_subscribers(name):
+                found += [(len(name), name, each) for each in _TWISTS if each in types]
+        if not found:
+            return None
+        _, name, type_name = min(found)
+        return cls(node, name, type_name)
+
+    @property
+    def problem(self) -> str:
+        """Why nothing moves, in words; empty if a base listens."""
+        if self._publisher.get_subscription_count():
+            return ""
+        return f"nobody listens to {self.topic}: does the base's controller run?"
+
+    def move(self, command: HandCommand, part: float) -> None:
+        """Publish a velocity, in the axes of the base.
+
+        Args:
+            command: What the hand asks for.
+            part: Part of the full speeds.
+        """
+        twist = self._message
+        if self._is_stamped:
+            self._message.header.stamp = self._node.get_clock().now().to_msg()
+            twist = self._message.twist
+        _fill(twist.linear, command.linear, part * self.scales["linear"])
+        _fill(twist.angular, command.angular, part * self.scales["rotational"])
+        self._publisher.publish(self._message)
+
+
+# Any: a message geometry_msgs/msg/Vector3.
+def _fill(vector: Any, values: tuple[float, float, float], factor: float) -> None:
+    vector.x, vector.y, vector.z = (factor * value for value in values)

@@ -1,0 +1,1 @@
+"""teleopctl's own teleop devices, by which a hand steers a robot; see `teleopctl.teleop.device`."""
