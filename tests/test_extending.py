@@ -2,18 +2,21 @@
 
 import os
 import re
+import struct
 import subprocess
 import sys
 import sysconfig
+import threading
 import tomllib
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from teleopctl import plugins
 from teleopctl.interfaces.store import get_message
 from teleopctl.plugins import lookup
-from teleopctl.testing import ControlStack, RosGraph, serial_robot
+from teleopctl.testing import ControlStack, RosGraph, eventually, serial_robot
 from tests import ROOT
 from tests.distributions import install
 from tests.test_docs import blocks, calls, command_lines
@@ -48,7 +51,9 @@ def use(ros: RosGraph):
         )
         for path in files.keys() - packaged:
             (ros.folder / path).write_text(files[path], encoding="utf-8")
-        ros.env["PYTHONPATH"] = str(site)
+        # A checkout that is on the path, not installed, stays there.
+        paths = [str(site), os.environ.get("PYTHONPATH", "")]
+        ros.env["PYTHONPATH"] = os.pathsep.join(filter(None, paths))
         # A launch file may call teleopctl itself.
         ros.env["PATH"] = os.pathsep.join([sysconfig.get_path("scripts"), os.environ["PATH"]])
         outputs = []
@@ -165,6 +170,43 @@ def test_a_strangers_hardware_is_driven(ros, use):
 def test_a_strangers_sensor_measures_in_the_simulation(use):
     *_, heard = use("sensor")
     assert float(heard.split()[1]) == pytest.approx(2.5, abs=1e-3)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a named pipe")
+def test_a_strangers_device_drives_a_base(ros, use, monkeypatch):
+    from teleopctl.node import Parameter, SingleThreadedExecutor, init, try_shutdown
+    from teleopctl.nodes.teleop.device_node import DeviceNode
+
+    (listed,) = use("device")
+    assert re.search(r"^spacemouse +from my-devices$", listed, re.MULTILINE)
+    monkeypatch.syspath_prepend(str(ros.folder / "site"))
+    lookup.forget_entry_points()
+    pipe = ros.folder / "hidraw0"
+    os.mkfifo(pipe)
+    writer = os.open(pipe, os.O_RDWR)
+    twists: list[Any] = []
+    kind = get_message("geometry_msgs/msg/Twist")
+    ros.node.create_subscription(kind, "/cmd_vel", twists.append, 10)
+    init(args=[])
+    given = {"device": "spacemouse", "path": str(pipe), "cmd_vel": "/cmd_vel"}
+    executor = SingleThreadedExecutor()
+    try:
+        with DeviceNode([Parameter(name, value=value) for name, value in given.items()]) as node:
+            executor.add_node(node)
+            threading.Thread(target=executor.spin, daemon=True).start()
+            eventually(lambda: node.driver.is_base)
+
+            def pushed() -> bool:
+                os.write(writer, struct.pack("<B3h", 1, 0, -350, 0))
+                return any(twist.linear.x == 0.25 for twist in twists)
+
+            eventually(pushed)
+            # Silence is release.
+            eventually(lambda: twists[-1].linear.x == 0.0)
+    finally:
+        os.close(writer)
+        try_shutdown()
+        lookup.forget_entry_points()
 
 
 def test_a_strangers_verb_and_completion(ros, use):

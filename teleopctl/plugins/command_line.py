@@ -112,6 +112,7 @@ COMPLETIONS = Kind(
         "running_processes": f"{_CANDIDATES}:running_processes",
         "service_types": f"{_COMPLETION}.messages:service_types",
         "services": f"{_CANDIDATES}:services",
+        "teleop_devices": f"{_NOUNS}.drive:complete_devices",
         "topics": f"{_CANDIDATES}:topics",
         "transitions": f"{_NOUNS}.lifecycle:complete_transitions",
     },

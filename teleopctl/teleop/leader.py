@@ -36,7 +36,7 @@ _FASTEST = 3.0
 JUMP = 0.35
 """Change of a leader's joint from one sample to the next that ends the following, rad or m."""
 # Distance of all joints at which the poses match, and longest time that a step counts, rad and s.
-_MATCH, _LONGEST_STEP_S = 0.02, 0.1
+_MATCH, _LONGEST_STEP_S = 0.005, 0.1
 _MOST_NAMED = 6
 
 # Any, here: values of a YAML document.

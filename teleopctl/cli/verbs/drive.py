@@ -24,6 +24,7 @@ VERB = Verb(
         "teleopctl drive",
         "teleopctl drive my_robot.urdf.xacro",
         "teleopctl drive --lan",
+        "teleopctl drive --device gamepad",
         'teleopctl drive --record cube --task "Put the cube into the bin"',
     ),
 )
@@ -69,6 +70,35 @@ def drive(
         str | None,
         Option("--task", help="With --record: what the robot does, in words.", metavar="TEXT"),
     ] = None,
+    device: Annotated[
+        str | None,
+        Option(
+            "--device",
+            help="Drive by this device, too, whose state is shown here.",
+            metavar="NAME",
+            complete="teleop_devices",
+        ),
+    ] = None,
+    mapping: Annotated[
+        str | None,
+        Option(
+            "--mapping",
+            help="With --device: what its axes and buttons do, a YAML file.",
+            metavar="FILE",
+            complete="files",
+        ),
+    ] = None,
+    leader: Annotated[
+        str | None,
+        Option(
+            "--leader",
+            help="Follow another arm of the graph, of this namespace.",
+            metavar="NAMESPACE",
+        ),
+    ] = None,
+    devices: Annotated[
+        bool, Option("--devices", help="List the devices, and start nothing.")
+    ] = False,
     who: Annotated[bool, Option("--who", help="Print who drives now, and start nothing.")] = False,
     release: Annotated[
         bool, Option("--release", help="End the lease of whoever drives now, and start nothing.")
@@ -80,6 +110,8 @@ def drive(
     from teleopctl.compat import activation
     from teleopctl.launch import LaunchRequest, addresses, find_launch_file, start_in_background
 
+    if devices:
+        return _list_devices()
     if who or release:
         if words or lan or who is release:
             raise UsageError("--who and --release stand alone")
@@ -94,6 +126,13 @@ def drive(
     if record is not None:
         recording = {"episodes": record, "task": task or "", "camera": "true"}
         arguments = {name: value for name, value in recording.items() if value} | arguments
+    chosen = _device(device, mapping, leader)
+    if chosen and detach:
+        raise UsageError(
+            "--device shows its state in this terminal, and --detach gives that back",
+            hint=f"Start it by itself: teleopctl run teleop_device teleop_device "
+            f"{chosen['device']}",
+        )
     if lan:
         arguments["page_host"] = "0.0.0.0"  # noqa: S104 -- asked for, and with a token
     activation.activate_children()
@@ -120,7 +159,67 @@ def drive(
     if detach:
         console.out(f"To end it: teleopctl stop {started.name}")
         return 0
-    return _wait(started)
+    return _drive_by(chosen, started) if chosen else _wait(started)
+
+
+def _list_devices() -> int:
+    """Print the devices that a hand may hold."""
+    from teleopctl import plugins
+
+    kind = plugins.TELEOP_DEVICES
+    found = plugins.available(kind).values()
+    width = max(len(plugin.name) for plugin in found)
+    for plugin in found:
+        text = kind.summaries.get(plugin.name, "") or f"from {plugin.distribution}"
+        console.out(f"{plugin.name:{width}}  {text}")
+    return 0
+
+
+def complete_devices(incomplete: str) -> list[str]:
+    """Return the names of devices that begin with a word."""
+    from teleopctl import plugins
+
+    names = plugins.available(plugins.TELEOP_DEVICES)
+    return [name for name in names if name.startswith(incomplete)]
+
+
+def _device(device: str | None, mapping: str | None, leader: str | None) -> dict[str, str]:
+    """Return the parameters of the device that the options choose; empty for none.
+
+    Raises:
+        UsageError: The options contradict each other.
+        UnknownPluginError: There is no such device.
+        BrokenPluginError: The device cannot be imported.
+    """
+    if leader is not None:
+        device = device or "leader"
+    if device is None:
+        if mapping is not None:
+            raise UsageError("--mapping is for --device")
+        return {}
+    from teleopctl import plugins
+
+    plugins.load(plugins.TELEOP_DEVICES, device)
+    given = {"device": device, "mapping": mapping, "leader": leader}
+    return {name: value for name, value in given.items() if value is not None}
+
+
+def _drive_by(parameters: dict[str, str], record: "ProcessRecord") -> int:
+    """Drive by a device until Ctrl-C, then stop the launch; return 1 if it ends by itself."""
+    from teleopctl.base import background
+    from teleopctl.launch import stop_running
+    from teleopctl.node import Parameter
+    from teleopctl.nodes.teleop.device_node import drive as drive_by
+
+    console.note("Ctrl-C ends it.")
+    overrides = [Parameter(name, value=value) for name, value in parameters.items()]
+    try:
+        drive_by(overrides, [], lambda: background.is_alive(record))
+        if not background.is_alive(record):
+            return _wait(record)
+    finally:
+        stop_running(record)
+    return 0
 
 
 def _lease(*, ends: bool) -> int:

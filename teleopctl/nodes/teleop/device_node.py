@@ -6,7 +6,7 @@ import argparse
 import contextlib
 import shutil
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 from teleopctl import plugins
@@ -41,6 +41,8 @@ from teleopctl.tf import Transform
 _PERIOD_S = 0.02
 # Periods between two looks at what is shown.
 _SHOWN_EACH = 5
+# Period in which it is noticed that the robot is gone, s.
+_LOOK_S = 0.3
 _KEYS = "Keys: space stops, r releases the stop, t takes over, q ends"
 _LEADER_KEYS = "Keys: e begins and ends to follow, space stops, r releases the stop, q ends"
 
@@ -285,12 +287,17 @@ def main(args: Sequence[str] | None = None) -> None:
 _KIND = plugins.TELEOP_DEVICES
 
 
-def drive(overrides: Sequence[Parameter], args: Sequence[str] | None = None) -> None:
+def drive(
+    overrides: Sequence[Parameter],
+    args: Sequence[str] | None = None,
+    is_wanted: Callable[[], bool] = lambda: True,
+) -> None:
     """Drive a robot by a device until Ctrl-C.
 
     Args:
         overrides: Parameters of the node.
         args: ROS arguments.
+        is_wanted: Function that returns False once the robot is gone, which ends it.
 
     Raises:
         TeleopctlError: There is no such device, or it cannot drive this robot.
@@ -300,6 +307,12 @@ def drive(overrides: Sequence[Parameter], args: Sequence[str] | None = None) -> 
         init(args=args, publishes_after_signal=True),
     ):
         node = DeviceNode(overrides)
+
+        def look() -> None:
+            if not is_wanted():
+                raise ExternalShutdownException
+
+        node.create_timer(_LOOK_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         reads_keys = not node.device.reads_terminal
         if reads_keys and sys.stdout is not None and sys.stdout.isatty():
             sys.stdout.write(f"{_KEYS if node.leader is None else _LEADER_KEYS}\n")

@@ -28,6 +28,7 @@ class FakeDriver:
 
     robot = "teleop"
     device = ""
+    is_base = False
 
     def __init__(self):
         self.calls: list[Any] = []
