@@ -16,6 +16,7 @@ from teleopctl.interfaces import get_message, get_service
 from teleopctl.kinematics import GroupKinematics, KinematicModel, StatusCode, find_groups
 from teleopctl.robot import RobotDescription
 from teleopctl.testing import eventually
+from tests.emulated_gamepad import EmulatedGamepad
 
 TwistStamped = get_message("geometry_msgs/msg/TwistStamped")
 PoseStamped = get_message("geometry_msgs/msg/PoseStamped")
@@ -308,6 +309,115 @@ def test_an_obstacle_of_the_planning_scene_stops_the_gripper(arm, shared_ros):
     assert ball.pose.position.z == pytest.approx(at.z + 0.05, abs=0.06)
     eventually(lambda: shown[-1].action == Marker.DELETE)
     moving.stop()
+
+
+@pytest.fixture
+def device(shared_ros):
+    """Function that runs teleop_device, and a dict that has its state."""
+    state: dict[str, str] = {}
+    kind = get_message("diagnostic_msgs/msg/DiagnosticStatus")
+    seen = shared_ros.node.create_subscription(
+        kind,
+        "/teleop_device/state",
+        lambda message: state.update({value.key: value.value for value in message.values}),
+        10,
+    )
+    running = []
+
+    def run(words: str) -> tuple[Any, dict[str, str]]:
+        running.append(shared_ros.spawn(f"run teleop_device teleop_device {words}"))
+        eventually(lambda: state.get("robot") and not state["problem"])
+        return running[-1], state
+
+    yield run
+    for process in running:
+        process.interrupt()
+        assert process.wait() == 0
+    shared_ros.node.destroy_subscription(seen)
+
+
+@pytest.mark.skipif(os.name == "nt", reason="a named pipe")
+def test_a_gamepad_moves_the_gripper_while_its_enable_button_is_held(arm, shared_ros, device):
+    pad = EmulatedGamepad(shared_ros.folder / "js0")
+    process, state = device(f"gamepad --ros-args -p dev:={pad.path}")
+    before = arm.tool()
+    pad.axis(4, -1.0)
+    pad.button(4, is_down=True)
+    eventually(lambda: arm.tool()[2] > before[2] + 0.02)
+    assert state["holder"] == "/teleop_device (gamepad)"
+    pad.button(4, is_down=False)
+    arm.stop()
+    pad.button(4, is_down=True)
+    pad.button(5, is_down=True)
+    eventually(lambda: arm.positions["joint_4"] < -0.2)
+    # Unplugged: as if all were let go.
+    pad.unplug()
+    process.wait_for_line("js0 is gone; waiting for it")
+    arm.stop()
+
+
+class Leader:
+    """An arm that a person moves: its states at 60 Hz, until it is silent."""
+
+    def __init__(self, node, positions):
+        self.positions = dict(positions)
+        self._states = node.create_publisher(JointState, "/leader/joint_states", 1)
+        self._done = threading.Event()
+        self._thread = threading.Thread(target=self._publish)
+        self._thread.start()
+
+    def _publish(self):
+        while not self._done.wait(1.0 / 60.0):
+            at = self.positions
+            self._states.publish(JointState(name=list(at), position=list(at.values())))
+
+    def fall_silent(self):
+        self._done.set()
+        self._thread.join()
+
+
+def test_an_arm_follows_another_one_once_it_is_engaged(arm, shared_ros, device, tmp_path):
+    mapping = tmp_path / "mine.yaml"
+    mapping.write_text(
+        "device: leader\njoints: {lead_1: joint_1}\nsigns: {lead_1: -1}\n"
+        "gripper: {joint: jaw, closed: 0.0, open: 1.0}\n"
+    )
+    # A slow machine's leader is no silent one.
+    _, state = device(f"leader --mapping {mapping} --ros-args -p leader_timeout:=20.0")
+    kind = get_service("std_srvs/srv/SetBool")
+    client = shared_ros.node.create_client(kind, "/teleop_device/engage")
+    assert client.wait_for_service(30.0)
+
+    def call(*, engages):
+        return client.call(kind.Request(data=engages))
+
+    assert "The leader is silent on /leader/joint_states" in call(engages=True).message
+    at = arm.positions["joint_1"]
+    start = {name: arm.positions[name] for name in ("joint_2", "joint_3")}
+    leader = Leader(shared_ros.node, {**start, "lead_1": -at, "jaw": 0.5})
+    try:
+        leader.positions["lead_1"] -= 0.3
+        eventually(lambda: call(engages=True).success)
+        eventually(lambda: arm.is_near("joint_1", at + 0.3) and state["doing"] == "follows")
+        assert state["holder"] == "/teleop_device (leader)"
+        eventually(lambda: arm.is_near("joint_4", -0.785))
+        leader.positions["lead_1"] += 0.2
+        eventually(lambda: arm.is_near("joint_1", at + 0.1))
+        # What no hand does.
+        leader.positions["joint_2"] -= 0.5
+        eventually(lambda: "The leader has jumped at joint_2" in state["problem"])
+        arm.stop()
+        assert arm.is_near("joint_2", start["joint_2"])
+        del leader.positions["joint_3"]
+        eventually(lambda: "no joint for joint_3" in call(engages=True).message)
+    finally:
+        leader.fall_silent()
+
+
+def test_a_leader_that_is_the_follower_is_refused(shared_ros):
+    done = shared_ros.run("run teleop_device teleop_device --leader /")
+    assert done.returncode == 1
+    assert "The leader of /joint_states is the follower itself" in done.stderr
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a pseudo-terminal")

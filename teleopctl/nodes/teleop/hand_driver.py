@@ -338,6 +338,7 @@ class HandDriver:
 
     # --- what is shown ----------------------------------------------------------------------------
 
+    # Any: values of a JSON document.
     def state(self, speeds: tuple[float, ...]) -> Mapping[str, Any]:
         """Return what a person has to see, as values for JSON.
 
@@ -378,6 +379,7 @@ class HandDriver:
             return f"nobody listens to {self._base_topic}: does the base's controller run?"
         return self.robot_state.problem or self._servo.problem
 
+    # Any: values of a JSON document.
     def _holder(self) -> Mapping[str, Any] | None:
         """Return who drives, for JSON; None if nobody does."""
         claim = self._lease.watch.holder
