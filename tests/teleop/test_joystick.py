@@ -83,7 +83,7 @@ class FakePygame:
 
     def __init__(self):
         self.values = [0.0, -1.0]
-        self.events = []
+        self.events: list[SimpleNamespace] = []
         stick = SimpleNamespace(
             init=lambda: None,
             quit=lambda: None,
