@@ -21,7 +21,11 @@ if TYPE_CHECKING:
         connect as connect,
         lay_out as lay_out,
     )
-    from teleopctl.diagram.nodes_and_topics import SHOWN as SHOWN, ros_graph as ros_graph
+    from teleopctl.diagram.nodes_and_topics import (
+        SHOWN as SHOWN,
+        ros_graph as ros_graph,
+        with_neighbours as with_neighbours,
+    )
 else:
     from teleopctl.base.lazy import attach
 

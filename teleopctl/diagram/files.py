@@ -51,11 +51,15 @@ _ARROW = "#8a94a0"
 _HEAD_LENGTH, _HEAD_WIDTH = 9.0, 4.0
 
 
-def to_svg(diagram: Diagram) -> str:
+def to_svg(diagram: Diagram, attributes: Callable[[DiagramBox], str] | None = None) -> str:
     """Lay a diagram out, and return it as the text of an SVG file.
 
     The text is a complete file, and can also be inserted into an HTML page: it has no styles or
     identifiers that could conflict with those of the page. Labels have the page's text colour.
+
+    Args:
+        diagram: The diagram.
+        attributes: Function that returns attributes for the SVG element of a box; None for none.
     """
     layout = lay_out(diagram)
     width, height = _text_of(layout.width), _text_of(layout.height)
@@ -64,7 +68,10 @@ def to_svg(diagram: Diagram) -> str:
         f'viewBox="0 0 {width} {height}" font-family="sans-serif" font-size="12">'
     ]
     parts += _arrows(diagram, layout)
-    parts += [_box(box, layout.places[box.key]) for box in diagram.boxes]
+    for box in diagram.boxes:
+        drawn = _box(box, layout.places[box.key])
+        given = attributes(box) if attributes is not None else ""
+        parts.append(f"<g {given}>{drawn}</g>" if given else drawn)
     return "\n".join([*parts, "</svg>", ""])
 
 

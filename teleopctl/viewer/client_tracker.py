@@ -9,6 +9,13 @@ a script that reports both, with a request to the page's own address:
     Teleopctl-Visibility: hidden
     Teleopctl-Panels: camera plot
 
+Elements of a panel's HTML that answer to a click carry what is clicked (see `click_mark`); the
+script reports it in the same way:
+
+    GET /click
+    Teleopctl-Browser: 3
+    Teleopctl-Click: graph%20node%20%2Ftalker
+
 The number is viser's client ID, a new one for each connection. Browsers send custom headers only to
 the page's own origin (other origins need a CORS permission, which this server never gives), so no
 foreign page can send a report. Until a report arrives the page counts as visible, and its panels do
@@ -17,19 +24,21 @@ not.
 
 from __future__ import annotations
 
+import html
 import json
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
+from urllib.parse import unquote
 
 import viser
 
 from teleopctl.base.access import Answer
 from teleopctl.node import LogOnce
 
-_PATH = "/visibility"
+_PATH, _CLICK_PATH = "/visibility", "/click"
 _BROWSER, _VISIBILITY = "teleopctl-browser", "teleopctl-visibility"
-_PANELS = "teleopctl-panels"
+_PANELS, _CLICK = "teleopctl-panels", "teleopctl-click"
 _LONGEST_REPORT = 2000
 
 # A panel's content starts with an element that has the panel's name, see `panel_mark`. What stands
@@ -83,6 +92,18 @@ const fillLegends = () => {
     }
   }
 };
+// In the capture phase, since a clickable element may lie in a label that has a use of its own.
+document.removeEventListener("click", window.teleopctlClick, true);
+window.teleopctlClick = (event) => {
+  const clicked = event.target.closest?.("[data-teleopctl-click]");
+  if (!clicked) return;
+  event.preventDefault();
+  event.stopPropagation();
+  const what = encodeURIComponent(clicked.dataset.teleopctlClick);
+  const headers = {"Teleopctl-Browser": browser, "Teleopctl-Click": what};
+  fetch("click", {headers, cache: "no-store"}).catch(() => {});
+};
+document.addEventListener("click", window.teleopctlClick, true);
 document.onvisibilitychange = report;
 clearInterval(window.teleopctlReports);
 window.teleopctlReports = setInterval(() => {
@@ -118,6 +139,32 @@ def panel_mark(name: str) -> str:
     return f'<span data-teleopctl-panel="{name}"></span>'
 
 
+def click_mark(panel: str, what: str) -> str:
+    """Return the attributes of an HTML or SVG element that tell a panel when it is clicked.
+
+    Args:
+        panel: Name of the panel in the registry, whose `Panel.clicked` is called.
+        what: Text that the panel is called with.
+    """
+    return f'data-teleopctl-click="{html.escape(f"{panel} {what}")}" style="cursor:pointer"'
+
+
+_FILL = """
+for (const [id, text] of Object.entries(%s)) {
+  const element = document.getElementById(id);
+  if (element) element.textContent = text;
+}
+"""
+_SHOW_TAB = """
+for (const mark of document.querySelectorAll('[data-teleopctl-panel="%s"]')) {
+  const tab = mark.closest("[role=tabpanel]")?.getAttribute("aria-labelledby");
+  if (tab) document.getElementById(tab)?.click();
+  setTimeout(() => mark.parentElement.scrollIntoView({block: "start"}), 100);
+}
+document.querySelectorAll(".graph-large").forEach((box) => { box.checked = false; });
+"""
+
+
 @dataclass
 class _Sight:
     """What a browser shows: whether the page, and which panels."""
@@ -132,6 +179,7 @@ class ClientTracker:
     def __init__(self) -> None:
         self._sights: dict[int, _Sight] = {}
         self._changed: list[Callable[[], object]] = []
+        self._clicked: list[Callable[[int, str, str], object]] = []
 
     def attach(self, server: viser.ViserServer) -> None:
         """Track a server's connecting browsers, and send each the script that reports visibility.
@@ -158,6 +206,15 @@ class ClientTracker:
         """Register a callback for each visibility report; called on the server's thread."""
         self._changed.append(callback)
 
+    def on_click(self, callback: Callable[[int, str, str], object]) -> None:
+        """Register a callback for clicks on elements with a `click_mark`.
+
+        Args:
+            callback: Called on the server's thread with viser's client ID, the panel's name and
+                the text of the mark.
+        """
+        self._clicked.append(callback)
+
     def is_visible(self, browser: int) -> bool:
         """Return whether the page is visible in a browser (client ID); True without a report.
 
@@ -172,12 +229,19 @@ class ClientTracker:
         return frozenset().union(*(sight.panels for sight in tuple(self._sights.values())))
 
     def handle_request(self, path: str, headers: Mapping[str, str]) -> Answer | None:
-        """Store a visibility report, call the callbacks, and return HTTP 200; else return None.
+        """Store a report of visibility or of a click, and return HTTP 200; else return None.
 
         Args:
             path: Path and query of the request.
             headers: The request's headers, by lower-case names.
         """
+        if path == _CLICK_PATH and {_BROWSER, _CLICK} <= headers.keys():
+            panel, _, what = unquote(headers[_CLICK][:_LONGEST_REPORT]).partition(" ")
+            for browser in tuple(self._sights):
+                if str(browser) == headers[_BROWSER]:
+                    for clicked in self._clicked:
+                        clicked(browser, panel, what)
+            return Answer(HTTPStatus.OK)
         if path != _PATH or not {_BROWSER, _VISIBILITY} <= headers.keys():
             return None
         visible = headers[_VISIBILITY] != "hidden"
@@ -213,6 +277,34 @@ class PageServer(viser.ViserServer):
         self.client_errors = client_errors
         clients.attach(self)
         self.set_title("")
+
+    def fill(self, texts: Mapping[str, str]) -> None:
+        """Set the text of elements of the page's HTML in all browsers.
+
+        So a value changes without the HTML around it being sent and made again.
+
+        Args:
+            texts: New texts, by ID of the element; elements that are not there are left out.
+        """
+        from viser._messages import RunJavascriptMessage
+
+        message = _FILL % json.dumps(dict(texts)).replace("<", "\\u003c")
+        for client in self.get_clients().values():
+            client._websock_connection.queue_message(RunJavascriptMessage(message))  # noqa: SLF001
+
+    def show_tab(self, browser: int, panel: str) -> None:
+        """Bring the tab of a panel to the front in one browser; viser's interface cannot.
+
+        Args:
+            browser: viser's client ID.
+            panel: Name of the panel in the registry.
+        """
+        from viser._messages import RunJavascriptMessage
+
+        client = self.get_clients().get(browser)
+        if client is not None:
+            connection = client._websock_connection  # noqa: SLF001
+            connection.queue_message(RunJavascriptMessage(_SHOW_TAB % panel))
 
     def set_title(self, title: str) -> None:
         """Set the title of the browser's tab, with the page's name after it, and its icon.

@@ -16,6 +16,12 @@ if TYPE_CHECKING:
     from teleopctl.viewer.panels.base import Page
 
 _TIMEOUT_S = 5.0
+# Services and topics that every node has, which have commands of their own.
+_OF_EVERY_NODE = (
+    *("/describe_parameters", "/get_parameter_types", "/get_parameters", "/list_parameters"),
+    *("/set_parameters", "/set_parameters_atomically", "/get_type_description"),
+    *("/parameter_events", "/rosout", "/get_logger_levels", "/set_logger_levels"),
+)
 
 # Any: messages, whose classes are created from definitions at run time.
 
@@ -34,6 +40,15 @@ def servers_of(node: Node, service: str, type_name: str) -> list[str]:
         # The graph lists the services of clients too.
         if name.endswith(f"/{service}") and type_name in types and node.count_services(name)
     )
+
+
+def is_of_every_node(name: str) -> bool:
+    """Return whether a topic or service is one that every node has, or a part of an action.
+
+    Args:
+        name: Full name of the topic or service.
+    """
+    return name.endswith(_OF_EVERY_NODE) or "/_action/" in name
 
 
 class ServiceCalls:

@@ -8,7 +8,7 @@ Otherwise the timer is stopped, and displays and panels are unsubscribed.
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -100,6 +100,7 @@ class Viewer(Node):
         server.on_client_connect(self.on_node_thread(self._add_client))
         server.on_client_disconnect(self.on_node_thread(self._remove_client))
         server.clients.on_change(self.on_node_thread(self._update_visibility))
+        server.clients.on_click(self.on_node_thread(self.workspace.clicked))
 
     def _add_client(self, client: viser.ClientHandle) -> None:
         self.workspace.add_client(client)
@@ -184,6 +185,10 @@ class Viewer(Node):
             client.add_notification(
                 title, text, color="red" if wrong else None, auto_close_seconds=8.0
             )
+
+    def fill(self, texts: Mapping[str, str]) -> None:
+        """Set the text of elements of the page's HTML in all browsers, by the elements' IDs."""
+        self.server.fill(texts)
 
     # --- updates ------------------------------------------------------------------------------
 

@@ -413,6 +413,40 @@ class PageWorkspace:
         states = {**self._states, **built}
         return {name: state for name, state in states.items() if state not in (None, {}, [])}
 
+    def bring(self, client_id: int, name: str) -> Panel:
+        """Open a panel in one browser, bring its tab to the front there, and return the panel.
+
+        Args:
+            client_id: viser's ID of the browser.
+            name: Name of the panel in the registry.
+        """
+        panel = self._build(name)
+        if not self.is_open(client_id, name):
+            self.set_open(client_id, name, is_open=True)
+        self._server.show_tab(client_id, name)
+        return panel
+
+    def clicked(self, client_id: int, name: str, what: str) -> None:
+        """Pass a click on an element of a panel's HTML to the panel.
+
+        Args:
+            client_id: viser's ID of the browser.
+            name: Name of the panel in the registry.
+            what: What was clicked, as the panel has marked it.
+        """
+        client = self._server.get_clients().get(client_id)
+        if client is not None and name in self.panels:
+            self.panels[name].clicked(client, what)
+
+    def go_to(self, stamp_s: float) -> None:
+        """Show the moment of a stamp in all panels that can, such as plots and a bag's time line.
+
+        Args:
+            stamp_s: Time in seconds.
+        """
+        for panel in tuple(self.panels.values()):
+            panel.go_to(stamp_s)
+
     def plot_joint(self, joint: str) -> None:
         """Plot a joint's position, in the panel of plots.
 
@@ -422,6 +456,16 @@ class PageWorkspace:
         panel = self._build("plot")
         if isinstance(panel, PlotPanel):
             panel.plot_joint(joint)
+
+    def plot(self, text: str) -> None:
+        """Plot a field or an expression, in the panel of plots.
+
+        Args:
+            text: The field in ``rqt_plot``'s spelling, such as ``/joint_states/position[0]``.
+        """
+        panel = self._build("plot")
+        if isinstance(panel, PlotPanel):
+            panel.plot(text)
 
     def layout_to_save(self, client: viser.ClientHandle) -> PageLayout:
         """Return all that a browser's person has arranged: panels, camera, choices in panels.

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from types import SimpleNamespace
 from typing import Any
 
@@ -81,6 +81,7 @@ class FakePage:
         told: Title and text of the notifications sent to all clients.
         last_camera_pose: Pose of a client's camera, or None.
         resets: Number of requested resets.
+        filled: Texts of elements of the page's HTML, by ID.
     """
 
     def __init__(self, server: ViserServer, node: Any = None) -> None:
@@ -99,6 +100,7 @@ class FakePage:
         self.told: list[tuple[str, str]] = []
         self.last_camera_pose: Transform | None = None
         self.resets = 0
+        self.filled: dict[str, str] = {}
 
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: object
@@ -149,6 +151,9 @@ class FakePage:
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         del wrong
         self.told.append((title, text))
+
+    def fill(self, texts: Mapping[str, str]) -> None:
+        self.filled.update(texts)
 
     def remove_display(self, display: Any) -> None:
         display.end()

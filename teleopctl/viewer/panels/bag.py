@@ -163,6 +163,17 @@ class BagPanel(Panel):
         self._wanted_s = float(event.target.value)
         self._seek()
 
+    def go_to(self, stamp_s: float) -> None:
+        """Seek the moment of a stamp, if it is in the bag.
+
+        Args:
+            stamp_s: Time in seconds.
+        """
+        passed_s = stamp_s - self._start_ns / NANOSECONDS_PER_SECOND
+        if self._line.visible and 0.0 <= passed_s <= self._line.max:
+            self._wanted_s = passed_s
+            self._seek()
+
     def _seek(self) -> None:
         """Send the newest position of the dragged time line, once the last seek is done."""
         if self._is_seeking or self._wanted_s is None:

@@ -9,7 +9,7 @@ wraps its functions by `Page.on_node_thread`.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from typing import TYPE_CHECKING, Any, ClassVar, Protocol
 
@@ -39,8 +39,17 @@ class Arrangements(Protocol):
     def set_open(self, client_id: int, name: str, *, is_open: bool) -> None:
         """Open or close a panel in one browser."""
 
+    def bring(self, client_id: int, name: str) -> Panel:
+        """Open a panel in one browser, bring its tab to the front there, and return the panel."""
+
+    def go_to(self, stamp_s: float) -> None:
+        """Show the moment of a stamp (s) in all panels that can; see `Panel.go_to`."""
+
     def plot_joint(self, joint: str) -> None:
         """Plot a joint's position, in the panel of plots."""
+
+    def plot(self, text: str) -> None:
+        """Plot a field or an expression, in the panel of plots."""
 
     def layout_to_save(self, client: Any) -> PageLayout:
         """Return all that a browser's person has arranged: panels, camera, choices in panels."""
@@ -79,6 +88,9 @@ class Page(Protocol):
 
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         """Show a notification in all browsers for 8 s; a red one for an error (``wrong``)."""
+
+    def fill(self, texts: Mapping[str, str]) -> None:
+        """Set the text of elements of the page's HTML in all browsers, by the elements' IDs."""
 
     @property
     def scene_view(self) -> SceneView:
@@ -146,6 +158,31 @@ class Panel:
         """Update the controls; called when a node, topic or service has come or gone.
 
         Override.
+        """
+
+    # Any: viser's handle of a browser.
+    def clicked(self, client: Any, what: str) -> None:
+        """Answer to a click on an element of the panel's HTML with a `click_mark`.
+
+        Override.
+
+        Args:
+            client: viser's handle of the browser.
+            what: Text of the mark.
+        """
+
+    def show_of(self, name: str) -> None:
+        """Show what belongs to a node or a topic, such as its parameters. Override.
+
+        Args:
+            name: Full name of the node or topic.
+        """
+
+    def go_to(self, stamp_s: float) -> None:
+        """Show the moment of a stamp, such as that of a message of the log. Override.
+
+        Args:
+            stamp_s: Time in seconds.
         """
 
     # Any: YAML values.

@@ -6,10 +6,14 @@ Messages are shown in blocks, each an element of the page, so that a new message
 from __future__ import annotations
 
 import datetime
+import math
 from collections import deque
 from typing import Any, ClassVar, NamedTuple
 
+from teleopctl.base.printable import shortened
+from teleopctl.errors import UsageError
 from teleopctl.node import qos_profile_rosout_default
+from teleopctl.viewer.client_tracker import click_mark
 from teleopctl.viewer.html import escaped_html, escaped_html_lines
 from teleopctl.viewer.panels.base import Page, Panel
 
@@ -29,7 +33,8 @@ _A_DAY_S = 86_400
 _LINE = (
     '<div style="border-left:3px solid {color};padding:1px 6px;margin:0 0 3px;'
     'font-size:12px;line-height:1.35;overflow-wrap:anywhere">'
-    '<span style="opacity:.6">{time}</span> <b style="color:{color}">{node}</b><br>'
+    '<span style="opacity:.6" title="Show this moment in plots and bag"><span {mark}>{time}</span>'
+    '</span> <b style="color:{color}">{node}</b><br>'
     '<span style="white-space:pre-wrap">{text}</span></div>'
 )
 
@@ -61,6 +66,8 @@ class LogPanel(Panel):
         self._wait_ticks = 0
         self._paused = False
         self._end: Any = None
+        # Messages after this time are not shown, in seconds.
+        self._until_s = math.inf
 
     def build(self) -> None:
         """Add the filters, the buttons and the folder of messages."""
@@ -71,6 +78,14 @@ class LogPanel(Panel):
         self._text: Any = self.gui.add_text("Contains", "")
         for filter_of_lines in (self._level, self._node, self._text):
             filter_of_lines.on_update(self.page.on_node_thread(lambda _event: self._show_all()))
+        with self.gui.add_form(None) as form:
+            self._time: Any = self.gui.add_text(
+                "Jump to",
+                "",
+                hint="A time, such as 14:02:30, or seconds, then Enter; empty for the newest. "
+                "Plots and the bag jump there too.",
+            )
+        form.on_submit(self.page.on_node_thread(lambda _event: self._jump()))
         self._buttons: Any = self.gui.add_button_group("Lines", ("Pause", "Clear"))
         self._buttons.on_click(self.page.on_node_thread(self._pressed))
         self._note = self.gui.add_html("")
@@ -128,6 +143,42 @@ class LogPanel(Panel):
             self._buttons.options = ("Resume" if self._paused else "Pause", "Clear")
             self._show_note()
 
+    # --- moments ------------------------------------------------------------------------------
+
+    def show_of(self, name: str) -> None:
+        """Show the messages of one node.
+
+        Args:
+            name: Full name of the node.
+        """
+        # The logger of /a/b is a.b.
+        logger = name.strip("/").replace("/", ".")
+        self._nodes.add(logger)
+        self._node.options = (_ALL, *sorted(self._nodes))
+        self._node.value = logger
+        self._level.value = min(_LEVELS, key=lambda level: _LEVELS[level])
+        self._show_all()
+
+    def clicked(self, client: Any, what: str) -> None:
+        """Show the moment of a clicked message in plots and bag.
+
+        Args:
+            client: viser's handle of the browser.
+            what: Time of the message in seconds.
+        """
+        del client
+        self.page.workspace.go_to(float(what))
+
+    def _jump(self) -> None:
+        text = self._time.value.strip()
+        if not text:
+            self._until_s = math.inf
+        else:
+            newest_s = self._lines[-1].stamp_s if self._lines else 0.0
+            self._until_s = stamp_of(text, newest_s)
+            self.page.workspace.go_to(self._until_s)
+        self._show_all()
+
     def _offer_nodes(self, lines: list[LogMessage]) -> None:
         new = {line.node for line in lines} - self._nodes
         # Generated logger names must not fill the list.
@@ -140,7 +191,8 @@ class LogPanel(Panel):
     def _is_wanted(self, line: LogMessage) -> bool:
         return (
             line.level >= _LEVELS[self._level.value]
-            and self._node.value in (_ALL, line.node)
+            and (self._node.value == _ALL or f"{line.node}.".startswith(f"{self._node.value}."))
+            and line.stamp_s <= self._until_s
             and self._text.value.lower() in line.text.lower()
         )
 
@@ -170,6 +222,8 @@ class LogPanel(Panel):
         note = f"{shown} of {len(self._lines)} lines" if self._lines else "No messages yet."
         if self._paused:
             note = f"Paused. {note}"
+        if self._until_s < math.inf:
+            note = f"{note}, until {_time_text(self._until_s)}"
         content = f'<div style="padding:0 12px 6px;font-size:12px;opacity:.6">{note}</div>'
         if content != self._note.content:
             self._note.content = content
@@ -212,9 +266,34 @@ def _shown(line: LogMessage) -> str:
     return _LINE.format(
         color=_COLORS[level],
         time=_time_text(line.stamp_s),
+        mark=click_mark("log", f"{line.stamp_s:.9f}"),
         node=escaped_html(line.node),
         text=escaped_html_lines(line.text, _LONGEST_TEXT),
     )
+
+
+def stamp_of(text: str, newest_s: float) -> float:
+    """Return the time that a person has typed, in seconds.
+
+    Args:
+        text: A time of day, such as ``14:02`` or ``14:02:30.5``, or seconds.
+        newest_s: Time of the newest message: a time of day is the last one that is not after it,
+            to the second.
+
+    Raises:
+        UsageError: The text is neither.
+    """
+    try:
+        if ":" not in text:
+            return float(text)
+        newest = datetime.datetime.fromtimestamp(newest_s).astimezone()
+        day_time = datetime.time.fromisoformat(text)
+        found = datetime.datetime.combine(newest.date(), day_time, newest.tzinfo).timestamp()
+    except (ValueError, OverflowError, OSError) as error:
+        raise UsageError(
+            f"{shortened(text)} is no time: type 14:02:30, or seconds such as 12.5"
+        ) from error
+    return found if found <= newest_s + 1.0 else found - _A_DAY_S
 
 
 def _time_text(stamp_s: float) -> str:

@@ -2,249 +2,17 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Callable, Iterable
-from typing import Any, ClassVar
+from typing import Any, ClassVar, TypeAlias
 
-from teleopctl.base.printable import shortened
 from teleopctl.interfaces import get_message
-from teleopctl.node import (
-    Parameter,
-    ParameterType,
-    parameter_value_from_yaml,
-    parameter_value_to_python,
-    qos_profile_parameter_events,
-)
+from teleopctl.node import Parameter, qos_profile_parameter_events
 from teleopctl.viewer.html import escaped_html, note_html
 from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.panels.parameter_row import ParameterRow
 from teleopctl.viewer.service_calls import ServiceCalls, servers_of
 
-_STEPS = 1000
-_MOST_DIGITS = 12
-_LONGEST_TEXT = 2000
-# Browsers store numbers as floats: larger integers are typed as text.
-_MOST_EXACT = 2**53
-
 # Any: messages, whose classes are created from definitions at run time.
-
-
-class ParameterRow:
-    """Control for one parameter: a checkbox, a slider for a range, else a text field.
-
-    While a value is being set, only the newest further value is kept, to be sent after the
-    response.
-
-    Args:
-        page: The viewer's node.
-        label: Label of the control.
-        message: The parameter's rcl_interfaces/Parameter.
-        descriptor: The parameter's rcl_interfaces/ParameterDescriptor, or None.
-        send: Function that sets a parameter, and later calls `on_accepted` or `on_rejected`.
-    """
-
-    def __init__(
-        self,
-        page: Page,
-        label: str,
-        message: Any,
-        descriptor: Any | None,
-        send: Callable[[ParameterRow, Parameter], object],
-    ) -> None:
-        self._message = message
-        self._type = ParameterType(message.value.type)
-        self._send = send
-        self._is_busy = False
-        self._next: Parameter | None = None
-        self._bounds = _bounds(self._type, descriptor)
-        value = parameter_value_to_python(message.value)
-        hint = _hint(self._type, descriptor)
-        is_fixed = descriptor is not None and descriptor.read_only
-        gui = page.gui
-        if self._type is ParameterType.BOOL:
-            self._handle: Any = gui.add_checkbox(label, bool(value), hint=hint, disabled=is_fixed)
-            self._handle.on_update(page.on_node_thread(self._moved))
-        elif self._bounds is not None and _fits(value, self._bounds):
-            low, high, step = self._bounds
-            self._handle = gui.add_slider(
-                label, low, high, step, value, hint=hint, disabled=is_fixed
-            )
-            self._handle.precision = min(max(0, -math.floor(math.log10(step))), _MOST_DIGITS)
-            self._handle.on_update(page.on_node_thread(self._moved))
-        else:
-            self._bounds = None
-            text = parameter_text(message)
-            too_long = len(text) > _LONGEST_TEXT
-            with gui.add_form(None) as form:
-                self._handle = gui.add_text(
-                    label,
-                    text[:_LONGEST_TEXT] + "…" if too_long else text,
-                    multiline="\n" in text,
-                    hint="Too long to be changed here" if too_long else hint,
-                    disabled=is_fixed or too_long,
-                )
-            take = page.on_node_thread(self._entered)
-            form.on_submit(lambda _event: take(self._handle.value))
-
-    def show(self, message: Any) -> None:
-        """Show the value of a Parameter message, unless a value is being set.
-
-        Args:
-            message: The rcl_interfaces/Parameter with the value.
-        """
-        self._message = message
-        if self._is_busy:
-            return
-        value = parameter_value_to_python(message.value)
-        if self._type is ParameterType.BOOL:
-            self._handle.value = bool(value)
-        elif self._bounds is not None:
-            low, high, _ = self._bounds
-            self._handle.value = min(max(value, low), high)
-        else:
-            self._handle.value = parameter_text(message)
-
-    def on_accepted(self, message: Any) -> None:
-        """Show an accepted value, or send the next one; called after the node's response."""
-        self._message = message
-        self._send_next()
-
-    def on_rejected(self) -> None:
-        """Drop a waiting value, and show the present one; called after the node's rejection."""
-        self._next = None
-        self._send_next()
-
-    def disable(self) -> None:
-        """Disable the control; called when the node has gone or does not respond."""
-        self._handle.disabled = True
-
-    def _send_next(self) -> None:
-        self._is_busy = False
-        following, self._next = self._next, None
-        if following is not None:
-            self._set(following)
-        else:
-            self.show(self._message)
-
-    def _moved(self, event: Any) -> None:
-        # The event of a value that was set by this process has no client.
-        if event.client is not None:
-            self._set(Parameter(self._message.name, self._type, self._handle.value))
-
-    def _entered(self, text: str) -> None:
-        if text == parameter_text(self._message):
-            return
-        name = self._message.name
-        try:
-            self._set(Parameter(name, *value_from_text(self._type, text)))
-        except ValueError:
-            # The node rejects the value and returns the reason.
-            self._set(Parameter.from_parameter_msg(_parameter_of_text(name, text)))
-
-    def _set(self, parameter: Parameter) -> None:
-        if self._is_busy:
-            self._next = parameter
-            return
-        self._is_busy = True
-        self._send(self, parameter)
-
-
-def parameter_text(message: Any) -> str:
-    """Return the value of a Parameter message as text; inverse of `value_from_text`.
-
-    Args:
-        message: The rcl_interfaces/Parameter.
-    """
-    value: Any = parameter_value_to_python(message.value)
-    if value is None:
-        return ""
-    if isinstance(value, str):
-        return value
-    if isinstance(value, list | tuple) or hasattr(value, "tolist"):
-        return f"[{', '.join(_scalar(element) for element in value)}]"
-    return _scalar(value)
-
-
-def _scalar(value: Any) -> str:
-    """Return a scalar as YAML, such as ``true``, ``0.5`` and ``"a"``."""
-    import yaml
-
-    if isinstance(value, bytes):
-        return str(value[0])
-    if isinstance(value, bool):
-        return str(value).lower()
-    if isinstance(value, str):
-        quoted = yaml.dump(value, default_style='"', allow_unicode=True, width=math.inf)
-        return str(quoted).rstrip("\n")
-    if isinstance(value, float) and not math.isfinite(value):
-        return {math.inf: ".inf", -math.inf: "-.inf"}.get(value, ".nan")
-    return repr(value)
-
-
-def value_from_text(type_: ParameterType, text: str) -> tuple[ParameterType, Any]:
-    """Parse a text field's text for a parameter type, as YAML unless string; return type and value.
-
-    Returns:
-        The type, which differs from ``type_`` only if that is NOT_SET, and the value.
-
-    Raises:
-        ValueError: The value is of another type.
-    """
-    if type_ is ParameterType.STRING:
-        return type_, text
-    value = parameter_value_to_python(parameter_value_from_yaml(text))
-    if type_ is ParameterType.NOT_SET:
-        return ParameterType.from_parameter_value(value), value
-    if type_ is ParameterType.DOUBLE and isinstance(value, int) and not isinstance(value, bool):
-        value = float(value)
-    if type_ is ParameterType.DOUBLE_ARRAY and isinstance(value, list):
-        value = [float(element) for element in value]
-    if type_ is ParameterType.BYTE_ARRAY and isinstance(value, list):
-        value = [bytes([element]) for element in value]
-    if not type_.check(value):
-        raise ValueError(f"{shortened(text)} is no {type_.name}")
-    return type_, value
-
-
-def _parameter_of_text(name: str, text: str) -> Any:
-    message = Parameter(name, value="").to_parameter_msg()
-    message.value = parameter_value_from_yaml(text)
-    return message
-
-
-def _bounds(type_: ParameterType, descriptor: Any | None) -> tuple[Any, Any, Any] | None:
-    """Return smallest and largest value and step of a slider, or None without range."""
-    if descriptor is None:
-        return None
-    if type_ is ParameterType.INTEGER and descriptor.integer_range:
-        whole = descriptor.integer_range[0]
-        low, high = int(whole.from_value), int(whole.to_value)
-        if not -_MOST_EXACT < low < high < _MOST_EXACT:
-            return None
-        return low, high, min(max(1, int(whole.step)), high - low)
-    if type_ is ParameterType.DOUBLE and descriptor.floating_point_range:
-        real = descriptor.floating_point_range[0]
-        least, most, step = real.from_value, real.to_value, real.step
-        if not (least < most and math.isfinite(most - least)):
-            return None
-        if not 0.0 < step <= most - least:
-            step = 10.0 ** math.floor(math.log10((most - least) / _STEPS))
-        return float(least), float(most), float(step)
-    return None
-
-
-def _fits(value: Any, bounds: tuple[Any, Any, Any]) -> bool:
-    return isinstance(value, int | float) and bool(bounds[0] <= value <= bounds[1])
-
-
-def _hint(type_: ParameterType, descriptor: Any | None) -> str:
-    parts = []
-    if descriptor is not None:
-        parts += [descriptor.description, descriptor.additional_constraints]
-        if descriptor.read_only:
-            parts.append("Read only.")
-    parts.append(type_.name.lower().replace("_", " "))
-    return " · ".join(part.strip() for part in parts if part and part.strip())
-
 
 MOST_ROWS = 150
 """Largest number of parameters shown at once; a filter finds the others."""
@@ -268,8 +36,10 @@ class ParametersPanel(Panel):
         # Parameters and descriptors of the selected node, by parameter name.
         self._parameters: dict[str, Any] = {}
         self._descriptors: dict[str, Any] = {}
+        # Parameters as they were when this page first saw them, for "Reset", by node and name.
+        self._first: dict[tuple[str, str], Any] = {}
         self._rows: dict[str, ParameterRow] = {}
-        self._groups: list[Any] = []
+        self._root: Any = None
         self._must_rebuild = False
         # Responses to requests of an earlier number are ignored.
         self._request_number = 0
@@ -327,6 +97,7 @@ class ParametersPanel(Panel):
             if self._is_there:
                 self._load()
             else:
+                self._first = {key: one for key, one in self._first.items() if key[0] != self._node}
                 self._fail("has gone")
 
     def _choose(self) -> None:
@@ -409,6 +180,8 @@ class ParametersPanel(Panel):
         self._parameters.update(
             {name: made(name=name, value=value) for name, value in values.items()}
         )
+        for name, message in self._parameters.items():
+            self._first.setdefault((self._node, name), message)
         self._rebuild_soon()
 
     def _fail(self, what: str) -> None:
@@ -429,30 +202,60 @@ class ParametersPanel(Panel):
     def _rebuild(self) -> None:
         """Replace all rows: parameters without a group first, each group in a folder."""
         self._must_rebuild = False
-        for handle in self._groups:
-            handle.remove()
-        self._groups, self._rows = [], {}
+        if self._root is not None:
+            self._root.remove()
+        self._rows = {}
         wanted = self._filter.value.lower()
-        names = [name for name in self._parameters if wanted in name.lower()]
-        for group, members in _grouped(sorted(names)[:MOST_ROWS]):
-            with self._place:
-                place: Any = self.gui.add_folder(
-                    group or None, expand_by_default=bool(wanted) or not group
-                )
-            self._groups.append(place)
-            with place:
-                for name in members:
-                    self._rows[name] = ParameterRow(
-                        self.page,
-                        name.removeprefix(f"{group}.") if group else name,
-                        self._parameters[name],
-                        self._descriptors.get(name),
-                        self._set,
-                    )
+        names = sorted(name for name in self._parameters if wanted in name.lower())
+        tree = parameter_tree(names[:MOST_ROWS])
+        with self._place:
+            self._root = self.gui.add_folder(None)
+        with self._root:
+            self._add_rows(tree, "", is_open=bool(wanted) or len(tree) == 1)
         self._filter.visible = len(self._parameters) > _FEW
         if self._parameters:
             more = len(names) - MOST_ROWS
             self._say(f"{more} more: type a part of a name above." if more > 0 else "")
+
+    def _add_rows(self, tree: ParameterTree, above: str, *, is_open: bool) -> None:
+        """Add the controls of one level of the tree, and a folder for each group."""
+        for part, inner in tree.items():
+            name = f"{above}{part}"
+            if inner is not None:
+                with self.gui.add_folder(part, expand_by_default=is_open):
+                    self._add_rows(inner, f"{name}.", is_open=is_open)
+                continue
+            self._rows[name] = ParameterRow(
+                self.page,
+                part,
+                self._parameters[name],
+                self._descriptors.get(name),
+                self._first.get((self._node, name), self._parameters[name]),
+                self._set,
+            )
+
+    def show_of(self, name: str) -> None:
+        """Show the parameters of a node.
+
+        Args:
+            name: Full name of the node.
+        """
+        if name not in self._choice.options:
+            self._choice.options = (*self._choice.options, name)
+        self._choice.value = name
+        self._choose()
+
+    def clicked(self, client: Any, what: str) -> None:
+        """Set a parameter to its first value again.
+
+        Args:
+            client: viser's handle of the browser.
+            what: ``reset`` and the name of the parameter.
+        """
+        del client
+        row = self._rows.get(what.removeprefix("reset "))
+        if row is not None:
+            row.reset()
 
     def _take_event(self, event: Any) -> None:
         if event.node != self._node or not self._parameters:
@@ -498,10 +301,30 @@ class ParametersPanel(Panel):
         )
 
 
-def _grouped(names: Iterable[str]) -> list[tuple[str, list[str]]]:
-    """Return names grouped by their part before the first dot; those without one first."""
-    groups: dict[str, list[str]] = {"": []}
+ParameterTree: TypeAlias = "dict[str, ParameterTree | None]"
+"""Names of parameters by their parts between dots; None for a parameter."""
+
+
+def parameter_tree(names: Iterable[str]) -> ParameterTree:
+    """Return names as a tree by their dots: parameters first, then groups.
+
+    A group of one is no group: its parameter has a name with a dot.
+
+    Args:
+        names: Names of parameters.
+    """
+    alone: ParameterTree = {}
+    groups: dict[str, list[str]] = {}
     for name in names:
-        group, dot, _ = name.partition(".")
-        groups.setdefault(group if dot else "", []).append(name)
-    return [(group, members) for group, members in groups.items() if members]
+        part, dot, rest = name.partition(".")
+        if dot and part and rest:
+            groups.setdefault(part, []).append(rest)
+        else:
+            alone[name] = None
+    tree: ParameterTree = {}
+    for part, rests in groups.items():
+        if len(rests) == 1 or part in alone:
+            alone.update({f"{part}.{rest}": None for rest in rests})
+        else:
+            tree[part] = parameter_tree(rests)
+    return {**alone, **tree}

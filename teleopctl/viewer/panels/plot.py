@@ -226,6 +226,17 @@ class PlotPanel(Panel):
             self._add([text])
             self._expression.value = ""
 
+    def plot(self, text: str) -> None:
+        """Add a line of a field or an expression to the chosen plot, or to a new one.
+
+        Args:
+            text: The field in ``rqt_plot``'s spelling, or an expression of fields.
+
+        Raises:
+            TeleopctlError: The text is no expression, or a topic of it is unknown.
+        """
+        self._add([text])
+
     def plot_joint(self, joint: str) -> None:
         """Plot the position of a joint in ``/joint_states``.
 
@@ -373,6 +384,10 @@ class PlotPanel(Panel):
             for topic in self._topics.values():
                 topic.clear()
             return
+        self._pause()
+
+    def _pause(self) -> None:
+        """Pause all plots, or let them go on."""
         self._paused = not self._paused
         self._buttons.options = ("Resume" if self._paused else "Pause", "Clear")
         for chart in self._charts:
@@ -386,6 +401,22 @@ class PlotPanel(Panel):
             first, self._paused_s = min(a for a, _ in spans), max(b for _, b in spans)
             self._back.max = max(round(self._paused_s - first, 2), 0.02)
             self._back.value = 0.0
+
+    def go_to(self, stamp_s: float) -> None:
+        """Pause, and show the moment of a stamp in the middle of the plots that have it.
+
+        Args:
+            stamp_s: Time in seconds.
+        """
+        spans = [span for chart in self._charts if (span := chart.span_s()) is not None]
+        if not any(first <= stamp_s <= last for first, last in spans):
+            return
+        if not self._paused:
+            self._pause()
+        end_s = min(stamp_s + self._window.value / 2, self._paused_s)
+        self._back.value = max(0.0, round(self._paused_s - end_s, 2))
+        for chart in self._charts:
+            chart.look_back(end_s)
 
     def _look_back(self, event: Any) -> None:
         if event.client is not None and self._paused:

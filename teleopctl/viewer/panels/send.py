@@ -10,7 +10,7 @@ from teleopctl.node import ActionClient
 from teleopctl.viewer.html import escaped_html, escaped_html_lines, note_html
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.message_form import MessageForm
-from teleopctl.viewer.service_calls import ServiceCalls
+from teleopctl.viewer.service_calls import ServiceCalls, is_of_every_node
 
 MOST_OFFERED = 1000
 
@@ -22,17 +22,6 @@ _TIMEOUT_S = 30.0
 _DEPTH = 10
 _RATES = ("Publish", "at 1 Hz", "at 10 Hz", "Stop")
 _TICKS_OF_RATES = {"at 1 Hz": 10, "at 10 Hz": 1}
-# Services and topics that every node has, which have commands of their own.
-_USUAL = (
-    *("/describe_parameters", "/get_parameter_types", "/get_parameters", "/list_parameters"),
-    *(
-        "/set_parameters",
-        "/set_parameters_atomically",
-        "/get_type_description",
-        "/parameter_events",
-    ),
-    *("/rosout", "/get_logger_levels", "/set_logger_levels"),
-)
 _STATES = {4: "succeeded", 5: "was canceled", 6: "was aborted"}
 _TEXT = (
     '<pre style="margin:0 12px;padding:6px 8px;font-size:11px;line-height:1.35;overflow:auto;'
@@ -104,8 +93,7 @@ class SendPanel(Panel):
             ("action", graph.action_names_and_types()),
         ):
             for name, types in names:
-                is_usual = name.endswith(_USUAL) or "/_action/" in name
-                if not is_usual and types and len(found) < MOST_OFFERED:
+                if not is_of_every_node(name) and types and len(found) < MOST_OFFERED:
                     found[f"{kind} {name}"] = kind, name, types[0]
         self._targets = found
         options = (_CHOOSE, *found)

@@ -1,4 +1,4 @@
-"""Panel with a table of topics, their rates if measured, and the messages of one as text."""
+"""Panel with a table of topics, their rates, and the messages of one as a tree."""
 
 from __future__ import annotations
 
@@ -6,10 +6,11 @@ import time
 from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import message_to_yaml
 from teleopctl.node import TopicMeter, Traffic
-from teleopctl.viewer.html import age_text, escaped_html, escaped_html_lines
+from teleopctl.viewer.client_tracker import click_mark
+from teleopctl.viewer.html import age_text, escaped_html
 from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.panels.message_tree import message_tree
 from teleopctl.viewer.subscriptions import topic_qos
 
 MOST_ROWS = 200
@@ -20,12 +21,10 @@ _TICKS_PER_TABLE = 10
 _TICKS_PER_ECHO = 2
 # The age of an older message is shown.
 _OLD_S = 3.0
-_LONGEST_LIST = 20
-_LONGEST_TEXT = 4000
 
 _ROW = (
     '<tr style="border-top:1px solid #8a94a040"><td style="padding:3px 0;overflow-wrap:anywhere">'
-    '<b>{name}</b><br><span style="opacity:.6">{type}</span></td>'
+    '<b {mark}>{name}</b><br><span style="opacity:.6">{type}</span></td>'
     '<td style="padding:3px 0 3px 8px;text-align:right;white-space:nowrap;vertical-align:top">'
     "{ends}{traffic}</td></tr>"
 )
@@ -36,8 +35,8 @@ _TABLE = (
 )
 _NOTE = '<div style="padding:0 12px;opacity:.6">{text}</div>'
 _ECHO = (
-    '<pre style="margin:0 12px;padding:6px 8px;font-size:11px;line-height:1.35;overflow:auto;'
-    'max-height:45vh;border:1px solid #8a94a040;border-radius:4px">{text}</pre>'
+    '<div style="margin:0 12px;padding:6px 8px;font-size:11px;line-height:1.45;overflow:hidden;'
+    'border:1px solid #8a94a040;border-radius:4px">{tree}</div>'
 )
 
 
@@ -59,20 +58,22 @@ class TopicsPanel(Panel):
         self._received_s = 0.0
         self._ticks = 0
         self._watched = False
+        # Fields of the echoed message that a person has opened or closed.
+        self._flipped: set[str] = set()
 
     def build(self) -> None:
         """Add the search field, the echo of a topic and the table of topics."""
         on = self.page.on_node_thread
-        self._search: Any = self.gui.add_text("Search", "", hint="Part of a topic's name or type")
-        self._search.on_update(on(lambda _event: self._show_table()))
-        self._measure: Any = self.gui.add_checkbox(
-            "Measure", False, hint="Subscribe to the topics of the table and measure their rates"
-        )
-        self._measure.on_update(on(lambda _event: self._update_meter()))
         self._echo: Any = self.gui.add_dropdown("Echo", (_NONE,))
         self._echo.on_update(on(lambda _event: self._choose()))
         self._age = self.gui.add_html("")
         self._text = self.gui.add_html("")
+        self._search: Any = self.gui.add_text("Search", "", hint="Part of a topic's name or type")
+        self._search.on_update(on(lambda _event: self._show_table()))
+        self._measure: Any = self.gui.add_checkbox(
+            "Rates", True, hint="Subscribe to the topics of the table and measure their rates"
+        )
+        self._measure.on_update(on(lambda _event: self._update_meter()))
         self._table = self.gui.add_html("")
         self._follow_graph()
         self._show_table()
@@ -135,6 +136,7 @@ class TopicsPanel(Panel):
         rows = [
             _ROW.format(
                 name=escaped_html(name),
+                mark=click_mark("topics", f"echo {name}"),
                 type=escaped_html(", ".join(types)),
                 ends=f"{len(graph.publishers(name))} → {len(graph.subscriptions(name))}",
                 traffic=_traffic_text(self._traffic[name]) if name in self._traffic else "",
@@ -163,6 +165,7 @@ class TopicsPanel(Panel):
         self._unsubscribe()
         self._echoed = "" if self._echo.value == _NONE else self._echo.value
         self._message = None
+        self._flipped.clear()
         self._is_new = False
         self._text.content = ""
         self._listen()
@@ -192,6 +195,44 @@ class TopicsPanel(Panel):
     def _take(self, message: Any) -> None:
         self._message, self._is_new, self._received_s = message, True, time.monotonic()
 
+    def _show_message(self) -> None:
+        tree, left_out = message_tree(
+            self._message, self._flipped, lambda action: click_mark("topics", action)
+        )
+        more = _NOTE.format(text=f"{left_out} more lines") if left_out else ""
+        self._text.content = _ECHO.format(tree=tree + more)
+
+    def show_of(self, name: str) -> None:
+        """Show the messages of a topic.
+
+        Args:
+            name: Name of the topic.
+        """
+        if name not in self._echo.options:
+            self._echo.options = (*self._echo.options, name)
+        self._echo.value = name
+        self._choose()
+
+    def clicked(self, client: Any, what: str) -> None:
+        """Show a clicked topic; fold a clicked field of the message, or plot it.
+
+        Args:
+            client: viser's handle of the browser.
+            what: ``echo TOPIC``, ``flip PATH`` or ``plot PATH``.
+        """
+        action, _, name = what.partition(" ")
+        if action == "echo":
+            self.show_of(name)
+            # The message stands above the table.
+            self.page.workspace.bring(client.client_id, "topics")
+        elif action == "plot":
+            text = f"{self._echoed}/{name.replace('.', '/')}"
+            self.page.workspace.plot(text)
+            self.page.notify("Plotted", text)
+        elif self._message is not None:
+            self._flipped ^= {name}
+            self._show_message()
+
     def _show_note(self, text: str) -> None:
         self._text.content = _NOTE.format(text=escaped_html(text))
 
@@ -202,8 +243,7 @@ class TopicsPanel(Panel):
             self._tick_table()
         if self._is_new and self._ticks % _TICKS_PER_ECHO == 0:
             self._is_new = False
-            text = message_to_yaml(self._message, truncate=_LONGEST_LIST)
-            self._text.content = _ECHO.format(text=escaped_html_lines(text, _LONGEST_TEXT))
+            self._show_message()
         if self._ticks % _TICKS_PER_TABLE == 0:
             age_s = time.monotonic() - self._received_s
             is_old = self._message is not None and age_s > _OLD_S

@@ -1,5 +1,7 @@
 """The graph in the page: a picture, drawn when something has changed."""
 
+from types import SimpleNamespace
+
 import pytest
 
 from teleopctl.diagram import ros_graph
@@ -88,3 +90,61 @@ def test_a_graph_that_is_too_large_is_said_to_be(page, panel):
 def test_the_picture_can_be_saved(page, panel):
     page.click(panel._save)
     assert page.client.files["graph.svg"].startswith(b"<svg ")
+
+
+def test_a_search_keeps_what_the_found_are_connected_with(page, panel):
+    page.node.known = graph_of(*TALK, "/lab/arm > /states", "/lab/page < /states")
+    page.choose(panel._search, "LISTEN")
+    panel.tick()
+    for name in ("/talker", "/chatter", "/listener"):
+        assert f">{name}</text>" in panel._picture.content
+    assert "/states" not in panel._picture.content
+    page.choose(panel._search, "")
+    page.choose(panel._space, "/lab")
+    panel.tick()
+    assert ">/states</text>" in panel._picture.content
+    assert "/chatter" not in panel._picture.content
+    page.choose(panel._search, "no such name")
+    panel.tick()
+    assert "No node or topic" in panel._picture.content
+
+
+def test_topics_have_types_and_rates_that_change_without_a_new_picture(page, panel, monkeypatch):
+    class Meter:
+        def __init__(self, node):
+            self.followed = []
+
+        def follow(self, topics):
+            self.followed = list(topics)
+
+        def sample(self):
+            return {"/chatter": SimpleNamespace(rate_hz=12.34)}
+
+    monkeypatch.setattr("teleopctl.viewer.panels.graph.TopicMeter", Meter)
+    panel.began()
+    page.choose(panel._arrows, "Types and rates")
+    panel.tick()
+    drawn = panel._picture.content
+    assert "std_msgs/String" in drawn
+    second(panel)
+    assert panel._picture.content is drawn
+    (found,) = page.filled.items()
+    assert found[1] == "12.3"
+    assert f'id="{found[0]}"' in drawn
+    meter = panel._meter
+    panel.ended()
+    assert meter.followed == []
+
+
+def test_a_click_on_a_node_leads_to_its_parameters_and_log(page, panel):
+    assert 'data-teleopctl-click="graph node /talker"' in panel._picture.content
+    brought = []
+    shown = SimpleNamespace(show_of=brought.append)
+    page.workspace = SimpleNamespace(bring=lambda _client, name: brought.append(name) or shown)
+    client = SimpleNamespace(gui=page.gui, client_id=1)
+    panel.clicked(client, "node /talker")
+    closed = SimpleNamespace(close=lambda: None)
+    for choice in ("Parameters", "Log", "Messages"):
+        event = SimpleNamespace(client=client, target=SimpleNamespace(value=choice))
+        panel._go(closed, "/talker", event)
+    assert brought == ["parameters", "/talker", "log", "/talker", "topics", "/talker"]

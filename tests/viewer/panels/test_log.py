@@ -1,12 +1,14 @@
 """The log: lines of /rosout, the newest first, those that the filters want."""
 
 import re
+from types import SimpleNamespace
 
 import pytest
 from hypothesis import given, strategies
 
+from teleopctl.errors import UsageError
 from teleopctl.interfaces import get_message
-from teleopctl.viewer.panels.log import LINES_OF_A_BLOCK, MOST_LINES, LogPanel
+from teleopctl.viewer.panels.log import LINES_OF_A_BLOCK, MOST_LINES, LogPanel, stamp_of
 
 LOG = get_message("rcl_interfaces/msg/Log")
 
@@ -157,3 +159,39 @@ def test_any_line_can_be_shown(page_server, text, level, sec):
     panel.tick()
     assert len(texts(panel)) == (1 if level >= 10 else 0)
     page_server.gui.reset()
+
+
+def test_it_jumps_to_a_time_and_the_other_panels_with_it(page, panel):
+    gone_to = []
+    page.workspace = SimpleNamespace(go_to=gone_to.append)
+    for sec in (10, 20, 30):
+        say(page, f"at {sec}", sec=sec)
+    panel.tick()
+    panel._time.value = "20"
+    panel._jump()
+    assert texts(panel) == ["at 20", "at 10"]
+    assert "until 20.000 s" in panel._note.content
+    panel._time.value = ""
+    panel._jump()
+    assert texts(panel) == ["at 30", "at 20", "at 10"]
+    assert 'data-teleopctl-click="log 10.000000000"' in "".join(blocks(panel))
+    panel.clicked(page.client, "10.000000000")
+    assert gone_to == [20.0, 10.0]
+
+
+def test_a_time_of_day_is_the_last_one_before_the_newest_message():
+    noon_s = stamp_of("12:00", 1_700_000_000.0)
+    assert 0 <= 1_700_000_000.0 - noon_s < 86_400
+    assert stamp_of("12:00:30.5", noon_s) == noon_s + 30.5 - 86_400
+    assert stamp_of("12:00:30.5", noon_s + 60) == noon_s + 30.5
+    with pytest.raises(UsageError, match="is no time"):
+        stamp_of("soon", noon_s)
+
+
+def test_the_messages_of_one_node_are_shown(page, panel):
+    say(page, "mine", node="lab.arm", level=10)
+    say(page, "of a part", node="lab.arm.grip")
+    say(page, "of another", node="lab.arms")
+    panel.tick()
+    panel.show_of("/lab/arm")
+    assert texts(panel) == ["of a part", "mine"]

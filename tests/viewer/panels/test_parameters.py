@@ -11,13 +11,8 @@ from hypothesis import given, strategies
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node, Parameter, ParameterType
 from teleopctl.viewer import service_calls
-from teleopctl.viewer.panels.parameters import (
-    MOST_ROWS,
-    ParameterRow,
-    ParametersPanel,
-    parameter_text,
-    value_from_text,
-)
+from teleopctl.viewer.panels.parameter_row import ParameterRow, parameter_text, value_from_text
+from teleopctl.viewer.panels.parameters import MOST_ROWS, ParametersPanel, parameter_tree
 from tests.viewer.conftest import FakePage
 from tests.viewer.panels.live import spinning
 
@@ -44,7 +39,7 @@ class Arm(Node):
         self.declare_parameter(
             "count", 4, Descriptor(integer_range=[IntegerRange(from_value=0, to_value=10, step=2)])
         )
-        self.declare_parameter("gains.p", 1.5)
+        self.declare_parameter("gains.p", 1.5, Descriptor(description="Stiffness [N/m]"))
         self.declare_parameter("gains.list", [1.0, 2.5])
         self.declare_parameter("words", ["a", "b: c"])
         self.declare_parameter("unset", Parameter.Type.DOUBLE)
@@ -119,6 +114,26 @@ def test_what_is_entered_is_set_in_its_type(live, panel):
         live.choose(handle(panel, "count"), 8)
         live.until(lambda: node.get_parameter("count").value == 8)
         assert live.told == []
+        # Units stand in descriptions; the first value is one click away.
+        assert handle(panel, "gains.p").label == "p [N/m]"
+        assert "was 1.5" in panel._rows["gains.p"]._was.content
+        panel.clicked(live.client, "reset gains.p")
+        live.until(lambda: node.get_parameter("gains.p").value == 1.5)
+        live.until(lambda: not panel._rows["gains.p"]._was.visible)
+
+
+def test_names_are_a_tree_by_their_dots_in_which_no_group_has_one_parameter():
+    assert parameter_tree(["rate", "arm.gains.p", "arm.gains.i", "arm.name", "cloud.size"]) == {
+        "rate": None,
+        "cloud.size": None,
+        "arm": {"name": None, "gains": {"p": None, "i": None}},
+    }
+    assert parameter_tree(["a", "a.b", ".", "c..d"]) == {
+        "a": None,
+        ".": None,
+        "c..d": None,
+        "a.b": None,
+    }
 
 
 def test_a_slider_that_is_dragged_sends_the_last_value_and_not_each(live, panel):
@@ -244,6 +259,6 @@ def test_no_descriptor_is_too_strange(page_server, value, low, high, step):
         span = FloatingPointRange(from_value=low, to_value=high, step=step or 0.0)
         descriptor.floating_point_range = [span]
     message = Parameter("p", value=value).to_parameter_msg()
-    row = ParameterRow(page, "p", message, descriptor, lambda _row, _parameter: None)
+    row = ParameterRow(page, "p", message, descriptor, message, lambda _row, _parameter: None)
     row.show(message)
     page_server.gui.reset()

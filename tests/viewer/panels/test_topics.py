@@ -28,6 +28,7 @@ def node(page, shared_ros):
 def panel(page, node):
     panel = TopicsPanel(page)
     panel.build()
+    page.choose(panel._measure, False)
     panel.began()
     yield panel
     panel.ended()
@@ -35,7 +36,7 @@ def panel(page, node):
 
 def table(panel):
     """Names, and what stands beside them."""
-    rows = re.findall(r"<b>(.*?)</b>.*?nowrap[^>]*>(.*?)</td>", panel._table.content)
+    rows = re.findall(r"<b [^>]*>(.*?)</b>.*?nowrap[^>]*>(.*?)</td>", panel._table.content)
     return dict(rows)
 
 
@@ -79,13 +80,13 @@ def test_rates_are_measured_only_when_asked_for(page, node, panel):
     assert node.context.wait_for_graph(lambda graph: not graph.subscriptions("/chatter"), 10)
 
 
-def test_the_newest_message_of_one_topic_is_shown_as_yaml(page, panel):
+def test_the_newest_message_of_one_topic_is_shown_as_a_tree(page, panel):
     page.choose(panel._echo, "/chatter")
     assert "Waiting" in echo(panel)
     page.publish("/chatter", String(data="first"))
     page.publish("/chatter", String(data="<b>second</b>"))
     shown = echo(panel)
-    assert "data: &lt;b&gt;second&lt;/b&gt;" in shown
+    assert "data</span> &lt;b&gt;second&lt;/b&gt;" in shown
     assert "first" not in shown
     page.choose(panel._echo, "(none)")
     assert echo(panel) == ""
@@ -118,7 +119,28 @@ def test_long_messages_are_cut(page, panel):
     page.choose(panel._echo, "/chatter")
     image = get_message("sensor_msgs/msg/Image")(data=bytes(1_000_000))
     page.publish("/chatter", image)
-    assert len(echo(panel)) < 5000
+    panel.clicked(page.client, "flip data")
+    assert "… 999980 more" in echo(panel)
+    assert len(panel._text.content) < 10_000
+
+
+def test_fields_fold_and_a_click_on_a_number_plots_it(page, panel):
+    plotted = []
+    page.workspace = SimpleNamespace(plot=plotted.append, bring=lambda *_: panel)
+    panel.clicked(page.client, "echo /chatter")
+    transforms = get_message("tf2_msgs/msg/TFMessage")()
+    transforms.transforms = [get_message("geometry_msgs/msg/TransformStamped")()]
+    page.publish("/chatter", transforms)
+    assert "stamp" not in echo(panel)
+    panel.clicked(page.client, "flip transforms[0].header")
+    assert "stamp" in panel._text.content
+    panel.clicked(page.client, "flip transforms[0].transform")
+    panel.clicked(page.client, "flip transforms[0].transform.translation")
+    assert 'click="topics plot transforms[0].transform.translation.x"' in panel._text.content
+    panel.clicked(page.client, "plot transforms[0].transform.translation.x")
+    assert plotted == ["/chatter/transforms[0]/transform/translation/x"]
+    panel.clicked(page.client, "flip transforms")
+    assert "translation" not in panel._text.content
 
 
 def test_nobody_looks_and_nothing_is_listened_to(page, panel):
