@@ -4,25 +4,38 @@ from __future__ import annotations
 
 import contextlib
 import os
+import threading
 from collections.abc import Callable
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from teleopctl.bag import Player, PlayOptions, open_bag
+from teleopctl.bag.overlaid import OverlaidBag
+from teleopctl.bag.player.player import MARKS
 from teleopctl.base.token_file import Address
+from teleopctl.errors import TeleopctlError
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
+    Parameter,
     SingleThreadedExecutor,
     init,
     qos_profile_latched,
 )
 from teleopctl.wire import ensure_router
 
+if TYPE_CHECKING:
+    from teleopctl.bag.base import Bag
+
 _PLAYER = "rosbag2_player"
 _CLOCK_HZ = 40.0
 _DESCRIPTION = "/robot_description"
 # Above the 233 domain IDs that users can choose.
 _FIRST_DOMAIN = 1000
+OVER = "over"
+"""Prefix of the topics and frames of a bag that is shown over another one."""
+
+_OVER_ALPHA = 0.4
 
 
 def view_bag(
@@ -32,6 +45,7 @@ def view_bag(
     port: int | None,
     token_file: Path | None,
     view: Path | None,
+    over: Path | None = None,
     rate: float,
     is_paused: bool,
     on_ready: Callable[[Address, int], object],
@@ -47,6 +61,8 @@ def view_bag(
         port: Port to listen on; see `open_server`.
         token_file: File of the page's token; see `open_viewer`.
         view: ``.rviz`` file that the page shows first.
+        over: Path of a second bag to show over the first one, from the same time on; its topics and
+            frames get the prefix ``over``.
         rate: Playback rate: seconds of the bag per second.
         is_paused: Whether playback starts paused.
         on_ready: Called with the page's address and the domain ID, when the page is ready.
@@ -56,9 +72,10 @@ def view_bag(
     """
     # Read first, so that an unreadable bag opens no page.
     with open_bag(path) as bag:
-        has_description = any(t.name == _DESCRIPTION and n for t, n in bag.metadata.topics)
-        attached = [] if has_description else [*bag.attachments()]
-    description = next((a.data for a in attached if a.name == "robot_description.urdf"), None)
+        descriptions = {_DESCRIPTION: _attached_description(bag)}
+    if over is not None:
+        with open_bag(over) as bag:
+            descriptions[f"/{OVER}{_DESCRIPTION}"] = _attached_description(bag)
     ensure_router()
     domain = _FIRST_DOMAIN + os.getpid()
     arguments = ["--ros-args", "-p", "use_sim_time:=true"]
@@ -73,21 +90,57 @@ def view_bag(
         viewer, address = open_viewer(host, port, token_file, view=view, layout=load_layout("bag"))
         stack.enter_context(viewer)
         node = stack.enter_context(Node(_PLAYER))
-        if description is not None:
-            _publish_description(node, description)
-        player = stack.enter_context(Player(node, path, options))
+        for topic, description in descriptions.items():
+            if description is not None:
+                _publish_description(node, topic, description)
+        bags = [stack.enter_context(open_bag(path))]
+        if over is not None:
+            bags.append(stack.enter_context(OverlaidBag(open_bag(over), bags[0], OVER)))
+            viewer.scene_view.add(
+                "RobotModel",
+                f"Robot of {over.name}",
+                {
+                    "Description Topic": {"Value": f"/{OVER}{_DESCRIPTION}"},
+                    "TF Prefix": OVER,
+                    "Alpha": _OVER_ALPHA,
+                },
+            )
+        player = stack.enter_context(Player(node, bags, options))
         executor = SingleThreadedExecutor()
         for each in (viewer, node):
             executor.add_node(each)
         player.play()
         on_ready(address, domain)
+        threading.Thread(
+            target=_offer_marks, args=(node, path), name="bag-marks", daemon=True
+        ).start()
         executor.spin()
 
 
-def _publish_description(node: Node, urdf: bytes) -> None:
-    """Publish the robot description that the bag holds as an attachment."""
+def _attached_description(bag: Bag) -> bytes | None:
+    """Return the robot description that the bag holds as an attachment, if none is recorded."""
+    if any(topic.name == _DESCRIPTION and count for topic, count in bag.metadata.topics):
+        return None
+    attached = (one.data for one in bag.attachments() if one.name == "robot_description.urdf")
+    return next(attached, None)
+
+
+def _offer_marks(node: Node, path: Path) -> None:
+    """Read the bag's marks, and offer them to the time line as a parameter of the player."""
+    from teleopctl.nodes.bag_marks import bag_marks
+
+    try:
+        marks = [f"{mark.time_ns} {mark.kind} {mark.text}" for mark in bag_marks(path)]
+        if marks and node.context.ok():
+            node.set_parameters([Parameter(MARKS, value=marks)])
+    except TeleopctlError as error:
+        node.get_logger().warning(f"No marks on the time line: {error}")
+
+
+def _publish_description(node: Node, topic: str, urdf: bytes) -> None:
+    """Publish a robot description."""
     from teleopctl.interfaces import get_message
 
     string = get_message("std_msgs/msg/String")
-    publisher = node.create_publisher(string, _DESCRIPTION, qos_profile_latched)
+    publisher = node.create_publisher(string, topic, qos_profile_latched)
     publisher.publish(string(data=urdf.decode(errors="replace")))

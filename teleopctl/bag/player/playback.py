@@ -9,6 +9,7 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, TypeAlias
 
+from teleopctl.bag.base import Bag
 from teleopctl.bag.player.cursor import MessageCursor
 from teleopctl.bag.player.options import PlayOptions
 from teleopctl.bag.player.outputs import PlayerOutputs
@@ -24,8 +25,8 @@ if TYPE_CHECKING:
 _LONGEST_FILL_S = 0.5
 _WARN_EVERY_S = 1.0
 
-BagPath: TypeAlias = str | Path | tuple[str | Path, str | None]
-"""Path of a bag, or a pair of path and storage format (None to detect the format)."""
+BagPath: TypeAlias = str | Path | tuple[str | Path, str | None] | Bag
+"""Path of a bag, a pair of path and storage format (None to detect the format), or an open bag."""
 
 
 class _Request:
@@ -49,6 +50,8 @@ class Playback:
     Attributes:
         start_ns: Start of the playback, in nanoseconds since the epoch.
         end_ns: Log time of the last message, in nanoseconds since the epoch.
+        loops: Whether the playback starts again at the end. One that has been started with
+            ``loop``, and loops no longer, pauses at the end; it starts again when it is resumed.
 
     Raises:
         NotFoundError: A bag does not exist.
@@ -64,6 +67,7 @@ class Playback:
     ) -> None:
         self._node = node
         self._options = options
+        self.loops = options.loop
         self._log = node.get_logger()
         self._source = PlayedBags(_paths(bags))
         for remark in self._source.remarks:
@@ -276,7 +280,7 @@ class Playback:
                 # Read ahead before the playback time runs, so that the first messages are not late.
                 self._cursor.jump_to(self.start_ns, _LONGEST_FILL_S)
                 self._clock.start()
-                if not self._play_through() or not self._options.loop:
+                if not self._play_through() or not (self.loops or self._options.loop):
                     break
         except BaseException as error:  # noqa: BLE001 (`wait` raises it)
             # An error after the shutdown of the context is expected.
@@ -301,7 +305,7 @@ class Playback:
 
     def _play_through(self) -> bool:
         """Play to the end; return False if no message was played."""
-        has_played = False
+        has_played = is_paused_at_end = False
         while not self._stopping.is_set():
             if self._requests:
                 request = self._requests.popleft()
@@ -314,7 +318,10 @@ class Playback:
             if message is None:
                 # A playback that is paused at the end continues, so that `seek` is possible.
                 if has_ended and not self.is_paused:
-                    break
+                    if self.loops or not self._options.loop or is_paused_at_end:
+                        break
+                    is_paused_at_end = True
+                    self.pause()
                 if not has_ended and has_played:
                     self._warn_of_starving()
                 self._playback_time.wait_until(None)
@@ -323,7 +330,7 @@ class Playback:
                 and not self._stopping.is_set()
             ):
                 self._cursor.send_next(message)
-                has_played = True
+                has_played, is_paused_at_end = True, False
         return has_played
 
     def _burst(self, most: int) -> int:
@@ -373,9 +380,10 @@ class Playback:
         return max(ends, default=-1)
 
 
-def _paths(bags: str | Path | Sequence[BagPath]) -> list[tuple[Path, str | None]]:
-    if isinstance(bags, str | Path):
-        return [(Path(bags), None)]
-    return [
-        (Path(bag), None) if isinstance(bag, str | Path) else (Path(bag[0]), bag[1]) for bag in bags
-    ]
+def _paths(bags: str | Path | Sequence[BagPath]) -> list[tuple[Path, str | None] | Bag]:
+    def source(bag: BagPath) -> tuple[Path, str | None] | Bag:
+        if isinstance(bag, Bag):
+            return bag
+        return (Path(bag), None) if isinstance(bag, str | Path) else (Path(bag[0]), bag[1])
+
+    return [source(bag) for bag in ((bags,) if isinstance(bags, str | Path) else bags)]

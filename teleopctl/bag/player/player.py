@@ -20,6 +20,13 @@ if TYPE_CHECKING:
 START_TIME, END_TIME = "playback.start_time_ns", "playback.end_time_ns"
 """Names of the parameters with start and end time of the playback, in ns since the epoch."""
 
+LOOP, MARKS = "playback.loop", "playback.marks"
+"""Names of the parameters of looping, see `Playback.loops`, and of the marks on a time line.
+
+A mark is a text of three words or more: time in nanoseconds since the epoch, kind, and what
+happened.
+"""
+
 
 class PlayerServices:
     """rosbag2's services that control a player, such as ``~/pause`` and ``~/seek``.
@@ -56,10 +63,22 @@ class PlayerServices:
         # Ours: rosbag2's player does not publish the times of the bag.
         for name, time_ns in ((START_TIME, player.start_ns), (END_TIME, player.end_ns)):
             node.declare_parameter(name, time_ns)
+        node.declare_parameter(LOOP, player.loops)
+        # An empty text stands for no marks: an empty list has no type.
+        node.declare_parameter(MARKS, [""])
+        node.add_post_set_parameters_callback(self._take_parameters)
+
+    # Any: a parameter's value is checked by its type before.
+    def _take_parameters(self, parameters: Sequence[Any]) -> None:
+        for one in parameters:
+            if one.name == LOOP:
+                self._player.loops = bool(one.value)
 
     def close(self) -> None:
         """Destroy the services, and undeclare the parameters of start and end time."""
-        for name in (START_TIME, END_TIME):
+        if self._node.has_parameter(LOOP):
+            self._node.remove_post_set_parameters_callback(self._take_parameters)
+        for name in (START_TIME, END_TIME, LOOP, MARKS):
             if self._node.has_parameter(name):
                 self._node.undeclare_parameter(name)
         for service in self._services:

@@ -32,7 +32,8 @@ class PlayedBags:
     """Opened bags of a player, read as one: messages, latched messages, file boundaries.
 
     Args:
-        bags: Paths of the bags, each with its storage format (None to detect the format).
+        bags: Paths of the bags, each with its storage format (None to detect the format), or
+            open bags, which are closed with this object.
 
     Attributes:
         start_ns: Log time of the first message, in ns since the epoch; 0 without messages.
@@ -47,12 +48,15 @@ class PlayedBags:
         UsageError: No bag is given.
     """
 
-    def __init__(self, bags: Sequence[tuple[Path, str | None]]) -> None:
+    def __init__(self, bags: Sequence[tuple[Path, str | None] | Bag]) -> None:
         if not bags:
             raise UsageError("no input bags were provided")
         self._open = ExitStack()
         try:
-            self._bags = [self._open.enter_context(open_bag(*each)) for each in bags]
+            self._bags = [
+                self._open.enter_context(each if isinstance(each, Bag) else open_bag(*each))
+                for each in bags
+            ]
         except BaseException:
             self._open.close()
             raise

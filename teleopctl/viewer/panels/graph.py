@@ -226,7 +226,7 @@ class GraphPanel(Panel):
                 "subscribes to": [one.name for one in ends if one.kind.name == "MS"],
                 "serves": [one.name for one in ends if one.kind.name == "SS"],
             }
-            panels = ("Parameters", "Log")
+            panels: tuple[str, ...] = ("Parameters", "Log")
         else:
             types = dict(graph.topic_names_and_types()).get(name, [])
             lists = {

@@ -8,7 +8,8 @@ from collections.abc import Iterator
 import pytest
 
 from teleopctl.bag import Player, PlayOptions
-from teleopctl.node import Node
+from teleopctl.bag.player.player import MARKS
+from teleopctl.node import Node, Parameter
 from teleopctl.viewer.panels.bag import BagPanel
 from tests.bag.bags import write_bag
 from tests.viewer.panels.live import spinning
@@ -66,6 +67,34 @@ def test_time_is_shown_dragged_paused_and_paced(live, panel, player):
     live.until(lambda: not player.is_paused)
     live.until(lambda: panel._line.value > 0.8)
     assert live.told == []
+
+
+def test_marks_of_the_bag_are_shown_and_lead_to_their_moment(live, panel, player):
+    live.until(lambda: panel._line.visible)
+    assert not panel._strip.visible
+    marks = [f"{player.start_ns + 1_000_000_000} warning <b> is hot", "no time at all"]
+    player._node.set_parameters([Parameter(MARKS, value=marks)])
+    live.until(lambda: panel._strip.visible)
+    assert panel._strip.content.count("title=") == 1
+    assert 'title="1.00 s · warning · &lt;b&gt; is hot"' in panel._strip.content
+    assert "left:calc(25.00%" in panel._strip.content
+    live.choose(panel._row, "Pause")
+    live.until(lambda: player.is_paused)
+    panel.clicked(live.client, "1.000000000")
+    live.until(lambda: 1.0 <= (player.position_ns - player.start_ns) * 1e-9 < 1.2)
+
+
+def test_without_loop_it_pauses_at_the_end_and_starts_again(live, panel, player):
+    live.until(lambda: panel._row.options[2] == "Once")
+    live.choose(panel._row, "Once")
+    live.until(lambda: not player.loops)
+    live.choose(panel._line, LONG_S - 0.1)
+    live.until(lambda: player.is_paused)
+    assert player.is_playing
+    assert player.position_ns == player.end_ns
+    player.resume()
+    live.until(lambda: player.position_ns < player.end_ns)
+    assert not player.is_paused
 
 
 def test_many_places_in_one_go_end_at_the_last_one(live, panel, player):

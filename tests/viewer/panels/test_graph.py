@@ -138,9 +138,13 @@ def test_topics_have_types_and_rates_that_change_without_a_new_picture(page, pan
 
 def test_a_click_on_a_node_leads_to_its_parameters_and_log(page, panel):
     assert 'data-teleopctl-click="graph node /talker"' in panel._picture.content
-    brought = []
-    shown = SimpleNamespace(show_of=brought.append)
-    page.workspace = SimpleNamespace(bring=lambda _client, name: brought.append(name) or shown)
+    brought: list[str] = []
+
+    def bring(_client, name):
+        brought.append(name)
+        return SimpleNamespace(show_of=brought.append)
+
+    page.workspace = SimpleNamespace(bring=bring)
     client = SimpleNamespace(gui=page.gui, client_id=1)
     panel.clicked(client, "node /talker")
     closed = SimpleNamespace(close=lambda: None)

@@ -162,7 +162,7 @@ def test_any_line_can_be_shown(page_server, text, level, sec):
 
 
 def test_it_jumps_to_a_time_and_the_other_panels_with_it(page, panel):
-    gone_to = []
+    gone_to: list[float] = []
     page.workspace = SimpleNamespace(go_to=gone_to.append)
     for sec in (10, 20, 30):
         say(page, f"at {sec}", sec=sec)

@@ -125,7 +125,7 @@ def test_long_messages_are_cut(page, panel):
 
 
 def test_fields_fold_and_a_click_on_a_number_plots_it(page, panel):
-    plotted = []
+    plotted: list[str] = []
     page.workspace = SimpleNamespace(plot=plotted.append, bring=lambda *_: panel)
     panel.clicked(page.client, "echo /chatter")
     transforms = get_message("tf2_msgs/msg/TFMessage")()

@@ -19,6 +19,16 @@ def view(
         str | None,
         Option("-d", "--display-config", help="An .rviz file to start with.", metavar="FILE"),
     ] = None,
+    over: Annotated[
+        str | None,
+        Option(
+            "--over",
+            help="A second bag to show over it, from its start on; its topics and frames begin "
+            "with 'over'.",
+            metavar="BAG",
+            complete="files",
+        ),
+    ] = None,
     rate: Annotated[float, Option("-r", "--rate", help="Seconds of the bag per second.")] = 1.0,
     start_paused: Annotated[bool, Option("-p", "--start-paused", help="Begin paused.")] = False,
     host: Annotated[str, Option("--host", help="Address to listen on.")] = "127.0.0.1",
@@ -56,6 +66,7 @@ def view(
         port=port,
         token_file=Path(token_file).expanduser() if token_file else None,
         view=Path(display_config) if display_config else None,
+        over=Path(over) if over else None,
         rate=rate,
         is_paused=start_paused,
         on_ready=tell,
