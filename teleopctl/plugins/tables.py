@@ -320,7 +320,7 @@ PANELS = Kind(
         "joints": f"{_PANELS}.joints:JointsPanel",
         "controllers": f"{_PANELS}.controllers:ControllersPanel",
         "camera": f"{_PANELS}.camera:CameraPanel",
-        "plot": f"{_PANELS}.plot:PlotPanel",
+        "plot": f"{_PANELS}.plots.plot:PlotPanel",
         "topics": f"{_PANELS}.topics:TopicsPanel",
         "send": f"{_PANELS}.send:SendPanel",
         "graph": f"{_PANELS}.graph:GraphPanel",

@@ -21,7 +21,7 @@ from teleopctl.node import Clock, ClockType
 from teleopctl.viewer.client_tracker import panel_mark
 from teleopctl.viewer.layout import PageLayout, PanelColumn, layout_of, load_layout
 from teleopctl.viewer.panels.base import Panel
-from teleopctl.viewer.panels.plot import PlotPanel
+from teleopctl.viewer.panels.plots.plot import PlotPanel
 from teleopctl.viewer.rviz_file import View
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ _PACKAGE = "rosbag2_interfaces/srv"
 _SEEK = "seek"
 _BOUNDS = ("playback.start_time_ns", "playback.end_time_ns")
 _LOOP, _MARKS = "playback.loop", "playback.marks"
-_RATES = (0.1, 0.5, 1.0, 2.0, 10.0)
+_RATES = (0.1, 0.5, 1.0, 5.0)
 _STEP_S = 0.01
 # Time after the last drag of the time line during which it does not follow the player.
 _DRAGGED_S = 0.5
@@ -35,8 +35,9 @@ _SHOWN_MESSAGES = 100
 _MOST_MARKS = 500
 # Amber, red, blue, green: as in the log, and distinct from these.
 _COLORS = {"warning": "#e0a100", "error": "#e5484d", "contact": "#3b8fd6", "episode": "#30a46c"}
+# Below viser's slider, which stands between its label and its number.
 _STRIP = (
-    '<div style="padding:0 12px"><div style="position:relative;height:12px;border-radius:2px;'
+    '<div style="padding:0 64px 0 110px"><div style="position:relative;height:12px;border-radius:2px;'
     'background:#8a94a026">{marks}</div></div>'
 )
 _MARK = (

@@ -4,13 +4,13 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies
 
-from teleopctl.viewer.panels.plot_expression import (
+from teleopctl.viewer.panels.plots.expression import (
     DerivedSamples,
     PlotExpression,
     PlotExpressionError,
     topic_and_path,
 )
-from teleopctl.viewer.panels.plot_series import Series
+from teleopctl.viewer.panels.plots.series import Series
 
 TIMES = np.array([0.0, 1.0, 3.0])
 VALUES = {"/a/x": np.array([1.0, 2.0, 4.0]), "/b/c/y[1]/z": np.array([0.0, 10.0, 20.0])}

@@ -10,9 +10,9 @@ from PIL import Image
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
-from teleopctl.viewer.panels import plot, plot_series as topic
-from teleopctl.viewer.panels.plot import PlotPanel
-from teleopctl.viewer.panels.plot_chart import MOST_LINES, PlotCurve, plot_csv, plot_png
+from teleopctl.viewer.panels.plots import plot, series as topic
+from teleopctl.viewer.panels.plots.chart import MOST_LINES, PlotCurve, plot_csv, plot_png
+from teleopctl.viewer.panels.plots.plot import PlotPanel
 
 JointState = get_message("sensor_msgs/msg/JointState")
 Number = get_message("std_msgs/msg/Float64")

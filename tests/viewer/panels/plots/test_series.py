@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 from hypothesis import given, strategies
 
-from teleopctl.viewer.panels.plot_series import Series, resample
+from teleopctl.viewer.panels.plots.series import Series, resample
 
 
 def series(*samples):

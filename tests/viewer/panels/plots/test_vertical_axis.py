@@ -7,7 +7,7 @@ import re
 import pytest
 from hypothesis import example, given, strategies as st
 
-from teleopctl.viewer.panels.plot_chart import vertical_axis
+from teleopctl.viewer.panels.plots.chart import vertical_axis
 
 LARGEST = 1e100  # of what a plot draws
 numbers = st.floats(-LARGEST, LARGEST, allow_nan=False)

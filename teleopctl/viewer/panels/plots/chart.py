@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from teleopctl.base.printable import printable_line
-from teleopctl.viewer.panels.plot_series import Floats, Samples, resample
+from teleopctl.viewer.panels.plots.series import Floats, Samples, resample
 
 if TYPE_CHECKING:
     import viser

@@ -10,7 +10,7 @@ from teleopctl.interfaces import NumericField, Shape, get_message, numeric_field
 from teleopctl.node import QoSProfile
 from teleopctl.viewer.html import age_text, escaped_markdown
 from teleopctl.viewer.panels.base import Page, Panel
-from teleopctl.viewer.panels.plot_chart import (
+from teleopctl.viewer.panels.plots.chart import (
     COLORS,
     MOST_LINES,
     Chart,
@@ -19,13 +19,13 @@ from teleopctl.viewer.panels.plot_chart import (
     plot_csv,
     plot_png,
 )
-from teleopctl.viewer.panels.plot_expression import (
+from teleopctl.viewer.panels.plots.expression import (
     FUNCTIONS,
     DerivedSamples,
     PlotExpression,
     topic_and_path,
 )
-from teleopctl.viewer.panels.plot_series import MOST_OF_ALL, MOST_SAMPLES, PlottedTopic, Samples
+from teleopctl.viewer.panels.plots.series import MOST_OF_ALL, MOST_SAMPLES, PlottedTopic, Samples
 from teleopctl.viewer.subscriptions import topic_qos
 
 MOST_CHARTS = 20

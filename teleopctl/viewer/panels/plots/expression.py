@@ -19,7 +19,7 @@ from teleopctl.base.printable import shortened
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
-    from teleopctl.viewer.panels.plot_series import Floats, Samples
+    from teleopctl.viewer.panels.plots.series import Floats, Samples
 
 _LONGEST_TEXT = 1000
 _FIELD = re.compile(r"/[A-Za-z_]\w*(?:\[\d+\])?(?:/[A-Za-z_]\w*(?:\[\d+\])?)*")

@@ -1,0 +1,1 @@
+"""Panel of plots: fields and expressions of messages over time."""
