@@ -210,6 +210,7 @@ class GraphPanel(Panel):
 
     # --- clicks -------------------------------------------------------------------------------
 
+    # Any: viser's handle of a browser.
     def clicked(self, client: Any, what: str) -> None:
         """Open a window about a clicked node or topic, with ways to the panels that show more.
 

@@ -159,6 +159,7 @@ class LogPanel(Panel):
         self._level.value = min(_LEVELS, key=lambda level: _LEVELS[level])
         self._show_all()
 
+    # Any: viser's handle of a browser.
     def clicked(self, client: Any, what: str) -> None:
         """Show the moment of a clicked message in plots and bag.
 

@@ -213,6 +213,7 @@ class TopicsPanel(Panel):
         self._echo.value = name
         self._choose()
 
+    # Any: viser's handle of a browser.
     def clicked(self, client: Any, what: str) -> None:
         """Show a clicked topic; fold a clicked field of the message, or plot it.
 
