@@ -10,7 +10,7 @@ from contextlib import contextmanager
 from pathlib import Path
 
 from teleopctl.base.budget import MOST_INCLUDED_FILES, MOST_LAUNCH_TEXT, BudgetError, Tally
-from teleopctl.base.typed import TYPE_CHECKING, Iterator, Mapping, NamedTuple
+from teleopctl.base.typed import TYPE_CHECKING, Collection, Iterator, Mapping, NamedTuple
 from teleopctl.errors import InvalidDescriptionError, LaunchError, TeleopctlError
 from teleopctl.launch.model.action import Launch
 from teleopctl.launch.model.descriptions import Place
@@ -200,12 +200,26 @@ class LaunchContext:
             for name, value in self.forwarded_arguments().items()
             if name not in mappings
         }
-        if not forwarded_arguments:
+        if not forwarded_arguments or self._takes_none(file, mappings, forwarded_arguments):
             return {}
         taken = xacro_arguments(self._expanded(file, {**forwarded_arguments, **mappings}).files)
         given = {name: value for name, value in forwarded_arguments.items() if name in taken}
         self.declared.update(given)
         return given
+
+    def _takes_none(self, file: Path, mappings: Mapping[str, str], names: Collection[str]) -> bool:
+        """Return whether a description, expanded without arguments of these names, has none.
+
+        That expansion is needed anyway then, and not another one with the other arguments.
+        """
+        from teleopctl.robot import xacro_arguments
+
+        if not xacro_arguments([file]).keys().isdisjoint(names):
+            return False
+        try:
+            return xacro_arguments(self._expanded(file, mappings).files).keys().isdisjoint(names)
+        except TeleopctlError:
+            return False  # an argument may be required
 
     def _expanded(self, file: Path, mappings: Mapping[str, str]) -> ExpandedXacro:
         key = (str(file), tuple(sorted(mappings.items())))
