@@ -116,7 +116,13 @@ class MeasuredValues:
 
     def read(self) -> list[float]:
         """Return the latest finite value of each joint; NaN before a joint's first finite value."""
+        if not self._interfaces:
+            return []
         self._missing = ""
+        values = [interface.value for interface in self._interfaces]
+        if math.isfinite(sum(values)):
+            self._last = values
+            return list(values)
         for index, interface in enumerate(self._interfaces):
             value = interface.value
             if math.isfinite(value):

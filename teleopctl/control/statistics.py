@@ -41,8 +41,9 @@ class MovingStatistics:
         self.count = count = self.count + 1
         self.current = value
         off = value - self.average
-        self.average = average = self.average + off / count
-        self._squares += off * (value - average)
+        if off:  # the rate of cycles in lockstep never changes
+            self.average = average = self.average + off / count
+            self._squares += off * (value - average)
         if value < self._minimum:
             self._minimum = value
         if value > self._maximum:

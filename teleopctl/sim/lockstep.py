@@ -163,11 +163,16 @@ class LockstepLoop:
         self._resets_seen = simulation.resets
         self._began_anew = False
         self._exchanged = False
+        self._own_thread = 0
 
     # --- called from outside ----------------------------------------------------------------
 
     def receive_command(self, command: Command) -> None:
         """Store a received joint command, which the loop applies at a control tick."""
+        if command.stamp_ns and threading.get_ident() == self._own_thread:
+            # Of a hosted controller: nobody waits, and at 1 kHz a lock counts.
+            self._command = command
+            return
         with self._changed:
             if command.stamp_ns == 0 and self._simulation.time_ns != 0:
                 self._unstamped = command
@@ -353,8 +358,9 @@ class LockstepLoop:
     def run(self) -> None:
         """Run the simulation until `stop` is called or its end time is reached."""
         simulation = self._simulation
+        self._own_thread = threading.get_ident()
         self._pacer.resume(simulation.time_ns)
-        while self._ready():
+        while not self._called or self._ready():
             while self._timed and self._timed[0][0] <= simulation.time_ns:
                 self._timed.popleft()[1]()
             if steps := pending[0] if (pending := self._steps) else None:
@@ -401,7 +407,10 @@ class LockstepLoop:
         return self._end_ns is not None and self._simulation.time_ns >= self._end_ns
 
     def _ready(self) -> bool:
-        """Run requests, and wait while paused; return False when the loop is to end."""
+        """Run requests, and wait while paused; return False when the loop is to end.
+
+        There is nothing to do unless something was called.
+        """
         while self._called:
             while request := self._next_request():
                 request()

@@ -287,8 +287,8 @@ class MujocoSim(Node):
                 self.get_logger().warning(
                     f"Commands for joints that cannot be commanded: {', '.join(unknown)}"
                 )
-        values = (position, velocity, effort)
-        if any(len(value) not in (0, len(names)) for value in values):
+        values, wanted = (position, velocity, effort), (0, len(names))
+        if not (len(position) in wanted and len(velocity) in wanted and len(effort) in wanted):
             self.get_logger().error(
                 "A command has not as many values as joint names, it is ignored",
                 throttle_duration_sec=10.0,

@@ -40,7 +40,8 @@ class JointStateTopicSystem(HardwareComponentInterface):
         """Read the hardware parameters: topics."""
         parameters = self.info.hardware_parameters
         self._layout: Sequence[str] = ()
-        self._readers: list[tuple[StateInterface, str, int]] = []
+        # State interfaces and their places in each field of the messages.
+        self._readers: dict[str, list[tuple[StateInterface, int]]] = {}
         self._states_topic = parameters.get("joint_states_topic") or STATES_TOPIC
         self._exchange = exchange_of(
             self.get_node(),
@@ -54,6 +55,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
             for field in JOINT_STATE_FIELDS
             if any(command.interface_name == field for command in commands)
         ]
+        self._is_full = all(None not in column for _, column in self._columns)
 
     def set_cycle(self, cycle: Callable[[int], None]) -> None:
         """Store the function that runs a control cycle for each received state, in lockstep."""
@@ -141,25 +143,25 @@ class JointStateTopicSystem(HardwareComponentInterface):
             self.state_jumped = True
         if self._layout != message.name:
             self._lay_out(list(message.name))
-        fields = {field: getattr(message, field) for field in JOINT_STATE_FIELDS}
-        for state, field, index in self._readers:
-            values = fields[field]
-            if index < len(values):
-                state.value = values[index]
+        for field, readers in self._readers.items():
+            values = getattr(message, field)
+            count = len(values)
+            for state, index in readers:
+                if index < count:
+                    state.value = values[index]
         return None
 
     def _lay_out(self, names: list[str]) -> None:
         """Store the index of each state interface in messages with these joint names."""
         self._layout = names
         index = {name: position for position, name in enumerate(names)}
-        self._readers, missing = [], set()
+        self._readers, missing = {field: [] for field in JOINT_STATE_FIELDS}, set()
         for state in self.state_interfaces.values():
             if state.interface_name in JOINT_STATE_FIELDS and state.prefix_name in index:
-                reader = (state, state.interface_name, index[state.prefix_name])
-                self._readers.append(reader)
+                self._readers[state.interface_name].append((state, index[state.prefix_name]))
             elif state.name in index:
                 # Sensor values are positions of joints named like the interfaces.
-                self._readers.append((state, POSITION, index[state.name]))
+                self._readers[POSITION].append((state, index[state.name]))
             elif state.prefix_name not in index:
                 missing.add(state.prefix_name)
         if missing:
@@ -174,9 +176,14 @@ class JointStateTopicSystem(HardwareComponentInterface):
 
     def commands(self) -> tuple[list[str], dict[str, list[float]]]:
         """Return joint names, and their commands by JointState field; empty if none is claimed."""
-        owned = {
-            command.prefix_name for command in self.command_interfaces.values() if command.owner
-        }
+        commands = self.command_interfaces.values()
+        if self._is_full and None not in [command.owner for command in commands]:
+            # The usual case, with as little work as possible: this is called in each cycle.
+            return self._names, {
+                field: [command.value for command in column if command is not None]
+                for field, column in self._columns
+            }
+        owned = {command.prefix_name for command in commands if command.owner}
         if not owned:
             return [], {}
         return self._names, {

@@ -82,11 +82,14 @@ class SensorPublisher:
         self._channels = [
             _Channel(node, sensor, 1e9 / simulation.control_period_ns) for sensor in sensors
         ]
+        # Whether any sensor has subscribers, or had some at the last sample.
+        self._is_used = False
 
     def on_graph_change(self) -> None:
         """Update which sensors have subscribers; called when the ROS graph has changed."""
         for channel in self._channels:
             channel.watched = channel.publisher.get_subscription_count() > 0
+        self._is_used = True
 
     def go_on(self, time_ns: int) -> None:
         """Continue the schedules of the subscribed sensors at a simulated time."""
@@ -105,7 +108,13 @@ class SensorPublisher:
 
     def sample(self, time_ns: int) -> None:
         """Measure and publish the subscribed sensors that are due at a simulated time."""
-        self._publish([channel for channel in self._channels if channel.is_due(time_ns)], time_ns)
+        if not self._is_used:
+            return
+        self._is_used = False
+        due = [channel for channel in self._channels if channel.is_due(time_ns)]
+        if any(channel.watched for channel in self._channels):
+            self._is_used = True
+        self._publish(due, time_ns)
 
     def show(self, time_ns: int) -> None:
         """Publish the subscribed sensors of state, such as contacts, at once with a given stamp."""

@@ -378,13 +378,13 @@ class JointTrajectoryController(ControllerInterface):
         command = trajectory.sample(ahead, method, advance=False)
         if desired is None or command is None:
             return None
-        accelerations = self._acceleration_states.read()
         is_shown = self._state_publisher.has_subscribers
         if self._holding and self._goal is None and not (is_shown or self._settings.uses_pid):
             # While holding, only the state topic and the PID use the error.
             self._outputs.write(command.state, desired.state.effort, (), (), period)
             self._commanded_state, self._has_command = command.state, True
             return None
+        accelerations = self._acceleration_states.read()
         reference = desired.state.at(now - trajectory.start_ns)
         feedback = TrajectoryPoint(
             positions, velocities, accelerations, time_ns=time_ns - trajectory.start_ns

@@ -273,6 +273,7 @@ class Trajectory:
                 before.positions, self._points[0].positions, wraparound
             )
         self._before = before
+        self._last_sample = None
         if self._segments:
             self._segments[0] = None
 
@@ -290,6 +291,16 @@ class Trajectory:
             method: Interpolation method.
             advance: Whether later calls may start their search at this time.
         """
+        splines = method is InterpolationMethod.SPLINES
+        held = self._last_sample
+        if (
+            held is not None
+            and self._last_sample_splines is splines
+            and time_ns - self.start_ns >= self._points[-1].time_ns
+        ):
+            if advance:
+                self.last_index = held.start_index
+            return held
         if not self.sampled_already:
             self.sampled_already = True
             if self.start_ns == 0:
@@ -299,7 +310,6 @@ class Trajectory:
         if not points or before is None or time_ns < before.time_ns:
             return None
         elapsed = time_ns - self.start_ns
-        splines = method is InterpolationMethod.SPLINES
         if elapsed < points[0].time_ns:
             if not splines:
                 return TrajectorySample(before, 0, 0)
@@ -314,11 +324,10 @@ class Trajectory:
                 return self._interpolate(index + 1, time_ns, index, index + 1)
         if advance:
             self.last_index = last
-        if self._last_sample is None or self._last_sample_splines is not splines:
-            if splines:
-                self._complete(last)
-            self._last_sample = TrajectorySample(_with_zeros(points[last]), last, last + 1)
-            self._last_sample_splines = splines
+        if splines:
+            self._complete(last)
+        self._last_sample = TrajectorySample(_with_zeros(points[last]), last, last + 1)
+        self._last_sample_splines = splines
         return self._last_sample
 
     def _interpolate(self, segment: int, time_ns: int, start: int, end: int) -> TrajectorySample:
