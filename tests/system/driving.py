@@ -15,12 +15,17 @@ from playwright.sync_api import Page
 from teleopctl.interfaces import get_message
 from teleopctl.kinematics import Arm, load_description
 from teleopctl.node import Context, Node, SingleThreadedExecutor
+from teleopctl.viewer.rviz_file import RvizFile
+from tests import ROOT
 
 # Point between the fingertips in the frame of claw_support, m, and the middle of the bin.
 GRASP = (-0.13, 0.596, -0.106)
 UP = np.array([0.0, 0.0, 1.0])
 BIN = np.array([-1.3, 0.75, 0.5])
 _NEAR_M = 0.012
+FINGER = "joint_4"
+VIEW = ROOT / "teleopctl/share/teleopctl/config/drive.rviz"
+_FIELD_OF_VIEW = np.radians(75.0)  # of the page's camera, from top to bottom
 
 
 class Hand(Protocol):
@@ -30,13 +35,17 @@ class Hand(Protocol):
         """Hold what moves the gripper in a direction, or let go for zeros."""
 
     def grip(self, opening: float) -> None:
-        """Open (1) or close (0) the gripper."""
+        """Hold what opens (1) or closes (0) the gripper."""
+
+    def let_go(self) -> None:
+        """Let go of what moves the gripper's fingers."""
 
 
 class KeysHand:
     """Keys of the keyboard, pressed and released."""
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Page, person: Driver) -> None:
+        del person
         self._keyboard = page.keyboard
         self._held: set[str] = set()
 
@@ -55,7 +64,8 @@ class KeysHand:
 
     def grip(self, opening: float) -> None:
         self._hold({"KeyE" if opening > 0.5 else "KeyQ"})
-        time.sleep(2.2)
+
+    def let_go(self) -> None:
         self._hold(set())
 
     def _hold(self, wanted: set[str]) -> None:
@@ -69,7 +79,8 @@ class KeysHand:
 class PadsHand:
     """Two thumbs on the touch pads, and one on the slider."""
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Page, person: Driver) -> None:
+        del person
         self._page = page
         self._session = page.context.new_cdp_session(page)
         self._points: dict[str, tuple[float, float]] = {}
@@ -87,8 +98,9 @@ class PadsHand:
         box = self._page.locator("#gripper").bounding_box()
         assert box is not None
         self._touch({"slider": (box["x"] + 6 + opening * (box["width"] - 12), y)})
+
+    def let_go(self) -> None:
         self._touch({})
-        time.sleep(2.0)
 
     def _at(self, place: str, x: float, y: float) -> tuple[float, float]:
         box = self._page.locator(place).bounding_box()
@@ -123,7 +135,8 @@ navigator.getGamepads = () => [window.fakePad, null, null, null];
 class GamepadHand:
     """Gamepad that the page reads by the browser's interface, emulated in the page."""
 
-    def __init__(self, page: Page) -> None:
+    def __init__(self, page: Page, person: Driver) -> None:
+        del person
         self._page = page
 
     def move(self, forward: float, left: float, up: float) -> None:
@@ -132,7 +145,8 @@ class GamepadHand:
 
     def grip(self, opening: float) -> None:
         self._set([0.0] * 4, {4, 5 if opening > 0.5 else 7})
-        time.sleep(2.2)
+
+    def let_go(self) -> None:
         self._set([0.0] * 4, set())
 
     def _set(self, axes: list[float], pressed: set[int]) -> None:
@@ -145,6 +159,56 @@ class GamepadHand:
               });
             }""",
             [axes, sorted(pressed)],
+        )
+
+
+class HandleHand(KeysHand):
+    """Mouse that drags the arrows of the handle in the 3D view; the gripper by its keys."""
+
+    # Where an arrow is grasped, and how far the mouse moves along it at once, m.
+    _GRASP_M, _STEP_M = 0.2, 0.02
+
+    def __init__(self, page: Page, person: Driver) -> None:
+        super().__init__(page, person)
+        self._page, self._person = page, person
+        view = RvizFile.load(VIEW).view
+        assert view is not None
+        self._eye = np.array(view.eye)
+        ahead = np.array(view.focus) - self._eye
+        ahead /= np.linalg.norm(ahead)
+        across = np.cross(ahead, UP)
+        across /= np.linalg.norm(across)
+        self._axes = np.array([across, np.cross(ahead, across), ahead])
+        # Arrow that is held, and the point at which the mouse drags it, m.
+        self._axis: int | None = None
+        self._at = np.zeros(3)
+
+    def move(self, forward: float, left: float, up: float) -> None:
+        speed = np.array([-left, forward, up])
+        if self._axis is not None and not speed[self._axis]:
+            self._page.mouse.up()
+            self._axis = None
+            return
+        if not speed.any():
+            return
+        if self._axis is None:
+            self._axis = int(np.argmax(np.abs(speed)))
+            self._at = self._person.gripper()
+            self._at[self._axis] += self._GRASP_M
+            self._point()
+            time.sleep(0.5)  # until the page has seen which arrow is below the mouse
+            self._page.mouse.down()
+        self._at[self._axis] += self._STEP_M * speed[self._axis]
+        self._point()
+
+    def _point(self) -> None:
+        """Move the mouse to where the point is drawn."""
+        box = self._page.locator("#view").bounding_box()
+        assert box is not None
+        x, y, away = self._axes @ (self._at - self._eye)
+        scale = 0.5 * box["height"] / np.tan(0.5 * _FIELD_OF_VIEW) / away
+        self._page.mouse.move(
+            box["x"] + 0.5 * box["width"] + scale * x, box["y"] + 0.5 * box["height"] + scale * y
         )
 
 
@@ -178,7 +242,20 @@ class Driver:
 
     def gripper(self) -> np.ndarray:
         """Return where the point between the fingertips is, (3,), m."""
-        return self._arm.fk([self._positions[name] for name in self._arm.names])[:3, 3]
+        return self._arm.fk([self._positions[name] for name in self._arm.names])[:3, 3].copy()
+
+    def grip(self, hand: Hand, opening: float, timeout_s: float = 30.0) -> None:
+        """Open or close the gripper, until the fingers stand still."""
+        end_s = time.monotonic() + timeout_s
+        begin, before, still = self._positions[FINGER], np.inf, 0
+        hand.grip(opening)
+        while still < 5:
+            assert time.monotonic() < end_s, "the fingers do not stand still"
+            time.sleep(0.2)
+            at = self._positions[FINGER]
+            still = still + 1 if abs(at - before) < 2e-3 and abs(at - begin) > 0.02 else 0
+            before = at
+        hand.let_go()
 
     def wait(self, timeout_s: float = 20.0) -> None:
         """Wait until gripper and cube are seen."""
@@ -188,7 +265,7 @@ class Driver:
             time.sleep(0.02)
 
     def move_to(
-        self, hand: Hand, target: np.ndarray, timeout_s: float = 40.0, near_m: float = _NEAR_M
+        self, hand: Hand, target: np.ndarray, timeout_s: float = 120.0, near_m: float = _NEAR_M
     ) -> None:
         """Hold a hand until the gripper is at a target."""
         end_s = time.monotonic() + timeout_s
@@ -205,15 +282,15 @@ class Driver:
 
     def bring_cube(self, hand: Hand) -> bool:
         """Bring the cube into the bin; return whether it lies there."""
-        hand.grip(1.0)
+        self.grip(hand, 1.0)
         cube = self.cube()
         self.move_to(hand, cube + UP * 0.25)
         self.move_to(hand, cube)
-        hand.grip(0.0)
+        self.grip(hand, 0.0)
         self.move_to(hand, self.gripper() + UP * 0.35)
         self.move_to(hand, np.array([-1.0, 1.1, self.gripper()[2]]), near_m=0.05)
         self.move_to(hand, BIN, near_m=0.05)
-        hand.grip(1.0)
+        self.grip(hand, 1.0)
         time.sleep(1.0)
         return bool((np.abs(self.cube()[:2] - BIN[:2]) < 0.2).all() and self.cube()[2] < 0.3)
 
@@ -234,9 +311,10 @@ def driver(model: str) -> Iterator[Driver]:
         context.shutdown()
 
 
-def hand_of(name: str) -> Callable[[Page], Hand]:
+def hand_of(name: str) -> Callable[[Page, Driver], Hand]:
     """Return the class of a hand by the name of its device."""
-    hands: dict[str, Callable[[Page], Hand]] = {
+    hands: dict[str, Callable[[Page, Driver], Hand]] = {
+        "handle": HandleHand,
         "keys": KeysHand,
         "pads": PadsHand,
         "gamepad": GamepadHand,

@@ -123,10 +123,15 @@ def test_wrong_words_are_refused(ros, words, problem):
 
 
 @pytest.mark.nightly
-@pytest.mark.timeout(300)
+@pytest.mark.timeout(600)
 @pytest.mark.parametrize(
     ("name", "size"),
-    [("keys", (1440, 900)), ("gamepad", (1440, 900)), ("pads", (390, 844))],
+    [
+        ("handle", (1000, 640)),
+        ("keys", (1440, 900)),
+        ("gamepad", (1440, 900)),
+        ("pads", (390, 844)),
+    ],
 )
 def test_the_cube_comes_into_the_bin(drive, name, size):
     with browser() as chromium, driver(MODEL) as person:
@@ -136,4 +141,4 @@ def test_the_cube_comes_into_the_bin(drive, name, size):
         )
         page.wait_for_function("document.getElementById('robot').textContent == 'Drive teleop'")
         person.wait()
-        assert person.bring_cube(hand_of(name)(page))
+        assert person.bring_cube(hand_of(name)(page, person))

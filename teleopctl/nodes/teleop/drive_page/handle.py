@@ -13,7 +13,7 @@ from teleopctl.tf import Transform
 if TYPE_CHECKING:
     import viser
 
-    from teleopctl.nodes.teleop.hand_driver import HandDriver
+    from teleopctl.nodes.teleop.hand_driver import DrivenArm, HandDriver
     from teleopctl.viewer import Viewer
 
 _PERIOD_S = 0.05
@@ -63,9 +63,11 @@ class DriveHandle:
         if tool is None or arm is None:
             return
         if self._node is None:
-            self._node = self._add(arm.root, tool, turns=len(arm.joints) >= _TURNING)
+            self._node = self._add(arm.root, tool, turns=self._turns(arm))
         if self._client is None:
-            self._move(tool)
+            # Arrows of an arm that does not turn its tool keep their directions in the room: those
+            # of the tool may point at the eye, and a drag along them is no motion on the screen.
+            self._move(tool if self._turns(arm) else Transform(tool.translation))
             return
         now_s = time.monotonic()
         if _distance(tool, self._last) > _STILL_M:
@@ -106,11 +108,15 @@ class DriveHandle:
             return
         wanted = _pose(self._node)
         arm = self._driver().arm
-        if arm is None or len(arm.joints) < _TURNING:
+        if arm is None or not self._turns(arm):
             wanted = Transform(wanted.translation, self._begin.rotation)
         if refusal := self._driver().pull(wanted):
             self._let_go(event.client_id)
             self._driver().note(refusal)
+
+    @staticmethod
+    def _turns(arm: DrivenArm) -> bool:
+        return len(arm.joints) >= _TURNING
 
     def _let_go(self, client: int | None) -> None:
         if client is not None and client == self._client:
