@@ -56,8 +56,6 @@ if TYPE_CHECKING:
     )
     from teleopctl.bag.lerobot.features import (
         CAMERA_PREFIX as CAMERA_PREFIX,
-        DEPTH_ENCODINGS as DEPTH_ENCODINGS,
-        camera_name as camera_name,
         find_actions as find_actions,
         find_cameras as find_cameras,
         find_hand as find_hand,

@@ -10,11 +10,18 @@ from typing import Any
 import numpy as np
 import numpy.typing as npt
 
-from teleopctl.bag import DEPTH_ENCODINGS, camera_name
 from teleopctl.errors import NotFoundError, UnavailableError, did_you_mean
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node
-from teleopctl.pictures import GreyScaling, PictureError, image_of
+from teleopctl.pictures import (
+    COMPRESSED,
+    DEPTH_ENCODINGS,
+    RAW,
+    GreyScaling,
+    PictureError,
+    camera_topics,
+    image_of,
+)
 
 Pixels = npt.NDArray[np.uint8]
 """RGB image, shape (height, width, 3)."""
@@ -24,7 +31,6 @@ FIRST_S = 10.0
 
 _JOINT_STATE = "sensor_msgs/msg/JointState"
 _REFERENCE = "control_msgs/msg/JointTrajectoryControllerState"
-_RAW, _COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 # Age at which values are no longer those of a robot that runs, in seconds.
 _SILENT_S = 1.0
 
@@ -141,7 +147,7 @@ class NewestImages:
                 self._newest[name], self._at_s[name] = pixels, time.monotonic()
                 self._changed.notify_all()
 
-        kind = _COMPRESSED if topic.endswith("/compressed") else _RAW
+        kind = COMPRESSED if topic.endswith("/compressed") else RAW
         node.create_subscription(get_message(kind), topic, take, 1)
 
 
@@ -163,11 +169,5 @@ def _kinds(node: Node, topic: str, longest_s: float) -> list[str]:
 
 def _cameras(node: Node) -> dict[str, str]:
     """Return the image topics that are published by the cameras' names, JPEG where there is one."""
-    chosen: dict[str, str] = {}
-    for name, types in sorted(node.get_topic_names_and_types()):
-        is_jpeg = _COMPRESSED in types and name.endswith("/compressed")
-        if node.count_publishers(name) and (is_jpeg or _RAW in types):
-            base = name.removesuffix("/compressed")
-            if base not in chosen or is_jpeg:
-                chosen[base] = name
-    return {camera_name(base): name for base, name in chosen.items()}
+    topics = node.get_topic_names_and_types()
+    return camera_topics({name: types for name, types in topics if node.count_publishers(name)})

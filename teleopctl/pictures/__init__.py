@@ -8,6 +8,11 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.pictures.cameras import (
+        DEPTH_ENCODINGS as DEPTH_ENCODINGS,
+        camera_name as camera_name,
+        camera_topics as camera_topics,
+    )
     from teleopctl.pictures.messages import (
         COMPRESSED as COMPRESSED,
         RAW as RAW,

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, NamedTuple
@@ -15,6 +15,8 @@ from teleopctl.errors import InvalidFileError, SystemFailureError, UsageError
 from teleopctl.pictures import GreyScaling, PictureError, image_of
 
 if TYPE_CHECKING:
+    import numpy as np
+    import numpy.typing as npt
     from PIL.Image import Image as PilImage
 
 
@@ -51,6 +53,9 @@ class VideoFile:
         MissingExtraError: PyAV is not installed.
     """
 
+    _codec, _format = "libx264", "yuv420p"
+    _options: Mapping[str, str] = {"crf": str(_QUALITY), "preset": "veryfast"}
+
     def __init__(
         self, path: Path, size: tuple[int, int], *, rate: int = 0, key_every: int = 250
     ) -> None:
@@ -63,15 +68,15 @@ class VideoFile:
         self._last_tick = -1
         self._cut_ticks = 0
         self._file = av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"})
-        self._stream = self._file.add_stream("libx264", rate=rate or _NOMINAL_RATE)
-        self._duration_ticks = round(_TICKS_PER_S / rate) if rate else 0
-        width, height = self.shown_size = (size[0] + size[0] % 2, size[1] + size[1] % 2)
         # Any: PyAV's classes, which are missing without the extra.
+        self._stream: Any = self._file.add_stream(self._codec, rate=rate or _NOMINAL_RATE)
+        self._duration_ticks = round(_TICKS_PER_S / rate) if rate else 0
+        width, height = self.shown_size = self._shown()
         context: Any = self._stream.codec_context
-        context.width, context.height, context.pix_fmt = width, height, "yuv420p"
+        context.width, context.height, context.pix_fmt = width, height, self._format
         context.time_base = Fraction(1, _TICKS_PER_S)
         context.gop_size = key_every
-        context.options = {"crf": str(_QUALITY), "preset": "veryfast"}
+        context.options = dict(self._options)
         context.color_primaries = context.color_trc = _BT709
         context.colorspace = _BT601_MATRIX
 
@@ -84,11 +89,29 @@ class VideoFile:
         """
         import numpy as np
 
-        pixels = np.asarray(image.convert("RGB"))
+        self.add_pixels(time_s, np.asarray(image.convert("RGB")))
+
+    def add_pixels(self, time_s: float, pixels: npt.NDArray[np.uint8]) -> None:
+        """Encode RGB pixels as the next frame; see `add`.
+
+        Args:
+            time_s: Time of the frame, in seconds from the start of the video.
+            pixels: Pixels of shape (height, width, 3).
+        """
+        import numpy as np
+
         if self.size[0] % 2 or self.size[1] % 2:
             pixels = np.pad(pixels, ((0, self.size[1] % 2), (0, self.size[0] % 2), (0, 0)), "edge")
         frame: Any = self._av.VideoFrame.from_ndarray(np.ascontiguousarray(pixels), "rgb24")
-        frame = frame.reformat(format="yuv420p", dst_colorspace="ITU601")
+        self._write(time_s, frame.reformat(format=self._format, dst_colorspace="ITU601"))
+
+    def _shown(self) -> tuple[int, int]:
+        width, height = self.size
+        return width + width % 2, height + height % 2
+
+    # Any: PyAV's frame.
+    def _write(self, time_s: float, frame: Any) -> None:
+        """Encode a frame of the stream's format."""
         tick = max(round(time_s * _TICKS_PER_S) - self._cut_ticks, self._last_tick + 1)
         # A gap longer than MP4 can store, such as after a clock change, is shortened.
         cut = max(tick - self._last_tick - _LONGEST_TICKS, 0)

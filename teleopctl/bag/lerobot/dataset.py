@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from teleopctl.bag.lerobot.depth import INFORMATION
 from teleopctl.bag.lerobot.statistics import (
     Statistics,
     Values,
@@ -36,6 +37,13 @@ _TASKS = "meta/tasks.parquet"
 _EPISODES = "meta/episodes/chunk-000/file-000.parquet"
 # Extra columns of an episode's row, which LeRobot passes over.
 _SUCCESS, _HAND, _OFFSET = "success", "driven_by", "worst_offset_s"
+# Any: JSON.
+_OF_COLOURS: dict[str, Any] = {
+    "video.codec": "h264",
+    "video.pix_fmt": "yuv420p",
+    "video.is_depth_map": False,
+    "video.channels": 3,
+}
 _INDICES = {
     "timestamp": "float32",
     "frame_index": "int64",
@@ -46,10 +54,11 @@ _INDICES = {
 
 
 class Video(NamedTuple):
-    """Width and height in pixels of a video of a LeRobot data set."""
+    """Width and height in pixels of a video of a LeRobot data set, and whether it has depths."""
 
     width: int
     height: int
+    is_depth: bool = False
 
 
 class Episode(NamedTuple):
@@ -486,18 +495,16 @@ def _features(episode: Episode) -> dict[str, Any]:
             "info": {"units": list(episode.units[key])},
         }
     for key, video in episode.videos.items():
+        of_kind = INFORMATION if video.is_depth else _OF_COLOURS
         features[key] = {
             "dtype": "video",
-            "shape": [video.height, video.width, 3],
+            "shape": [video.height, video.width, of_kind["video.channels"]],
             "names": ["height", "width", "channels"],
             "info": {
                 "video.height": video.height,
                 "video.width": video.width,
-                "video.codec": "h264",
-                "video.pix_fmt": "yuv420p",
-                "video.is_depth_map": False,
+                **of_kind,
                 "video.fps": episode.fps,
-                "video.channels": 3,
                 "has_audio": False,
             },
         }

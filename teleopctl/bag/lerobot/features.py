@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any, Protocol
+from typing import Any, Protocol, TypeAlias
 
+import numpy as np
+import numpy.typing as npt
 from lxml import etree
 
 from teleopctl.bag.base import Bag
@@ -13,10 +15,17 @@ from teleopctl.bag.export.plots import parse_field
 from teleopctl.bag.verify.session import DESCRIPTION_TOPIC, read_parameters
 from teleopctl.errors import InvalidMessageError, NotFoundError, UsageError
 from teleopctl.interfaces import deserialize, field_reader, get_message
-from teleopctl.pictures import GreyScaling, PictureError, image_of
+from teleopctl.pictures import (
+    DEPTH_ENCODINGS,
+    GreyScaling,
+    PictureError,
+    camera_topics,
+    depths_of,
+    image_of,
+)
 
-if TYPE_CHECKING:
-    from PIL.Image import Image as PilImage
+Pixels: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.float32]
+"""Image of a camera: RGB, shape (height, width, 3), or depths in metres, (height, width)."""
 
 STATE, ACTION, HAND, STAMPS = "observation.state", "action", "hand", "stamps"
 """Names of the features that are no pictures; STATE and ACTION are LeRobot's."""
@@ -48,11 +57,6 @@ _STATE_OF_CONTROLLER = "control_msgs/msg/JointTrajectoryControllerState"
 _TWIST = "geometry_msgs/msg/TwistStamped"
 # Time in ns after which servo takes no further motion from a twist: its incoming_command_timeout.
 _TWIST_VALID_NS = 100_000_000
-# Last parts of the names of image topics, which do not distinguish cameras.
-_PICTURE_WORDS = {"image", "image_raw", "image_color", "image_rect", "image_rect_color", "color"}
-_TRANSPORTS = ("compressed", "compressedDepth", "theora", "ffmpeg")
-DEPTH_ENCODINGS = frozenset({"16UC1", "32FC1", "mono16"})
-"""Encodings of images that are depths, not colours."""
 
 
 class Vector(Protocol):
@@ -265,16 +269,19 @@ class Camera:
     Args:
         key: Name of the feature.
         topic: Name of the topic.
+        is_depth: Whether the images are depths.
 
     Attributes:
-        newest: Newest image, or None.
+        newest: Newest image, RGB of shape (height, width, 3), or depths in metres of shape (height,
+            width); None before the first one.
         time_ns: Time of the newest image.
     """
 
-    def __init__(self, key: str, topic: str) -> None:
+    def __init__(self, key: str, topic: str, *, is_depth: bool = False) -> None:
         self.key = key
         self.topic = topic
-        self.newest: PilImage | None = None
+        self.is_depth = is_depth
+        self.newest: Pixels | None = None
         self.time_ns = 0
         self._scaling = GreyScaling()
 
@@ -285,10 +292,16 @@ class Camera:
         Raises:
             PictureError: The message has no image, or one of another size than the first.
         """
-        image = image_of(message, self._scaling).convert("RGB")
-        if self.newest is not None and image.size != self.newest.size:
-            raise PictureError(f"{image.size} is not {self.newest.size}")
-        self.newest, self.time_ns = image, time_ns
+        pixels: Pixels
+        if self.is_depth:
+            pixels = depths_of(message)
+            if pixels.shape[0] < getattr(message, "height", 0):
+                raise PictureError(f"Only {len(pixels)} of {message.height} rows have arrived")
+        else:
+            pixels = np.asarray(image_of(message, self._scaling).convert("RGB"))
+        if self.newest is not None and pixels.shape != self.newest.shape:
+            raise PictureError(f"{pixels.shape[:2]} is not {self.newest.shape[:2]}")
+        self.newest, self.time_ns = pixels, time_ns
 
 
 def decodable_types(decoder: Decoder) -> dict[str, str]:
@@ -318,43 +331,17 @@ def find_actions(bag: Bag) -> list[str]:
 
 
 def find_cameras(bag: Bag) -> dict[str, str]:
-    """Return the topics of the colour images in a bag, by the names of the cameras.
+    """Return one image topic of each camera in a bag, by the cameras' names, raw if there is one.
 
-    Of an image in several transports, the raw one is used. The name of a camera is that of its
-    namespace, ``camera`` for a topic without one.
+    The name of a camera is that of its namespace, ``camera`` for a topic without one.
     """
-    chosen: dict[str, str] = {}
     decoder = Decoder(bag)
-    for topic, count in bag.metadata.topics:
-        if not count or topic.type_name not in PICTURES or topic.name not in decoder.topics:
-            continue
-        stem, _, transport = topic.name.rpartition("/")
-        base = stem if transport in _TRANSPORTS else topic.name
-        if _is_depth(decoder, topic.name) or (base in chosen and base != topic.name):
-            continue
-        chosen[base] = topic.name
-    names: dict[str, str] = {}
-    for base, name in chosen.items():
-        plain = camera_name(base)
-        number = 2
-        unique = plain
-        while unique in names:
-            unique, number = f"{plain}_{number}", number + 1
-        names[unique] = name
-    return names
-
-
-def camera_name(topic: str) -> str:
-    """Return the name of the camera that publishes an image topic.
-
-    Example:
-        >>> camera_name("/wrist_camera/color/image_raw")
-        'wrist_camera'
-    """
-    parts = [part for part in topic.strip("/").split("/") if part not in _TRANSPORTS]
-    while parts and parts[-1] in _PICTURE_WORDS:
-        parts.pop()
-    return "_".join(parts) or "camera"
+    topics = {
+        topic.name: [topic.type_name]
+        for topic, count in bag.metadata.topics
+        if count and topic.name in decoder.topics
+    }
+    return camera_topics(topics, prefers_raw=True)
 
 
 def find_hand(bag: Bag) -> str | None:
@@ -431,11 +418,13 @@ def require_pictures(topic: str, types: Mapping[str, str], bag: Bag) -> None:
         raise UsageError(f"{topic} has no pictures, but {types[topic]}")
 
 
-def _is_depth(decoder: Decoder, topic: str) -> bool:
-    if topic.endswith("/compressedDepth"):
-        return True
+def has_depths(decoder: Decoder, topic: str) -> bool:
+    """Return whether the images of a topic are depths, by the first one."""
     first = next(iter(decoder.messages([topic])), None)
-    return first is not None and getattr(first.message, "encoding", "") in DEPTH_ENCODINGS
+    if first is None:
+        return False
+    form = getattr(first.message, "encoding", "") or getattr(first.message, "format", "")
+    return form in DEPTH_ENCODINGS or "compressedDepth" in form
 
 
 # Any: a message of any type.

@@ -21,6 +21,7 @@ from teleopctl.bag.base import Bag
 from teleopctl.bag.export.decoding import DecodedMessage, Decoder
 from teleopctl.bag.export.video import VideoFile
 from teleopctl.bag.lerobot.dataset import Episode, Video
+from teleopctl.bag.lerobot.depth import DepthVideoFile, depth_numbers, depths_of_numbers
 from teleopctl.bag.lerobot.features import (
     ACTION,
     CAMERA_PREFIX,
@@ -32,8 +33,8 @@ from teleopctl.bag.lerobot.features import (
     Vector,
     VectorField,
     action_vector,
-    camera_name,
     decodable_types,
+    has_depths,
     prismatic_joints,
     require_pictures,
     units,
@@ -41,7 +42,7 @@ from teleopctl.bag.lerobot.features import (
 from teleopctl.bag.lerobot.statistics import PictureStatistics, Values
 from teleopctl.errors import InvalidFileError, InvalidMessageError, NotFoundError, UsageError
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, to_nanoseconds
-from teleopctl.pictures import PictureError
+from teleopctl.pictures import PictureError, camera_name
 
 # Distance of key frames as in LeRobot, since a training reads frames in any order.
 _KEY_EVERY = 2
@@ -120,19 +121,29 @@ class _Film:
 
     def __init__(self, camera: Camera, file: Path, rate: int) -> None:
         self.camera = camera
-        self.video: VideoFile | None = None
-        self.statistics = PictureStatistics()
+        self.video: VideoFile | DepthVideoFile | None = None
+        self.statistics = (
+            PictureStatistics(depths_of_numbers(), 1) if camera.is_depth else PictureStatistics()
+        )
         self._file = file
         self._rate = rate
 
     def add_frame(self, time_s: float) -> None:
         image = self.camera.newest
         assert image is not None
+        kind = DepthVideoFile if self.camera.is_depth else VideoFile
         if self.video is None:
             self._file.parent.mkdir(parents=True, exist_ok=True)
-            self.video = VideoFile(self._file, image.size, rate=self._rate, key_every=_KEY_EVERY)
-        self.video.add(time_s, image)
-        self.statistics.add(np.asarray(image))
+            height, width = image.shape[:2]
+            self.video = kind(self._file, (width, height), rate=self._rate, key_every=_KEY_EVERY)
+        if isinstance(self.video, DepthVideoFile):
+            numbers = depth_numbers(image.astype(np.float32, copy=False))
+            self.video.add_numbers(time_s, numbers)
+            self.statistics.add(numbers)
+        else:
+            pixels = image.astype(np.uint8, copy=False)
+            self.video.add_pixels(time_s, pixels)
+            self.statistics.add(pixels)
 
     def close(self) -> None:
         if self.video is not None:
@@ -152,6 +163,7 @@ class _Sampling:
         if options.hand is not None:
             self._vectors[HAND] = HandTwist(options.hand)
         self._films: dict[str, _Film] = {}
+        depths = Decoder(bag)
         for text in options.cameras:
             name, _, topic = text.rpartition("=")
             require_pictures(topic, types, bag)
@@ -161,7 +173,8 @@ class _Sampling:
                     f"Two cameras have the name '{key.removeprefix(CAMERA_PREFIX)}'",
                     hint=f"Name them: --camera NAME={topic}",
                 )
-            self._films[topic] = _Film(Camera(key, topic), videos / f"{key}.mp4", options.fps)
+            camera = Camera(key, topic, is_depth=has_depths(depths, topic))
+            self._films[topic] = _Film(camera, videos / f"{key}.mp4", options.fps)
         wanted = {*self._films, *(name for one in self._vectors.values() for name in one.topics)}
         self._decoder = Decoder(bag, sorted(wanted & types.keys()))
         self._rows: dict[str, list[list[float]]] = {key: [] for key in [*self._vectors, STAMPS]}
@@ -244,7 +257,7 @@ class _Sampling:
         videos = {}
         for film in self._films.values():
             assert film.video is not None
-            videos[film.camera.key] = Video(*film.video.shown_size)
+            videos[film.camera.key] = Video(*film.video.shown_size, film.camera.is_depth)
         pictures = {film.camera.key: film.statistics.result() for film in self._films.values()}
         return Episode(
             vectors, names, units_of, videos, pictures, options.fps, options.task, options.robot

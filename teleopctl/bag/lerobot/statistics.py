@@ -40,36 +40,46 @@ def feature_statistics(values: Values) -> Statistics:
 
 
 class PictureStatistics:
-    """Colour statistics of a video for LeRobot, accumulated in histograms frame by frame."""
+    """Statistics of a video for LeRobot, accumulated in histograms frame by frame.
 
-    def __init__(self) -> None:
-        self._counts = np.zeros((3, 256), np.int64)
+    Args:
+        shades: Values of the pixels' numbers from 0; those of colours by default, from 0 to 1.
+        channels: Number of values of a pixel.
+    """
+
+    def __init__(self, shades: Values | None = None, channels: int = 3) -> None:
+        self._shades = np.arange(256) / 255.0 if shades is None else shades
+        self._counts = np.zeros((channels, len(self._shades)), np.int64)
         self._frames = 0
 
-    def add(self, pixels: npt.NDArray[np.uint8]) -> None:
-        """Add about 100 by 100 pixels of a frame, shape (height, width, 3), to the histograms."""
+    def add(self, pixels: npt.NDArray[np.uint8] | npt.NDArray[np.uint16]) -> None:
+        """Add about 100 by 100 pixels of a frame to the histograms.
+
+        Args:
+            pixels: Numbers of the pixels, shape (height, width, channels) or (height, width).
+        """
         rows, columns = (max(side // _SAMPLES, 1) for side in pixels.shape[:2])
-        some = pixels[::rows, ::columns]
-        for colour in range(3):
-            self._counts[colour] += np.bincount(some[..., colour].ravel(), minlength=256)
+        some = pixels[::rows, ::columns].reshape(-1, len(self._counts))
+        for channel, counts in enumerate(self._counts):
+            counts += np.bincount(some[:, channel], minlength=len(self._shades))
         self._frames += 1
 
     def result(self) -> Statistics:
-        """Return statistics by name, from 0 to 1, shape (3, 1, 1) for RGB; ``count`` has (1,)."""
-        shades = np.arange(256) / 255.0
+        """Return statistics by name, shape (channels, 1, 1); ``count`` has (1,)."""
+        shades = self._shades
         shares = self._counts / self._counts.sum(axis=1, keepdims=True)
         means = shares @ shades
         below = shares.cumsum(axis=1)
         there = self._counts > 0
         found = {
             "min": shades[there.argmax(axis=1)],
-            "max": shades[255 - there[:, ::-1].argmax(axis=1)],
+            "max": shades[len(shades) - 1 - there[:, ::-1].argmax(axis=1)],
             "mean": means,
             "std": np.sqrt(np.maximum(shares @ shades**2 - means**2, 0.0)),
         }
         for name, share in _QUANTILES.items():
             found[name] = shades[(below >= share - 1e-12).argmax(axis=1)]
-        shaped = {name: values.reshape(3, 1, 1) for name, values in found.items()}
+        shaped = {name: values.reshape(-1, 1, 1) for name, values in found.items()}
         return {**shaped, "count": np.array([self._frames])}
 
 

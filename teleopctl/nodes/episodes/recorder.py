@@ -28,7 +28,6 @@ from typing import Any
 
 from teleopctl.bag import (
     CAMERA_PREFIX,
-    DEPTH_ENCODINGS,
     EPISODE_RECORD,
     STATE_ATTACHMENT,
     BagAttachment,
@@ -38,7 +37,6 @@ from teleopctl.bag import (
     RecorderOptions,
     RecordingSession,
     Selection,
-    camera_name,
 )
 from teleopctl.base import progress
 from teleopctl.base.keyboard import LEFT, RIGHT, SPACE, Keyboard, keys_can_be_read
@@ -63,6 +61,7 @@ from teleopctl.node import (
 )
 from teleopctl.nodes.episodes.growth import DataSetGrowth
 from teleopctl.nodes.episodes.simulation import EpisodeSimulation
+from teleopctl.pictures import COMPRESSED, RAW, camera_name, camera_topics
 
 # Any, here and below: message classes are generated at run time from definitions.
 
@@ -72,7 +71,6 @@ _FIRST_IMAGE_S = 10.0
 _NOT_RECORDED = (
     r"/_|/introspection_data/|/statistics/|^/performance_metrics$|^/diagnostics$|/compressedDepth$"
 )
-_RAW, _COMPRESSED = "sensor_msgs/msg/Image", "sensor_msgs/msg/CompressedImage"
 
 IDLE, RECORDING, FAILED = "idle", "recording", "failed"
 """Messages of ``~/state``."""
@@ -355,7 +353,7 @@ class EpisodeRecorder(Node):
         )
 
     def _find_cameras(self) -> dict[str, str]:
-        """Return the topics of the colour images in the graph by the cameras' names.
+        """Return the topics of the images in the graph by the cameras' names.
 
         Waits for cameras of the data set, and for a first image of each: a camera may draw only
         what somebody subscribes to, and begins with that when an episode does.
@@ -383,7 +381,7 @@ class EpisodeRecorder(Node):
             )
         found = {}
         for name, topic in chosen.items():
-            kind = _COMPRESSED if topic.endswith("/compressed") else _RAW
+            kind = COMPRESSED if topic.endswith("/compressed") else RAW
             image = self._simulation.next_message(get_message(kind), topic, _FIRST_IMAGE_S)
             if image is None and (texts or name in needed):
                 raise UnavailableError(f"No image has come on {topic} for {_FIRST_IMAGE_S:g} s")
@@ -391,22 +389,17 @@ class EpisodeRecorder(Node):
                 self.get_logger().warning(
                     f"No image has come on {topic} for {_FIRST_IMAGE_S:g} s: it is left out"
                 )
-            elif texts or getattr(image, "encoding", "") not in DEPTH_ENCODINGS:
+            else:
                 found[name] = topic
         return found
 
     def _published_cameras(self) -> dict[str, str]:
         """Return the published image topics by the cameras' names, JPEG where there is a choice."""
-        prefers_raw = bool(self.get_parameter("raw_images").value)
-        chosen: dict[str, str] = {}
-        for name, types in sorted(self.get_topic_names_and_types()):
-            is_jpeg = _COMPRESSED in types and name.endswith("/compressed")
-            if not self.count_publishers(name) or not (is_jpeg or _RAW in types):
-                continue
-            base = name.removesuffix("/compressed")
-            if base not in chosen or is_jpeg != prefers_raw:
-                chosen[base] = name
-        return {camera_name(base): name for base, name in chosen.items()}
+        topics = self.get_topic_names_and_types()
+        return camera_topics(
+            {name: types for name, types in topics if self.count_publishers(name)},
+            prefers_raw=bool(self.get_parameter("raw_images").value),
+        )
 
     # --- the graph ------------------------------------------------------------------------
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 from pathlib import Path
 from typing import Any
 
+import av
+import numpy as np
 import pytest
 from pyarrow import parquet
 
@@ -17,9 +19,10 @@ from teleopctl.bag import (
     find_cameras,
     open_bag,
 )
-from teleopctl.bag.lerobot.features import camera_name
+from teleopctl.bag.lerobot.depth import depths_of_numbers
 from teleopctl.errors import NotFoundError, UsageError
 from teleopctl.interfaces import get_message, serialize, set_stamp
+from teleopctl.pictures import camera_name
 from tests.bag.bags import START_NS, message, topic
 from tests.bag.export.test_video import raw
 
@@ -28,6 +31,7 @@ KINDS = {
     "/arm/controller_state": "control_msgs/msg/JointTrajectoryControllerState",
     "/hand/commands": "std_msgs/msg/Float64MultiArray",
     "/front/image_raw": "sensor_msgs/msg/Image",
+    "/depth/image_raw": "sensor_msgs/msg/Image",
     "/servo_node/delta_twist_cmds": "geometry_msgs/msg/TwistStamped",
 }
 
@@ -170,7 +174,6 @@ def test_commands_and_cameras_are_found_in_the_bag(folder):
     with BagWriter(draft) as writer:
         for name, kind in KINDS.items():
             writer.add_topic(topic(name, kind))
-        writer.add_topic(topic("/depth/image_raw", KINDS["/front/image_raw"]))
         for name, one in images.items():
             if one is not None:
                 writer.write(message(name, 0)._replace(data=bytes(serialize(one))))
@@ -181,7 +184,28 @@ def test_commands_and_cameras_are_found_in_the_bag(folder):
             writer.write(message(name, 0)._replace(data=bytes(serialize(one))))
     with open_bag(draft) as bag:
         assert find_actions(bag) == ["/arm/controller_state", "/hand/commands"]
-        assert find_cameras(bag) == {"front": "/front/image_raw"}
+        assert find_cameras(bag) == {"depth": "/depth/image_raw", "front": "/front/image_raw"}
+
+
+def test_depths_are_a_feature_of_their_own_in_metres(folder):
+    metres = np.tile(np.float32([0.0, 0.5, np.nan, 1.0, 2.0, 5.0, np.inf, 9.0]), (16, 2))
+    depths = get_message(KINDS["/depth/image_raw"])(
+        encoding="32FC1", width=16, height=16, step=64, data=metres.tobytes()
+    )
+    record(folder, *second(0.0), *((0.1 * n, "/depth/image_raw", depths) for n in range(11)))
+    assert add(folder) == []
+    feature = folder.dataset.features["observation.images.depth"]
+    assert (feature["shape"], feature["info"]["depth_unit"]) == ([16, 16, 1], "m")
+    (file,) = folder.folder.glob("videos/observation.images.depth/*/*.mp4")
+    with av.open(str(file)) as video:
+        frames = [frame.to_ndarray(format="gray12le") for frame in video.decode(video=0)]
+    # As lerobot reads it: by the range in the information.
+    assert len(frames) == 11
+    seen = depths_of_numbers()[frames[-1]]
+    assert seen == pytest.approx(np.where(np.isfinite(metres), metres, 0.0), abs=0.011)
+    assert seen[0, 3] == pytest.approx(1.0, abs=1e-3)
+    (row,) = folder.dataset.statistics["observation.images.depth"]["max"]
+    assert row == [[pytest.approx(9.0, abs=3e-3)]]
 
 
 @pytest.mark.parametrize(
