@@ -60,6 +60,7 @@ class SimulationReplay:
         node = cast("Node", memory)
         declare_parameters(node)
         self._simulation: Simulation | None = None
+        self._save_at: tuple[int, Callable[[SavedState], object]] | None = None
         self.is_repeating = False
         self._take = publish
         robot = build_robot(node, urdf)
@@ -100,8 +101,12 @@ class SimulationReplay:
             changes: Changes by services, each after the simulated time at which it acted, in
                 nanoseconds, in ascending order.
         """
-        for time_ns, change in changes:
-            self._loop.call_at(time_ns, functools.partial(self._apply, change))
+        timed = [(time_ns, functools.partial(self._apply, change)) for time_ns, change in changes]
+        if self._save_at is not None:
+            save_ns, take = self._save_at
+            timed.append((save_ns, functools.partial(self._save, take)))
+        for time_ns, act in sorted(timed, key=lambda each: each[0]):
+            self._loop.call_at(time_ns, act)
 
         def answer(time_ns: int) -> None:
             on_tick(time_ns)
@@ -114,6 +119,14 @@ class SimulationReplay:
 
         self._ports.on_state = answer
         self._loop.run()
+
+    def save_at(self, time_ns: int, take: Callable[[SavedState], object]) -> None:
+        """Pass the state of a simulated time, in nanoseconds, to a function during `run`."""
+        self._save_at = time_ns, take
+
+    def _save(self, take: Callable[[SavedState], object]) -> None:
+        assert self._simulation is not None
+        take(SavedState.of(self._simulation))
 
     def _apply(self, change: Any) -> None:
         assert self._simulation is not None

@@ -261,6 +261,12 @@ class SceneView:
             self._load(self.file, path)
         self.set_initial_view(self.file.view or _DEFAULT_VIEW)
 
+    def set_pickable(self, *, pickable: bool) -> None:
+        """Choose whether the robots' links can be clicked, or what lies in front of them."""
+        for display in self.displays:
+            if isinstance(display, RobotModelDisplay):
+                display.is_pickable = pickable
+
     def _load(self, file: RvizFile, path: Path) -> None:
         for entry in file.displays():
             if plugins.find(plugins.DISPLAYS, entry.rviz_class) is not None:

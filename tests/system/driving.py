@@ -244,7 +244,7 @@ class Driver:
         """Return where the point between the fingertips is, (3,), m."""
         return self._arm.fk([self._positions[name] for name in self._arm.names])[:3, 3].copy()
 
-    def grip(self, hand: Hand, opening: float, timeout_s: float = 30.0) -> None:
+    def grip(self, hand: Hand, opening: float, timeout_s: float = 90.0) -> None:
         """Open or close the gripper, until the fingers stand still."""
         end_s = time.monotonic() + timeout_s
         begin, before, still = self._positions[FINGER], np.inf, 0

@@ -127,7 +127,7 @@ def test_wrong_words_are_refused(ros, words, problem):
 @pytest.mark.parametrize(
     ("name", "size"),
     [
-        ("handle", (1000, 640)),
+        ("handle", (900, 600)),
         ("keys", (1440, 900)),
         ("gamepad", (1440, 900)),
         ("pads", (390, 844)),

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import contextlib
 import shutil
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 
@@ -35,7 +35,8 @@ class OutputBag:
         start_ns: Earliest log time to copy, in nanoseconds since the epoch.
         end_ns: Log time before which copying ends, in nanoseconds since the epoch.
         continues_latched: Whether the bag begins with the last messages of latched topics before
-            `start_ns`.
+            `start_ns`, and counts its messages anew.
+        replaced: Other contents of attachments, by name; empty ones are left out.
         options: Options of the writer. Distribution and custom data of the sources are added, and
             latched messages are not repeated in the further files of a split bag.
     """
@@ -45,6 +46,7 @@ class OutputBag:
     start_ns: int = 0
     end_ns: int = NO_TIME_NS
     continues_latched: bool = False
+    replaced: Mapping[str, bytes] = field(default_factory=dict)
     options: WriterOptions = field(default_factory=WriterOptions)
 
 
@@ -107,11 +109,14 @@ class _Selected:
         sources.require_one_type([topic.name for topic in chosen])
         self.topics = {topic.name for topic in chosen}
         self.start_ns, self.end_ns = output.start_ns, output.end_ns
+        self._first_numbers: dict[str, int] = {}
         self.counts = dict.fromkeys(self.topics, 0)
         for topic in chosen:
             writer.add_topic(topic)
         for attachment in sources.attachments():
-            writer.attach(attachment)
+            data = output.replaced.get(attachment.name, attachment.data)
+            if data:
+                writer.attach(attachment._replace(data=data))
         for name, values in sources.records():
             writer.add_record(name, values)
         if output.continues_latched:
@@ -122,6 +127,10 @@ class _Selected:
     def take(self, message: BagMessage) -> None:
         """Write a message to the output bag if its topic and log time are selected."""
         if message.topic in self.topics and self.start_ns <= message.log_time_ns < self.end_ns:
+            if self._output.continues_latched and message.sequence:
+                # A bag of its own: those before it are not lost, as missing numbers would say.
+                first = self._first_numbers.setdefault(message.topic, message.sequence)
+                message = message._replace(sequence=max(message.sequence - first + 1, 0))
             self._write(message)
 
     def _write(self, message: BagMessage) -> None:

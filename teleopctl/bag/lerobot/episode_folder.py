@@ -21,6 +21,7 @@ from teleopctl.bag.lerobot.export import LeRobotSummary, add_episode
 from teleopctl.bag.lerobot.features import find_actions, find_cameras, find_hand
 from teleopctl.bag.lerobot.sampling import LeRobotOptions
 from teleopctl.bag.storage.bag import open_bag
+from teleopctl.bag.verify.session import STATE_ATTACHMENT
 from teleopctl.errors import (
     InvalidFileError,
     MissingExtraError,
@@ -266,7 +267,13 @@ class EpisodeFolder:
                 self.bag(old).rename(self.bag(new))
         return moved
 
-    def trim(self, number: int, start_s: float | None, end_s: float | None) -> LeRobotSummary:
+    def trim(
+        self,
+        number: int,
+        start_s: float | None,
+        end_s: float | None,
+        state_since: Callable[[Path, int], bytes] = lambda *_: b"",
+    ) -> LeRobotSummary:
         """Cut an episode to a part of its time, in the data set and in its bag.
 
         The whole bag is put aside.
@@ -275,6 +282,8 @@ class EpisodeFolder:
             number: Number of the episode.
             start_s: Time of the first message to keep, in seconds from the start of the bag.
             end_s: Time at which the episode ends, in seconds from the start of the bag.
+            state_since: Returns the state of the recorded simulation of a bag from which its
+                messages since a time of recording, in nanoseconds, follow; ``b""`` without one.
 
         Raises:
             NotFoundError: There is no such episode, or nothing remains of it.
@@ -294,11 +303,14 @@ class EpisodeFolder:
                     f"The end, {end_s:g} s, is not after the start, {start_s:g} s",
                     hint=f"Episode {number} is {length_s:.1f} s long.",
                 )
+            start_ns = first_ns + round(start_s * 1e9)
+            state = state_since(path, start_ns) if start_s else None
             cut = OutputBag(
                 draft,
-                start_ns=first_ns + round(start_s * 1e9),
+                start_ns=start_ns,
                 end_ns=first_ns + round(end_s * 1e9) + 1,
                 continues_latched=True,
+                replaced={} if state is None else {STATE_ATTACHMENT: state},
             )
             copy_bags([bag], [cut])
         try:

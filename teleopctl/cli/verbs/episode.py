@@ -233,11 +233,14 @@ def trim(
 ) -> None:
     """Cut off the start or the end of an episode, in the data set and in its bag.
 
-    The whole bag is put into FOLDER/episodes/dropped.
+    A simulated episode gets the state at its new start, from which it is replayed. The whole bag
+    is put into FOLDER/episodes/dropped.
     """
     if start is None and end is None:
         raise UsageError("Nothing to cut off: name --start or --end")
-    summary = _existing(folder).trim(number, start, end)
+    from teleopctl.nodes.bag_verification.verification import state_since
+
+    summary = _existing(folder).trim(number, start, end, state_since)
     console.out_done(
         f"Episode {number} has {summary.frames} frames now",
         as_json=as_json,

@@ -10,6 +10,7 @@ from typing import Any, NamedTuple
 
 from teleopctl.bag import (
     STATE_ATTACHMENT,
+    Bag,
     ComparedStream,
     Difference,
     DifferenceKind,
@@ -23,7 +24,7 @@ from teleopctl.bag import (
     read_session,
     read_topics,
 )
-from teleopctl.errors import InvalidFileError
+from teleopctl.errors import InvalidFileError, NotFoundError
 from teleopctl.interfaces import deserialize, get_message, serialize, to_seconds
 from teleopctl.nodes.bag_verification.broadcaster_replay import BroadcasterReplay
 from teleopctl.nodes.bag_verification.frame_replay import TF_TYPE, FrameReplay, split_by_frames
@@ -100,9 +101,7 @@ def verify_bag(
     with open_bag(path) as bag:
         session = read_session(bag)
         remarks = list(bag.remarks)
-        parameters: dict[str, object] = dict(session.parameters.get(_SIMULATOR, {}))
-        if "update_rate" not in parameters:
-            parameters["update_rate"] = _rate_hz(read_topics(bag, {STATES_TOPIC}))
+        parameters = _parameters(bag, session)
         for name, wanted in (("world", world), ("timestep", timestep_s)):
             if wanted is not None:
                 parameters[name] = wanted
@@ -113,6 +112,40 @@ def verify_bag(
     run.run()
     remarks += run.remarks
     return Verification(run.verdict, _other_versions(session.versions), remarks)
+
+
+def state_since(path: Path, from_ns: int) -> bytes:
+    """Return the state of a recorded simulation from which its messages since a time follow.
+
+    The run is simulated again up to that time, and compared: a state that other commands led to
+    would be of no use.
+
+    Args:
+        path: Path of the bag.
+        from_ns: Time of recording of the first message, in nanoseconds.
+
+    Returns:
+        The state, as `STATE_ATTACHMENT` of a bag; ``b""`` for a bag without a simulation, or one
+        that does not run again with the same bits.
+    """
+    try:
+        with open_bag(path) as bag:
+            session = read_session(bag)
+            if COMMANDS_TOPIC not in session.types:
+                return b""
+            run = _Run(session, _parameters(bag, session), 0.0, lambda *_: None)
+            run.read(read_topics(bag, run.wanted))
+    except (InvalidFileError, NotFoundError):
+        return b""
+    return run.state_since(from_ns)
+
+
+def _parameters(bag: Bag, session: RecordedSession) -> dict[str, object]:
+    """Return the parameters of the simulator."""
+    parameters: dict[str, object] = dict(session.parameters.get(_SIMULATOR, {}))
+    if "update_rate" not in parameters:
+        parameters["update_rate"] = _rate_hz(read_topics(bag, {STATES_TOPIC}))
+    return parameters
 
 
 class _Run:
@@ -262,6 +295,21 @@ class _Run:
                 if not topic.messages:
                     stream.add(Difference(name, 0, kind=DifferenceKind.MISSING))
         self._close()
+
+    def state_since(self, from_ns: int) -> bytes:
+        """Run up to a time between the first two states since a time of recording; see there."""
+        states = self._recorded.get(self._states_topic)
+        messages = states.messages if states else ()
+        time_ns = next((each.time_ns for each in messages if each.log_time_ns >= from_ns), None)
+        if time_ns is None:
+            return b""
+        found: list[SavedState] = []
+        # At no time at which a view is published.
+        self._rerun.save_at(time_ns + 3 * self._period_ns // 10, found.append)
+        end_ns = time_ns + self._period_ns
+        self._rerun.run(self._commands.by_time, end_ns, changes=self._changes())
+        is_same = all(stream.is_same for stream in self._streams.values())
+        return found[0].text().encode() if found and is_same else b""
 
     # Any: messages, whose classes are made at run time.
     def _changes(self) -> list[tuple[int, Any]]:

@@ -83,6 +83,16 @@ class SavedState:
         except (ValueError, TypeError, KeyError, AttributeError, RecursionError) as error:
             raise InvalidFileError(f"{source} is not a state saved by the simulator") from error
 
+    def text(self) -> str:
+        """Return the text of the state, which `parse` reads."""
+        content = {
+            "format": _FORMAT,
+            "time_ns": self.time_ns,
+            "parts": self.parts,
+            "values": {name: value.tolist() for name, value in self.values.items()},
+        }
+        return json.dumps(content)
+
     def write(self, path: Path) -> None:
         """Write the state to a file, replacing an existing one.
 
@@ -90,17 +100,9 @@ class SavedState:
             InvalidFileError: The file cannot be written, or the path is not that of a plain file.
         """
         _plain_size(path)
-        values = {name: value.tolist() for name, value in self.values.items()}
-        content = {
-            "format": _FORMAT,
-            "time_ns": self.time_ns,
-            "parts": self.parts,
-            "values": values,
-        }
-        text = json.dumps(content)
         draft = path.with_name(f".{path.name}.{os.getpid()}")
         try:
-            draft.write_text(f"{text}\n", "utf-8")
+            draft.write_text(f"{self.text()}\n", "utf-8")
             draft.replace(path)
         except OSError as error:
             with contextlib.suppress(OSError):

@@ -176,6 +176,8 @@ class RobotModelDisplay(Display):
         self._parts = RobotAssets()
         self._reported: set[str] = set()
         self._nodes: list[Any] = []
+        self._links_of_nodes: list[str] = []
+        self._is_pickable = True
         self._frames: list[str] = []
         self._missing: list[str] = []
         self._turn = 0
@@ -296,10 +298,32 @@ class RobotModelDisplay(Display):
             for name, what, opacity in wanted:
                 node: Any = shapes.draw(f"{above}/{name}", *what, opacity)
                 if node is not None:
-                    node.on_click(self.stage.on_node_thread(partial(self._clicked, link.name)))
                     self._nodes.append(node)
+                    self._links_of_nodes.append(link.name)
+        if self._is_pickable:
+            self._listen()
         self._missing = self._frames_without_pose()
         self._update_status()
+
+    @property
+    def is_pickable(self) -> bool:
+        """Whether links can be clicked; set it to False for handles that lie in front of them."""
+        return self._is_pickable
+
+    @is_pickable.setter
+    def is_pickable(self, pickable: bool) -> None:
+        if pickable == self._is_pickable:
+            return
+        self._is_pickable = pickable
+        if pickable:
+            self._listen()
+        else:
+            for node in self._nodes:
+                node.remove_click_callback()
+
+    def _listen(self) -> None:
+        for node, link in zip(self._nodes, self._links_of_nodes, strict=True):
+            node.on_click(self.stage.on_node_thread(partial(self._clicked, link)))
 
     # Any: viser's event.
     def _clicked(self, link: str, event: Any) -> None:
@@ -382,6 +406,7 @@ class RobotModelDisplay(Display):
         for node in self._nodes:
             node.remove()
         self._nodes.clear()
+        self._links_of_nodes.clear()
 
     def time_jumped_back(self) -> None:
         """Do nothing when ROS time jumps back: a robot description has no stamp."""

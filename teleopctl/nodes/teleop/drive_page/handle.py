@@ -52,7 +52,10 @@ class DriveHandle:
 
     def _follow(self) -> None:
         """Keep the handle at the gripper, or end a drag that the arm cannot follow."""
-        if not self._is_open():
+        is_open = self._is_open()
+        # A press on the handle would be a click on the link behind it.
+        self._viewer.scene_view.set_pickable(pickable=not is_open)
+        if not is_open:
             if self._node is not None:
                 self._let_go(self._client)
                 self._node.remove()
