@@ -109,6 +109,8 @@ class _Selected:
         sources.require_one_type([topic.name for topic in chosen])
         self.topics = {topic.name for topic in chosen}
         self.start_ns, self.end_ns = output.start_ns, output.end_ns
+        counts_anew = output.continues_latched
+        self._counted = {topic.name for topic in chosen if topic.is_counted and counts_anew}
         self._first_numbers: dict[str, int] = {}
         self.counts = dict.fromkeys(self.topics, 0)
         for topic in chosen:
@@ -127,7 +129,7 @@ class _Selected:
     def take(self, message: BagMessage) -> None:
         """Write a message to the output bag if its topic and log time are selected."""
         if message.topic in self.topics and self.start_ns <= message.log_time_ns < self.end_ns:
-            if self._output.continues_latched and message.sequence:
+            if message.topic in self._counted and message.sequence:
                 # A bag of its own: those before it are not lost, as missing numbers would say.
                 first = self._first_numbers.setdefault(message.topic, message.sequence)
                 message = message._replace(sequence=max(message.sequence - first + 1, 0))
