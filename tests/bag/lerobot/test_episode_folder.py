@@ -188,7 +188,7 @@ def test_commands_and_cameras_are_found_in_the_bag(folder):
 
 
 def test_depths_are_a_feature_of_their_own_in_metres(folder):
-    metres = np.tile(np.float32([0.0, 0.5, np.nan, 1.0, 2.0, 5.0, np.inf, 9.0]), (16, 2))
+    metres = np.tile(np.array([0.0, 0.5, np.nan, 1.0, 2.0, 5.0, np.inf, 9.0], np.float32), (16, 2))
     depths = get_message(KINDS["/depth/image_raw"])(
         encoding="32FC1", width=16, height=16, step=64, data=metres.tobytes()
     )

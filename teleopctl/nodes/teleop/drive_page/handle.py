@@ -13,7 +13,8 @@ from teleopctl.tf import Transform
 if TYPE_CHECKING:
     import viser
 
-    from teleopctl.nodes.teleop.hand_driver import DrivenArm, HandDriver
+    from teleopctl.nodes.teleop.driven_robot import DrivenArm
+    from teleopctl.nodes.teleop.hand_driver import HandDriver
     from teleopctl.viewer import Viewer
 
 _PERIOD_S = 0.05
