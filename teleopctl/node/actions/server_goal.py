@@ -211,6 +211,10 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
             return False
         return True
 
+    # What servers of one goal call on an older goal: spot_ros2's base does.
+    def _update_state(self, event: GoalEvent) -> None:
+        self._update(event)
+
     def accept_again(self) -> None:
         """Let an executing goal be set to executing once more, by new code of its server (ours).
 
