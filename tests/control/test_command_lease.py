@@ -113,3 +113,25 @@ def test_a_gripper_rejects_the_goals_of_others(stack):
     server.goal_sender = OTHER
     assert server.send_goal(GripperCommand.Goal()) is None  # rejected
     assert refusals(node) == [f"The action goal is refused: {REASON}"]
+
+
+def test_a_mobile_base_takes_velocities_of_the_hand_alone():
+    wheels = serial_robot(2, commands=("velocity",), states=("position",), kind="continuous")
+    stack = ControlStack(wheels)
+    stack.lease = cast(LeaseWatch, Lease())
+    node = load(
+        stack,
+        "diff_drive_controller/DiffDriveController",
+        left_wheel_names=["joint1"],
+        right_wheel_names=["joint2"],
+        wheel_radius=0.1,
+        wheel_separation=0.4,
+        use_stamped_vel=False,
+    )
+    forward = get_message("geometry_msgs/msg/Twist")()
+    forward.linear.x = 0.1
+    for sender, speed in ((OTHER, 0.0), (HAND, 1.0)):
+        node.receive("~/cmd_vel_unstamped", forward, sender)
+        stack.step(2)
+        assert stack.commands("velocity") == pytest.approx([speed, speed])
+    assert refusals(node) == [f"The velocity command is refused: {REASON}"]

@@ -7,6 +7,7 @@ The names are registered in `teleopctl.plugins`; teleopctl's own substitutions a
 from __future__ import annotations
 
 import math
+import os
 import subprocess
 from pathlib import Path
 
@@ -221,7 +222,8 @@ def _is_number(text: str) -> bool:
 
 def _path_join(arguments: Sequence[str], _: LaunchContext) -> str:
     joined(arguments)
-    return str(Path(*arguments))
+    # As in ROS 2, an empty last part ends the path with a separator.
+    return os.path.join(*arguments)  # noqa: PTH118 -- pathlib drops it
 
 
 def _string_join(arguments: Sequence[str], _: LaunchContext) -> str:

@@ -225,6 +225,7 @@ def test_a_timer_in_ros_time_counts_seconds_unless_time_is_simulated(plan):
         ("$(if off a b)", "b"),
         ("$(eval 'math.floor(pi)' 'math')", "3"),
         ("$(path-join /a 'b c' d$(var x).yml)", "/a/b c/dx.yml"),
+        ("$(path-join /a b '')", "/a/b/"),
         ("$(string-join . https://$(var x) ros org)", "https://x.ros.org"),
         ("$(string-join '' a b)", "ab"),
         ("$(param p)", "1.5"),

@@ -10,6 +10,7 @@ from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, to_nanosec
 
 if TYPE_CHECKING:
     from teleopctl.control.controllers.base import ControllerInterface
+    from teleopctl.node import MessageInfo
 
 
 class BaseVelocity(NamedTuple):
@@ -96,7 +97,7 @@ class VelocityInput:
         return velocity
 
     # Any: message classes are generated at run time.
-    def _stamped(self, message: Any) -> None:
+    def _stamped(self, message: Any, info: MessageInfo) -> None:
         stamp_ns, now_ns = to_nanoseconds(message.header.stamp), self._now_ns()
         if stamp_ns == 0:
             if not self._warned_about_stamp:
@@ -116,18 +117,18 @@ class VelocityInput:
             )
             return
         # A stamp in the future, perhaps of another clock, must not extend the timeout.
-        self._take(message.twist, min(stamp_ns, now_ns))
+        self._take(message.twist, min(stamp_ns, now_ns), info["publisher_gid"])
 
-    def _unstamped(self, message: Any) -> None:
-        self._take(message, self._now_ns())
+    def _unstamped(self, message: Any, info: MessageInfo) -> None:
+        self._take(message, self._now_ns(), info["publisher_gid"])
 
-    def _take(self, twist: Any, stamp_ns: int) -> None:
+    def _take(self, twist: Any, stamp_ns: int, sender: bytes) -> None:
         if not self.active:
             self._logger.warning(
                 "Can't accept new commands. subscriber is inactive", throttle_duration_sec=1.0
             )
             return
-        if self._controller.is_refused("The velocity command"):
+        if self._controller.is_refused("The velocity command", sender):
             return
         velocity = BaseVelocity(twist.linear.x, twist.linear.y, twist.angular.z)
         if not all(map(math.isfinite, velocity)):
