@@ -10,10 +10,12 @@ from typing import Any
 from lerobot.teleoperators import Teleoperator, TeleoperatorConfig
 
 from teleopctl.errors import NotFoundError
+from teleopctl.lerobot.hand import HandProcess, reference_topics
 from teleopctl.lerobot.newest import NewestPositions
 from teleopctl.node import Node, open_node
 
 _SUFFIX = ".pos"
+_LEADER = "/leader/joint_states"
 
 
 @TeleoperatorConfig.register_subclass("teleopctl")
@@ -23,12 +25,18 @@ class TeleopctlTeleoperatorConfig(TeleoperatorConfig):
 
     Attributes:
         topics: Topics of positions: the joint states of a leader arm, or the states of the
-            controllers that a hand drives through servo, with their references.
+            controllers that a hand drives through servo, with their references. Empty for
+            ``/leader/joint_states``, or with a device for all controllers.
+        device: Teleop device that drives the robot through servo meanwhile, such as ``gamepad``;
+            empty for none. The robot's ``sends_actions`` is to be false then.
+        mapping: Name or file of the device's mapping; empty for its own.
         joints: Names of the follower's joints by those of the topics; empty for the same names.
         signs: Factors of joints that turn the other way, by the topics' names.
     """
 
-    topics: list[str] = field(default_factory=lambda: ["/leader/joint_states"])
+    topics: list[str] = field(default_factory=list)
+    device: str = ""
+    mapping: str = ""
     joints: dict[str, str] = field(default_factory=dict)
     signs: dict[str, float] = field(default_factory=dict)
 
@@ -48,6 +56,7 @@ class TeleopctlTeleoperator(Teleoperator):
         self.config = config
         self._exit = ExitStack()
         self._is_connected = False
+        self._hand: HandProcess | None = None
 
     @cached_property
     def _node(self) -> Node:
@@ -55,7 +64,10 @@ class TeleopctlTeleoperator(Teleoperator):
 
     @cached_property
     def _sources(self) -> list[NewestPositions]:
-        return [NewestPositions(self._node, topic) for topic in self.config.topics]
+        topics = self.config.topics
+        if not topics:
+            topics = reference_topics(self._node) if self.config.device else [_LEADER]
+        return [NewestPositions(self._node, topic) for topic in topics]
 
     # Any: as lerobot's.
     @cached_property
@@ -82,6 +94,9 @@ class TeleopctlTeleoperator(Teleoperator):
             NotFoundError: A joint that the configuration names is on no topic.
         """
         del calibrate
+        if self.config.device and self._hand is None:
+            self._hand = HandProcess(self.config.device, self.config.mapping)
+            self._exit.callback(self._hand.stop)
         known = {name for source in self._sources for name in source.read()}
         for name in (*self.config.joints, *self.config.signs):
             if name not in known:
@@ -106,8 +121,10 @@ class TeleopctlTeleoperator(Teleoperator):
         """Return the newest positions by the follower's names.
 
         Raises:
-            UnavailableError: A topic is silent.
+            UnavailableError: A topic is silent, or the device has ended.
         """
+        if self._hand is not None:
+            self._hand.check()
         config = self.config
         action = {}
         for source in self._sources:
@@ -123,6 +140,6 @@ class TeleopctlTeleoperator(Teleoperator):
         """Do nothing: there is no feedback."""
 
     def disconnect(self) -> None:
-        """Leave the graph."""
-        self._is_connected = False
+        """Leave the graph, and end the device."""
+        self._is_connected, self._hand = False, None
         self._exit.close()

@@ -1,6 +1,7 @@
-"""Topic ``/teleop/lease``: nodes that drive a robot by hand, and nodes that follow who does.
+"""Topic ``teleop/lease``: nodes that drive a robot by hand, and nodes that follow who does.
 
-The topic is latched (teleopctl_msgs/TeleopLease). A holder publishes its claim twice a second, and
+It is in the namespace of the robot, so that several robots of a graph have each its own. The topic
+is latched (teleopctl_msgs/TeleopLease). A holder publishes its claim twice a second, and
 its end. `teleopctl.node.values.command_lease` has the rule.
 """
 
@@ -18,7 +19,7 @@ from teleopctl.node.values.qos import DurabilityPolicy, QoSProfile, qos_profile_
 if TYPE_CHECKING:
     from teleopctl.node.node import Node
 
-LEASE_TOPIC = "/teleop/lease"
+LEASE_TOPIC = "teleop/lease"
 LEASE_TYPE = "teleopctl_msgs/msg/TeleopLease"
 # Time between two claims of a holder, s.
 _PERIOD_S = 0.5
@@ -29,7 +30,7 @@ _MOST_SENDERS = 1000
 
 
 class LeaseWatch:
-    """Subscription to ``/teleop/lease``: who drives, and who may command.
+    """Subscription to ``teleop/lease``: who drives, and who may command.
 
     Args:
         node: Node that subscribes.

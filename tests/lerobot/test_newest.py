@@ -9,7 +9,9 @@ import pytest
 from teleopctl.errors import NotFoundError, UnavailableError
 from teleopctl.interfaces import get_message
 from teleopctl.lerobot import newest
+from teleopctl.lerobot.hand import HandProcess, reference_topics
 from teleopctl.lerobot.newest import NewestImages, NewestPositions
+from teleopctl.testing import eventually
 
 JointState = get_message("sensor_msgs/msg/JointState")
 Reference = get_message("control_msgs/msg/JointTrajectoryControllerState")
@@ -67,3 +69,20 @@ def test_cameras_are_found_with_their_sizes_and_depths_left_out(shared_ros, publ
     found = NewestImages(shared_ros.node, {})
     assert found.sizes == {"front": (1, 2)}
     assert found.read()["front"].shape == (1, 2, 3)
+
+
+def test_the_references_of_all_controllers_are_found(shared_ros, published):
+    reference = Reference(joint_names=["c"])
+    published("/hand/controller_state", reference)
+    shared_ros.wait_for_message(Reference, "/hand/controller_state")
+    assert "/hand/controller_state" in reference_topics(shared_ros.node)
+
+
+def test_a_device_that_cannot_be_used_ends_with_its_sentence(shared_ros, capfd, monkeypatch):
+    for name, value in shared_ros.env.items():
+        monkeypatch.setenv(name, value)
+    hand = HandProcess("no_such_device")
+    with pytest.raises(UnavailableError, match="The device has ended with status 1"):
+        eventually(lambda: hand.check())
+    assert "There is no teleop device 'no_such_device'" in capfd.readouterr().err
+    hand.stop()
