@@ -18,6 +18,7 @@ from teleopctl.node import (
     WaitSet,
     create_polled_timer,
 )
+from teleopctl.testing import LONGEST_WAIT_S
 
 
 class Bell(Waitable):
@@ -64,7 +65,7 @@ def spin_until(executor):
     """Spin in short turns: to look at one that is not ready is no callback, and ends no turn."""
 
     def spin(condition) -> None:
-        deadline = time.monotonic() + 10.0
+        deadline = time.monotonic() + LONGEST_WAIT_S
         while not condition():
             assert time.monotonic() < deadline, "the condition did not come true in time"
             executor.spin_once(0.02)
@@ -115,9 +116,11 @@ def test_one_that_was_removed_is_not_executed(make_node, spin_until):
 class Ticks(Waitable):
     """Calls back each time that a timer of its own is due."""
 
+    period_ns = 1_000_000
+
     def __init__(self, callback) -> None:
         super().__init__(ReentrantCallbackGroup())
-        self.timer = create_polled_timer(Clock(clock_type=ClockType.STEADY_TIME), 1_000_000)
+        self.timer = create_polled_timer(Clock(clock_type=ClockType.STEADY_TIME), self.period_ns)
         self.callback = callback
         self.index = 0
 
@@ -148,6 +151,8 @@ class Late(Ticks):
     """Its timer becomes due after the wait set was checked and before the check ends."""
 
     waited = False
+    # So long that a check finds it not due, however slow the machine is.
+    period_ns = 100_000_000
 
     def is_ready(self, wait_set: WaitSet) -> bool:
         ready = super().is_ready(wait_set)
