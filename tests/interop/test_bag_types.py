@@ -60,7 +60,7 @@ def bag(tmp_path_factory):
     written: dict[str, BagMessage] = {}
     with BagWriter(folder) as writer:
         # Not the types that tests have added.
-        for number, type_name in enumerate(sample(Catalog().names("msg"), 3)):
+        for number, type_name in enumerate(sample(Catalog().names("msg"), 9)):
             described = topic(name_of(type_name), type_name)
             data = bytes(serialize(get_message(type_name)()))
             time_ns = START_NS + number

@@ -1,13 +1,15 @@
-"""The teleop arm takes a cube from a table into a bin, by friction; two runs have the same bits."""
+"""The teleop arm takes a cube from a table into a bin, by friction; a recording is repeated to the bit."""
 
 from __future__ import annotations
 
 from teleopctl.bag import open_bag
 from teleopctl.nodes.bag_verification.verification import verify_bag
+from tests.samples import is_nightly
 
 
-def test_a_cube_is_taken_into_the_bin_and_a_second_run_has_the_same_bits(ros):
-    for name in ("first", "second"):
+def test_a_cube_is_taken_into_the_bin_and_is_so_again_to_the_bit(ros):
+    # In a nightly run also by the same command.
+    for name in ("first", "second") if is_nightly() else ("first",):
         launch = ros.spawn(
             "launch pick_and_place.yaml camera:=false times:=1 seed:=7 real_time_factor:=0 "
             f"record:={name}"
@@ -17,9 +19,10 @@ def test_a_cube_is_taken_into_the_bin_and_a_second_run_has_the_same_bits(ros):
         launch.wait_for_line(r"pick_and_place-\d+\]: process has finished cleanly")
         launch.interrupt()
         launch.wait()
-    first, second = (determined_messages(ros.folder / name) for name in ("first", "second"))
+    first = determined_messages(ros.folder / "first")
     assert len(first) > 3000
-    assert first == second
+    if is_nightly():
+        assert determined_messages(ros.folder / "second") == first
 
     found = verify_bag(ros.folder / "first").verdict
     assert found.is_same, found.first_differences
