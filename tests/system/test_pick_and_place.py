@@ -1,4 +1,4 @@
-"""The teleop arm takes a cube from a table into a bin, by friction; a recording is repeated to the bit."""
+"""The teleop arm takes a cube from a table into a bin; the recording is repeated to the bit."""
 
 from __future__ import annotations
 
