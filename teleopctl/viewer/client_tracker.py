@@ -286,11 +286,23 @@ class PageServer(viser.ViserServer):
         Args:
             texts: New texts, by ID of the element; elements that are not there are left out.
         """
+        script = _FILL % json.dumps(dict(texts)).replace("<", "\\u003c")
+        for browser in self.get_clients():
+            self.run_script(browser, script)
+
+    def run_script(self, browser: int, script: str) -> None:
+        """Run a script in one browser.
+
+        Args:
+            browser: viser's client ID.
+            script: The script, in JavaScript.
+        """
         from viser._messages import RunJavascriptMessage
 
-        message = _FILL % json.dumps(dict(texts)).replace("<", "\\u003c")
-        for client in self.get_clients().values():
-            client._websock_connection.queue_message(RunJavascriptMessage(message))  # noqa: SLF001
+        client = self.get_clients().get(browser)
+        if client is not None:
+            connection = client._websock_connection  # noqa: SLF001 -- viser has no public API
+            connection.queue_message(RunJavascriptMessage(script))
 
     def show_tab(self, browser: int, panel: str) -> None:
         """Bring the tab of a panel to the front in one browser; viser's interface cannot.
@@ -299,12 +311,7 @@ class PageServer(viser.ViserServer):
             browser: viser's client ID.
             panel: Name of the panel in the registry.
         """
-        from viser._messages import RunJavascriptMessage
-
-        client = self.get_clients().get(browser)
-        if client is not None:
-            connection = client._websock_connection  # noqa: SLF001
-            connection.queue_message(RunJavascriptMessage(_SHOW_TAB % panel))
+        self.run_script(browser, _SHOW_TAB % panel)
 
     def set_title(self, title: str) -> None:
         """Set the title of the browser's tab, with the page's name after it, and its icon.

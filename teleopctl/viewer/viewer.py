@@ -186,6 +186,10 @@ class Viewer(Node):
                 title, text, color="red" if wrong else None, auto_close_seconds=8.0
             )
 
+    def run_script(self, client_id: int, script: str) -> None:
+        """Run a script of ours, without anything from the network in it, in one browser."""
+        self.server.run_script(client_id, script)
+
     def fill(self, texts: Mapping[str, str]) -> None:
         """Set the text of elements of the page's HTML in all browsers, by the elements' IDs."""
         self.server.fill(texts)

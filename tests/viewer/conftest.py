@@ -81,6 +81,7 @@ class FakePage:
         told: Title and text of the notifications sent to all clients.
         last_camera_pose: Pose of a client's camera, or None.
         resets: Number of requested resets.
+        scripts: Scripts that were run, each with the browser's ID.
         filled: Texts of elements of the page's HTML, by ID.
     """
 
@@ -101,6 +102,7 @@ class FakePage:
         self.last_camera_pose: Transform | None = None
         self.resets = 0
         self.filled: dict[str, str] = {}
+        self.scripts: list[tuple[int, str]] = []
 
     def subscribe(
         self, topic: str, type_name: str, callback: Callable[[Any], object], qos: object
@@ -154,6 +156,9 @@ class FakePage:
 
     def fill(self, texts: Mapping[str, str]) -> None:
         self.filled.update(texts)
+
+    def run_script(self, client_id: int, script: str) -> None:
+        self.scripts.append((client_id, script))
 
     def remove_display(self, display: Any) -> None:
         display.end()

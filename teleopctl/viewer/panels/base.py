@@ -89,6 +89,9 @@ class Page(Protocol):
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         """Show a notification in all browsers for 8 s; a red one for an error (``wrong``)."""
 
+    def run_script(self, client_id: int, script: str) -> None:
+        """Run a script of ours, without anything from the network in it, in one browser."""
+
     def fill(self, texts: Mapping[str, str]) -> None:
         """Set the text of elements of the page's HTML in all browsers, by the elements' IDs."""
 

@@ -1,7 +1,8 @@
-"""RViz's tools 2D Goal Pose, 2D Pose Estimate and Publish Point.
+"""RViz's tools 2D Goal Pose, 2D Pose Estimate, Publish Point and Measure.
 
 A click selects a point of the ground, the plane z = 0 of the fixed frame. A pose takes two clicks,
-for position and direction, since dragging rotates the view.
+for position and direction, since dragging rotates the view. Measure takes two points of the robot's
+surface or of the ground.
 """
 
 from __future__ import annotations
@@ -9,18 +10,24 @@ from __future__ import annotations
 import math
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 from typing import TYPE_CHECKING, Any
+
+import numpy as np
 
 from teleopctl.interfaces import get_message
 from teleopctl.node import QoSProfile
 from teleopctl.tf import Transform, Vector3, quaternion_from_rpy
+from teleopctl.viewer.displays.robot_model import RobotModelDisplay
 from teleopctl.viewer.html import escaped_markdown
 from teleopctl.viewer.page_server import PageError
 from teleopctl.viewer.rviz_file import RvizFile, class_without_package
 from teleopctl.viewer.scene.canvas import Canvas
 from teleopctl.viewer.scene.drawing import ArrowSize, Drawing, Rgba
+from teleopctl.viewer.scene.surface import Triangles, nearest_hit, robot_triangles
 
 if TYPE_CHECKING:
+    from teleopctl.robot import RobotDescription
     from teleopctl.viewer.panels.base import Page
 
 # Any: messages, and viser's events and handles.
@@ -43,7 +50,7 @@ class Tool:
     Attributes:
         title: Text of the tool's button.
         rviz_class: Class of the tool in ``.rviz`` files, without package.
-        message_type: Type of the published message.
+        message_type: Type of the published message; empty for a tool that publishes nothing.
         topic: Topic of the message, unless an ``.rviz`` file has another.
         has_direction: Whether a second click sets the direction.
     """
@@ -67,6 +74,13 @@ TOOLS = (
     Tool("Point", "PublishPoint", "geometry_msgs/msg/PointStamped", "/clicked_point", False),
 )
 
+MEASURE = Tool("Measure", "Measure", "", "", True)
+"""Tool that shows the distance between two points."""
+
+_MEASURED: Rgba = (1.0, 0.75, 0.1, 1.0)
+_LINE_M = 0.004
+_POINT_M = 0.012
+
 
 class ClickTools:
     """Buttons for RViz's click tools in the scene panel; at most one tool is active.
@@ -85,14 +99,16 @@ class ClickTools:
         self._fixed = ""
         self._publishers: dict[tuple[str, str], Any] = {}
         self._callback: Callable[..., None] | None = None
+        # Triangles of each robot's links, by its display, of the description that they belong to.
+        self._surfaces: dict[int, tuple[RobotDescription, dict[str, Triangles]]] = {}
 
     def build(self) -> None:
         """Add the tools' buttons, and a text that guides the user of the active tool."""
         gui = self._page.gui
         self._buttons: Any = gui.add_button_group(
             "Click for",
-            tuple(tool.title for tool in TOOLS),
-            hint="2D Goal Pose, 2D Pose Estimate and Publish Point of RViz; again to stop",
+            tuple(tool.title for tool in (*TOOLS, MEASURE)),
+            hint="RViz's 2D Goal Pose, 2D Pose Estimate, Publish Point, and Measure; again to stop",
         )
         self._buttons.on_click(self._page.on_node_thread(self._press))
         self._advice: Any = gui.add_markdown("", visible=False)
@@ -109,19 +125,25 @@ class ClickTools:
         self._canvas.remove()
 
     def _press(self, event: Any) -> None:
-        tool = next(one for one in TOOLS if one.title == event.target.value)
+        tool = next(one for one in (*TOOLS, MEASURE) if one.title == event.target.value)
         again = tool is self._tool
         self.deactivate()
         if again:
             return
         if not self._page.frames.fixed:
             raise PageError("There is no fixed frame yet: a click has no position")
-        # Subscribers discover the publisher while the user aims.
-        self._publisher(tool)
+        if tool is MEASURE:
+            self._load_surfaces()
+        else:
+            # Subscribers discover the publisher while the user aims.
+            self._publisher(tool)
         self._tool, self._client_id = tool, event.client_id
         self._callback = self._page.on_node_thread(self._click)
         self._scene.on_click()(self._callback)
-        self._say(f"{tool.title} for {self._topic(tool)}: click on the ground")
+        if tool is MEASURE:
+            self._say("Click on two points of the robot or the ground")
+        else:
+            self._say(f"{tool.title} for {self._topic(tool)}: click on the ground")
 
     def _click(self, event: Any) -> None:
         tool = self._tool
@@ -132,17 +154,97 @@ class ClickTools:
             # The first click was in another fixed frame.
             self._fixed, self._where = self._page.frames.fixed, None
         place = ground_point(event.ray_origin, event.ray_direction)
+        if tool is MEASURE:
+            place = self._surface_point(event.ray_origin, event.ray_direction, place)
         if place is None:
             self._say("This point is not on the ground: click below the horizon")
         elif tool.has_direction and self._where is None:
             self._where = place
-            self._draw(place, None)
-            self._say("Click once more to set the direction")
+            if tool is MEASURE:
+                self._draw_measured(place, place)
+                self._say("Click on the second point")
+            else:
+                self._draw(place, None)
+                self._say("Click once more to set the direction")
+        elif tool is MEASURE and self._where is not None:
+            self._show_distance(self._where, place)
         else:
             where, yaw = self._where or place, 0.0
             if tool.has_direction:
                 yaw = math.atan2(place[1] - where[1], place[0] - where[0])
             self._publish(tool, where, yaw)
+
+    # --- measuring ------------------------------------------------------------------------------
+
+    def _robots(self) -> list[RobotModelDisplay]:
+        displays = self._page.scene_view.displays
+        return [one for one in displays if isinstance(one, RobotModelDisplay) and one.is_drawn]
+
+    def _load_surfaces(self) -> None:
+        """Read the triangles of the robots, in another thread while the user aims."""
+        for robot in self._robots():
+            description, key = robot.description, id(robot)
+            known = self._surfaces.get(key)
+            if description is None or (known is not None and known[0] is description):
+                continue
+
+            def take(
+                triangles: Any, key: int = key, description: RobotDescription = description
+            ) -> None:
+                if isinstance(triangles, dict):
+                    self._surfaces[key] = description, triangles
+
+            self._page.stage.run_in_background(
+                partial(robot_triangles, description, robot.meshes), take
+            )
+
+    def _surface_point(
+        self, origin: Vector3, direction: Vector3, ground: Vector3 | None
+    ) -> Vector3 | None:
+        """Return where a ray first meets a robot or the ground."""
+        start = (float(origin[0]), float(origin[1]), float(origin[2]))
+        along = (float(direction[0]), float(direction[1]), float(direction[2]))
+        length = math.hypot(*along) or 1.0
+        ways = [] if ground is None else [math.dist(start, ground) / length]
+        end = (start[0] + along[0], start[1] + along[1], start[2] + along[2])
+        for robot in self._robots():
+            _, triangles = self._surfaces.get(id(robot), (None, {}))
+            hidden = robot.hidden_links()
+            for link, corners in triangles.items():
+                frame = self._page.frames.by_name.get(robot.frame_of(link))
+                if frame is None or frame.pose is None or link in hidden:
+                    continue
+                # The ray in the link's frame.
+                back = frame.pose.inverse()
+                first = (back @ Transform(start)).translation
+                last = (back @ Transform(end)).translation
+                turned = (last[0] - first[0], last[1] - first[1], last[2] - first[2])
+                way = nearest_hit(corners, first, turned)
+                if way is not None:
+                    ways.append(way)
+        if not ways:
+            return None
+        way = min(ways)
+        return start[0] + way * along[0], start[1] + way * along[1], start[2] + way * along[2]
+
+    def _show_distance(self, one: Vector3, two: Vector3) -> None:
+        self._where = None
+        self._draw_measured(one, two)
+        x, y, z = (abs(last - first) for first, last in zip(one, two, strict=True))
+        self._say(
+            f"{math.dist(one, two):.4g} m: {x:.4g} along x, {y:.4g} along y, {z:.4g} along z. "
+            "Click again for another distance."
+        )
+
+    def _draw_measured(self, one: Vector3, two: Vector3) -> None:
+        drawing = Drawing()
+        for point in (one, two):
+            drawing.solid("sphere", Transform(point), (_POINT_M,) * 3, _MEASURED)
+        if one != two:
+            drawing.line(np.array((one, two)), np.array(_MEASURED), _LINE_M, strip=True)
+        self._canvas.show(drawing)
+
+    # --- publishing -----------------------------------------------------------------------------
 
     def _publish(self, tool: Tool, where: Vector3, yaw: float) -> None:
         message = get_message(tool.message_type)()

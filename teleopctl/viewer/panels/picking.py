@@ -3,10 +3,13 @@
 from __future__ import annotations
 
 import math
+import re
+import time
 from collections.abc import Callable
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
+from teleopctl.node import qos_profile_sensor_data
 from teleopctl.robot import Joints
 from teleopctl.viewer.html import escaped_html, note_html
 from teleopctl.viewer.panels.base import dialog
@@ -15,7 +18,12 @@ if TYPE_CHECKING:
     from teleopctl.viewer.displays.robot_model import RobotModelDisplay
     from teleopctl.viewer.panels.base import Page
 
-# Any: viser's handles of a browser.
+_CONTACTS = "ros_gz_interfaces/msg/Contacts"
+# The forces of a window are shown at most this often, and for this time.
+_PERIOD_S, _LONGEST_S = 0.2, 600.0
+_WORDS = re.compile(r"::|/")
+
+# Any: messages, whose classes are created from definitions at run time, and viser's handles.
 
 
 class Picking:
@@ -57,6 +65,7 @@ class Picking:
             acts["Show all links"] = partial(self._show_all, robot)
         with dialog(client, link) as window:
             client.gui.add_html(note_html(self._text(robot, link)))
+            forces = client.gui.add_html("", visible=False)
             buttons = client.gui.add_button_group(" ", tuple(acts))
 
         def press(event: Any) -> None:
@@ -64,6 +73,32 @@ class Picking:
             acts[event.target.value]()
 
         buttons.on_click(page.on_node_thread(press))
+        self._show_contacts(window, forces, link)
+
+    def _show_contacts(self, window: Any, forces: Any, link: str) -> None:
+        """Show in the window of a link what it touches, and with which force, while it is open."""
+        topics = self._page.node.get_topic_names_and_types()
+        topic = next((name for name, types in topics if _CONTACTS in types), None)
+        if topic is None:
+            return
+        begun_s = shown_s = time.monotonic()
+
+        def take(message: Any) -> None:
+            nonlocal shown_s
+            now_s = time.monotonic()
+            if window.closed or now_s - begun_s > _LONGEST_S:
+                end()
+            elif now_s - shown_s > _PERIOD_S:
+                shown_s = now_s
+                lines = [
+                    f"touches <b>{escaped_html(other)}</b> with {force:.3g} N"
+                    for other, force in contact_forces(message, link).items()
+                ]
+                content = note_html("<br>".join(lines) or "touches nothing")
+                if content != forces.content:
+                    forces.content, forces.visible = content, True
+
+        end = self._page.stage.subscribe(topic, _CONTACTS, take, qos_profile_sensor_data)
 
     @staticmethod
     def _show_all(robot: RobotModelDisplay) -> None:
@@ -98,6 +133,27 @@ class Picking:
             if model.mimic is not None:
                 lines.append(f"follows {escaped_html(model.mimic.joint)}")
         return "<br>".join(lines)
+
+
+def contact_forces(message: Any, link: str) -> dict[str, float]:
+    """Return the magnitude of the force in N between a link and each body that it touches.
+
+    Args:
+        message: A ros_gz_interfaces/Contacts.
+        link: Name of the link, which is a part of the names of its collisions.
+    """
+    sums: dict[str, list[float]] = {}
+    for contact in message.contacts:
+        names = [contact.collision1.name, contact.collision2.name]
+        own = [link in _WORDS.split(name) for name in names]
+        if not any(own):
+            continue
+        total = sums.setdefault(names[0 if own[1] else 1], [0.0, 0.0, 0.0])
+        for wrench in contact.wrenches:
+            force = wrench.body_1_wrench.force
+            for axis, part in enumerate((force.x, force.y, force.z)):
+                total[axis] += part
+    return {other: math.hypot(*total) for other, total in sums.items()}
 
 
 def _axes_of(frame: str) -> dict[str, Any]:

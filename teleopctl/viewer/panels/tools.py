@@ -2,27 +2,16 @@
 
 from __future__ import annotations
 
-import io
-import os
-import signal
-import subprocess
-import sys
-import time
 from functools import partial
-from pathlib import Path
 from typing import Any, ClassVar
 
-import numpy as np
-
 from teleopctl import plugins
-from teleopctl.errors import TeleopctlError
 from teleopctl.viewer.layout import load_layout, presets
 from teleopctl.viewer.panels.base import Page, Panel, dialog
-from teleopctl.viewer.scene_view import VIEWS
+from teleopctl.viewer.panels.recording import PageRecording
+from teleopctl.viewer.panels.views import Views
 
 _LAYOUT, _VIEW, _RECORD, _STOP = "Layout", "View", "Record", "Stop"
-# Time for a recorder to write the end of its file.
-_TIMEOUT_S = 30.0
 _FILE = "layout.yaml"
 
 # Any: viser's events and handles.
@@ -37,9 +26,8 @@ class ToolsPanel(Panel):
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self._recorder: subprocess.Popen[bytes] | None = None
-        self._folder = Path()
-        self._started_s = 0.0
+        self._views = Views(page)
+        self._recording = PageRecording(page)
 
     def build(self) -> None:
         """Add the row of buttons, and the same tools to the command palette."""
@@ -54,21 +42,15 @@ class ToolsPanel(Panel):
             kind: type[Panel] = plugins.load(plugins.PANELS, name)
             command = self.gui.add_command(f"Panel: {kind.title}", description="Open or close")
             command.on_trigger(on(partial(self._toggle, name)))
-        for view in VIEWS:
-            command = self.gui.add_command(f"View: {view}")
-            command.on_trigger(on(partial(self._look_from, view)))
-        for label, act in (("Save layout as…", self._save), ("Picture", self._take_picture)):
-            self.gui.add_command(label).on_trigger(on(act))
+        self._views.add_commands()
+        self.gui.add_command("Save layout as…").on_trigger(on(self._save))
 
     def tick(self) -> None:
         """Show how long the recording runs, and report a recorder that has ended."""
-        label = " "
-        if self._recorder is not None:
-            label = f"recording {time.monotonic() - self._started_s:.0f} s"
-            if self._recorder.poll() is not None:
-                self._recorder = None
-                self.page.notify("The recording has ended", f"See {self._folder}", wrong=True)
-        options = (_LAYOUT, _VIEW, _RECORD if self._recorder is None else _STOP)
+        self._recording.check()
+        duration_s = self._recording.duration_s
+        label = " " if duration_s is None else f"recording {duration_s:.0f} s"
+        options = (_LAYOUT, _VIEW, _RECORD if duration_s is None else _STOP)
         if label != self._row.label:
             self._row.label = label
         if options != self._row.options:
@@ -76,18 +58,18 @@ class ToolsPanel(Panel):
 
     def close(self) -> None:
         """End a recording; called when the viewer is destroyed."""
-        self._stop_recording()
+        self._recording.stop()
 
     def _pressed(self, event: Any) -> None:
         what, client = event.target.value, event.client
         if what == _LAYOUT:
             self._open_layouts(client)
         elif what == _VIEW:
-            self._open_views(client)
+            self._views.open(client)
         elif what == _RECORD:
-            self._start_recording()
+            self._recording.start()
         else:
-            self._stop_recording()
+            self._recording.stop()
 
     # --- layouts ------------------------------------------------------------------------------
 
@@ -132,68 +114,3 @@ class ToolsPanel(Panel):
     def _save(self, event: Any) -> None:
         text = self.page.workspace.layout_to_save(event.client).text()
         event.client.send_file_download(_FILE, text.encode())
-
-    # --- views and pictures -------------------------------------------------------------------
-
-    def _open_views(self, client: Any) -> None:
-        with dialog(client, "View") as window:
-            for view in VIEWS:
-                button = client.gui.add_button(view, color="dark")
-                button.on_click(self.page.on_node_thread(partial(self._look_from, view)))
-                button.on_click(lambda _event: window.close())
-            picture = client.gui.add_button("Picture (PNG)")
-            picture.on_click(self.page.on_node_thread(self._take_picture))
-
-    def _look_from(self, view: str, event: Any) -> None:
-        if not self.page.scene_view.frame_robot(event.client.camera, VIEWS[view]):
-            raise TeleopctlError("There is no robot to look at yet")
-
-    def _take_picture(self, event: Any) -> None:
-        """Send what a browser sees of the scene as a PNG file, in the size of its window."""
-        client, camera = event.client, event.client.camera
-
-        def render() -> bytes:
-            from PIL import Image
-
-            pixels = client.get_render(
-                camera.image_height, camera.image_width, transport_format="png", timeout=_TIMEOUT_S
-            )
-            file = io.BytesIO()
-            # Where nothing is drawn viser's picture is transparent.
-            Image.fromarray(np.asarray(pixels)).save(file, "PNG")
-            return file.getvalue()
-
-        def send(result: Any) -> None:
-            if isinstance(result, Exception):
-                raise TeleopctlError(f"The browser made no picture: {result}") from result
-            client.send_file_download("picture.png", result, save_immediately=True)
-
-        self.page.stage.run_in_background(render, send)
-
-    # --- recording ----------------------------------------------------------------------------
-
-    def _start_recording(self) -> None:
-        self._folder = Path(time.strftime("rosbag2_%Y_%m_%d-%H_%M_%S")).absolute()
-        command = [sys.executable, "-m", "teleopctl", "bag", "record", "--all"]
-        self._recorder = subprocess.Popen(
-            [*command, "--output", str(self._folder)],
-            stdin=subprocess.DEVNULL,
-            stdout=subprocess.DEVNULL,
-            stderr=subprocess.DEVNULL,
-            env={**os.environ, "ROS_DOMAIN_ID": str(self.page.node.context.get_domain_id())},
-        )
-        self._started_s = time.monotonic()
-        self.page.notify("Recording all topics", str(self._folder))
-
-    def _stop_recording(self) -> None:
-        recorder, self._recorder = self._recorder, None
-        if recorder is None:
-            return
-        recorder.send_signal(signal.SIGINT)
-
-        def wait() -> None:
-            recorder.wait(_TIMEOUT_S)
-
-        self.page.stage.run_in_background(
-            wait, lambda _result: self.page.notify("Recorded", str(self._folder))
-        )

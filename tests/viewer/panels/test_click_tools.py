@@ -45,7 +45,7 @@ class Hand:
         self.page = page
         self.publishers: list[Publisher] = []
         page.scene_view = SimpleNamespace(
-            file=RvizFile({"Visualization Manager": {"Tools": tools or []}})
+            file=RvizFile({"Visualization Manager": {"Tools": tools or []}}), displays=[]
         )
         self.row = ClickTools(page)
         self.row.build()

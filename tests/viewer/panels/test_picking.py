@@ -1,12 +1,17 @@
 """A click on a link: what it is, and what can be done with it."""
 
+import html
 from types import SimpleNamespace
 
 import pytest
 
 from teleopctl.interfaces import get_message
+from teleopctl.testing import eventually
 from teleopctl.tf import Transform
+from teleopctl.viewer import PageLayout
+from teleopctl.viewer.panels.picking import contact_forces
 from teleopctl.viewer.panels.scene import ScenePanel
+from teleopctl.viewer.panels.tools import ToolsPanel
 from teleopctl.viewer.scene_view import SceneView
 from tests.viewer.displays.conftest import put_frame
 
@@ -54,7 +59,7 @@ def click(stage, link):
     path = next(path for path in handles if f"/{link}/" in path and path.endswith("visual0"))
     handles[path]._impl.click_cb[0].callback(SimpleNamespace(client=client))
     (modal,) = stage.gui._modal_handle_from_uuid.values()
-    text, buttons, _close = modal._children.values()
+    text, _forces, buttons, _close = modal._children.values()
     return text.content, buttons
 
 
@@ -113,3 +118,59 @@ def test_displays_that_were_changed_by_hand_are_kept(scene, stage):
     for wrong in states:
         again.restore(wrong)
     assert again.state() == kept
+
+
+def test_two_points_of_the_robot_or_the_ground_are_measured(scene, stage):
+    tools = scene._tools
+    stage.choose(tools._buttons, "Measure")
+    for x in (0.0, 5.0):
+        tools._click(SimpleNamespace(client_id=1, ray_origin=(x, 0, 9), ray_direction=(0, 0, -2)))
+    # The base is 3 m high, so that the first point lies 1.5 m above the ground.
+    plain = html.unescape(tools._advice.content)
+    assert "5.22 m: 5 along x, 0 along y, 1.5 along z" in plain
+    stage.choose(tools._buttons, "Measure")
+    assert not tools.is_active
+
+
+def test_the_window_of_a_link_shows_what_it_touches(scene, stage):
+    del scene
+    stage.node.topics["/contacts"] = ["ros_gz_interfaces/msg/Contacts"]
+    click(stage, "tool")
+    (modal,) = stage.gui._modal_handle_from_uuid.values()
+    forces = list(modal._children.values())[1]
+    contact = get_message("ros_gz_interfaces/msg/Contact")()
+    contact.collision1.name, contact.collision2.name = "r::tool::c", "cube"
+    wrench = get_message("ros_gz_interfaces/msg/JointWrench")()
+    wrench.body_1_wrench.force.x, wrench.body_1_wrench.force.z = 3.0, 4.0
+    contact.wrenches = [wrench]
+    message = get_message("ros_gz_interfaces/msg/Contacts")(contacts=[contact])
+    assert contact_forces(message, "too") == {}
+
+    def is_shown():
+        stage.publish("/contacts", message)
+        return "touches <b>cube</b> with 5 N" in forces.content
+
+    eventually(is_shown)
+    modal.close()
+    stage.publish("/contacts", message)
+    assert not stage.listens_to("/contacts")
+
+
+def test_a_browser_films_what_it_sees_and_looks_through_the_camera(scene, stage):
+    del scene
+    tools = ToolsPanel(stage)
+    stage.workspace.layout_in = lambda _client: PageLayout()
+    tools.build()
+    event = SimpleNamespace(client=SimpleNamespace(client_id=7, camera=SimpleNamespace()))
+    for part in ("MediaRecorder", "teleopctlFilm?.stop"):
+        tools._views._film(event)
+        browser, script = stage.scripts[-1]
+        assert browser == 7
+        assert part in script
+    tools._views._look_through("/camera_info", event)
+    info = get_message("sensor_msgs/msg/CameraInfo")()
+    info.header.frame_id = "tool"
+    stage.publish("/camera_info", info)
+    assert event.client.camera.position == (1.0, 2.0, 3.0)
+    assert event.client.camera.look_at == (1.0, 2.0, 4.0)
+    assert not stage.listens_to("/camera_info")
