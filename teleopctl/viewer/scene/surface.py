@@ -75,9 +75,9 @@ def _triangles_of(geometry: Geometry, meshes: Mapping[str, MeshFile]) -> Triangl
 
 
 def _moved(triangles: Triangles, pose: Transform) -> Triangles:
-    axes = [(pose @ Transform(axis)).translation for axis in np.eye(3).tolist()]
+    ends = (pose @ Transform(axis) for axis in ((1.0, 0.0, 0.0), (0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))
     origin = np.asarray(pose.translation)
-    rotation = np.asarray(axes) - origin
+    rotation = np.asarray([end.translation for end in ends]) - origin
     return np.asarray(triangles @ rotation + origin)
 
 
