@@ -1,5 +1,7 @@
 """Inverse kinematics beside mink and ikpy, called directly from the same starts, without obstacles.
 
+And alone, among ten of them.
+
 Targets are poses at random joint positions, so that all can be reached; the search begins at the
 arm's middle position. mink's loop solves and integrates with the same solver of quadratic
 programs, limits and tolerances, and starts anew where ours does. ikpy has no loop of its own over
@@ -19,6 +21,7 @@ import pytest
 from teleopctl.kinematics import Arm, IkSolver, PoseTask, Tolerance
 from teleopctl.kinematics.poses import Array, rotation_vector
 from teleopctl.packages import package_share
+from teleopctl.robot import read_world_text
 from tests.benchmarks.figure import Figure
 from tests.kinematics.arms import SEVEN, SIX, arm_urdf
 
@@ -132,6 +135,42 @@ def test_inverse_kinematics(name: str, figures: list[Figure]) -> None:
         )
     )
     assert share["ours"] >= 99.5
+
+
+@pytest.mark.parametrize("links", [SIX, SEVEN], ids=["6 joints", "7 joints"])
+def test_inverse_kinematics_among_ten_obstacles(
+    links: tuple[tuple[str, float], ...], figures: list[Figure]
+) -> None:
+    """Pillars around the arm within its reach; targets are poses at positions where none touches."""
+    places = [(0.4 * np.cos(a), 0.4 * np.sin(a), 0.3) for a in np.linspace(0.0, 5.6, 10)]
+    things = "".join(
+        f"  thing_{number}: {{shape: box, size: [0.1, 0.1, 0.4], at: [{x}, {y}, {z}]}}\n"
+        for number, (x, y, z) in enumerate(places)
+    )
+    world = read_world_text(f"world: around\nthings:\n{things}", "world.yaml")
+    arm = Arm(arm_urdf(links), world=world)
+    solver = IkSolver(arm.kinematics, clearance=arm.clearance)
+    middle = next(starts(arm))
+    generator = np.random.default_rng(7)
+    times: list[float] = []
+    solved = 0
+    while len(times) < TARGETS:
+        positions = arm.kinematics.random(generator)
+        if arm.collisions(positions):
+            continue
+        target = arm.fk(positions)
+        begin = time.perf_counter()
+        found = solver.solve(target, middle)
+        times.append(time.perf_counter() - begin)
+        solved += (
+            found.is_reached
+            and is_reached(arm, solver.task, target, found.positions)
+            and not arm.collisions(found.positions)
+        )
+    share = 100.0 * solved / TARGETS
+    name = f"ik, {len(arm.names)} joints, ten obstacles"
+    figures.append(Figure(name, f"{share:.1f} %, {percentiles(times)}"))
+    assert share >= 99.5
 
 
 @pytest.mark.parametrize("name", ["6 joints", "7 joints"])

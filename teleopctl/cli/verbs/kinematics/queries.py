@@ -188,10 +188,11 @@ def jacobian(
     """
     import numpy as np
 
-    from teleopctl.kinematics import served_task
-
     _check_precision(precision)
     arm = _arm_at(sorted_words(words or ()), named, robot)
+    # After the robot is read, so that mujoco has been told to load no renderer.
+    from teleopctl.kinematics import served_task
+
     matrix = arm.jacobian()
     task = served_task(arm.kinematics)
     whole, linear = arm.kinematics.dimensions

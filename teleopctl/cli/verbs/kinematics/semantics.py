@@ -53,8 +53,6 @@ def srdf(
     """
     from dataclasses import replace
 
-    from teleopctl.kinematics import KinematicModel, allowed_by_sampling, read_srdf, write_srdf
-
     found = sorted_words(words or ())
     if found.numbers or found.joints or found.names:
         raise UsageError("This takes a robot's file and arguments of its xacro only")
@@ -63,6 +61,9 @@ def srdf(
     if output is not None and Path(output).exists() and not force:
         raise RefusedError(f"{output} exists", hint="--force replaces it.")
     read = read_robot(found, robot, needs_state=False)
+    # After the robot is read, so that mujoco has been told to load no renderer.
+    from teleopctl.kinematics import KinematicModel, allowed_by_sampling, read_srdf, write_srdf
+
     if check is not None:
         groups = read_srdf(Path(check), read.description)
         if as_json:
