@@ -514,7 +514,8 @@ class RunningArm:
                 turned_rad = float(np.linalg.norm(turn))
                 text += f" and {math.degrees(turned_rad):.1f} degrees"
         elif target.positions is not None:
-            errors = np.abs(target.positions - measured)
+            joints = zip(arm.kinematics.limits, measured, target.positions, strict=True)
+            errors = np.abs([limits.offset(at, goal) for limits, at, goal in joints])
             off = float(errors.max())
             name = arm.names[int(errors.argmax())]
             text += f"; '{name}' is farthest from its goal, by {off:.4f}"
@@ -531,9 +532,7 @@ class RunningArm:
         """Return which joint is not where a motion ended, as controllers need no tolerances."""
         for name, at in end.items():
             joint = self.arm.model.joints[name]
-            off = at - self._measured.get(name, at)
-            if joint.limits.angle_wraparound:
-                off = math.remainder(off, 2.0 * math.pi)
+            off = joint.limits.offset(self._measured.get(name, at), at)
             is_linear = joint.joint.type == "prismatic"
             if abs(off) > (_SHORT_M if is_linear else _SHORT_RAD):
                 return (

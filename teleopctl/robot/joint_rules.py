@@ -93,6 +93,16 @@ class JointLimits:
         """Resting position: 0 if allowed, else the middle of the range or the only finite limit."""
         return rest_within(self.lower, self.upper)
 
+    def offset(self, position: float, target: float) -> float:
+        """Return how far a position is beyond a target, rad or m; whole turns are no distance.
+
+        Args:
+            position: Position of the joint, rad or m.
+            target: Position to compare with, rad or m.
+        """
+        away = position - target
+        return math.remainder(away, 2.0 * math.pi) if self.angle_wraparound else away
+
     @property
     def mechanical(self) -> JointLimits:
         """Copy with the URDF's own position and velocity limits, not soft or control limits."""

@@ -141,7 +141,7 @@ def test_inverse_kinematics(name: str, figures: list[Figure]) -> None:
 def test_inverse_kinematics_among_ten_obstacles(
     links: tuple[tuple[str, float], ...], figures: list[Figure]
 ) -> None:
-    """Pillars around the arm within its reach; targets are poses at positions where none touches."""
+    """Pillars around the arm within its reach; targets are poses at which nothing touches."""
     places = [(0.4 * np.cos(a), 0.4 * np.sin(a), 0.3) for a in np.linspace(0.0, 5.6, 10)]
     things = "".join(
         f"  thing_{number}: {{shape: box, size: [0.1, 0.1, 0.4], at: [{x}, {y}, {z}]}}\n"

@@ -7,6 +7,7 @@ import pytest
 
 from teleopctl.errors import InvalidDescriptionError
 from teleopctl.robot.description import RobotDescription
+from teleopctl.robot.joint_rules import JointLimits
 from teleopctl.robot.joints import Joints
 from teleopctl.robot.urdf import Mimic
 
@@ -100,3 +101,9 @@ def test_a_negative_effort_limits_nothing_as_in_gazebo():
     limits = Joints.of(description)["a"].limits
     assert limits.effort == math.inf
     assert limits.velocity == 2.0, "as ros2_control takes it"
+
+
+@pytest.mark.parametrize(("turns", "off"), [(True, -0.1), (False, 2.0 * math.pi - 0.1)])
+def test_a_whole_turn_brings_a_continuous_joint_to_the_same_place(turns, off):
+    limits = JointLimits(angle_wraparound=turns)
+    assert limits.offset(math.pi - 0.05, -math.pi + 0.05) == pytest.approx(off)

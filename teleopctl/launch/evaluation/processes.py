@@ -75,6 +75,7 @@ _PROGRAMS_THAT_END = frozenset(
     for name in ("spawner", "unspawner", "hardware_spawner")
     for suffix in ("", ".py")
 )
+_SPAWNERS = frozenset(("controller_manager", f"spawner{suffix}") for suffix in ("", ".py"))
 # What stands for `ros2` in a command line without it.
 _OUR_ROS2 = [sys.executable, "-P", "-m", *COMMANDS["ros2"]]
 _CONTAINERS = "teleopctl.nodes.component_container:"
@@ -143,6 +144,9 @@ class ProcessBuilder:
         if action.arguments is not None:
             words = self._words(action.arguments, "args", shell=shell)
             command = [" ".join([*command, *words])] if shell else [*command, *words]
+        if self._request.skip_missing and (package, program) in _SPAWNERS:
+            # Plug-ins of a vendor's controllers may be missing as well.
+            command.append("--keep-going")
         stdout, stderr = self._outputs(action.output)
         name = self._optional(action.process_name) or program
         name = f"{_UNSAFE.sub('_', name)}-{len(self.actions) + 1}"

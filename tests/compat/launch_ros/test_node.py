@@ -200,6 +200,13 @@ def test_a_package_that_python_asks_for_in_an_included_file_can_be_left_out(plan
     assert message.startswith("left out: ")
 
 
+@pytest.mark.parametrize("skips", [False, True])
+def test_a_spawner_goes_on_past_controllers_that_are_missing_as_programs_may_be(plan, skips):
+    spawner = 'Node(package="controller_manager", executable="spawner", arguments=["a", "b"])'
+    (process,) = plan(spawner, skip_missing=skips).processes
+    assert ("--keep-going" in process.command) == skips
+
+
 def test_import_launch_ros_alone_reaches_all_its_parts():
     import launch_ros
 

@@ -206,9 +206,7 @@ class ConstraintSet:
         model = self._kinematics.model
         parts = []
         for name, (target, below, above) in self.joints.items():
-            away = self._joint(model, name) - target
-            if model.joints[name].limits.angle_wraparound:
-                away = math.remainder(away, 2.0 * math.pi)
+            away = model.joints[name].limits.offset(self._joint(model, name), target)
             parts.append(np.array([away - np.clip(away, -_WITHIN * below, _WITHIN * above)]))
         for region in self.regions:
             pose = self._pose(model, region.link)
@@ -229,9 +227,7 @@ class ConstraintSet:
         assert model is not None
         for name, (target, below, above) in self.joints.items():
             at = self._joint(model, name)
-            away = at - target
-            if model.joints[name].limits.angle_wraparound:
-                away = math.remainder(away, 2.0 * math.pi)
+            away = model.joints[name].limits.offset(at, target)
             yield max(away - above, -away - below, 0.0), f"joint '{name}' is at {at:.4g}"
         for region in self.regions:
             pose = self._pose(model, region.link)

@@ -234,9 +234,7 @@ class Execution:
         measured = self._context.measured()
         known = self._context.scene.model.joints
         for name, at in zip(names, joints.points[0].positions, strict=True):
-            away = float(at) - measured[name]
-            if known[name].limits.angle_wraparound:
-                away = math.remainder(away, 2.0 * math.pi)
+            away = known[name].limits.offset(float(at), measured[name])
             own = self._setting(f"trajectory_execution.allowed_start_tolerance_joints.{name}", most)
             if abs(away) > float(own) > 0.0:
                 return (

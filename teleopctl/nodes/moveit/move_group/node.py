@@ -150,10 +150,11 @@ class MoveGroupNode(Node):
         progress.report(progress.READY)
 
     def _publish_semantic(self, groups: RobotGroups, description: RobotDescription) -> None:
-        """Publish the groups as an SRDF unless there is one: MoveIt's clients cannot do without."""
-        if self._srdf:
+        """Publish the groups as an SRDF unless somebody does: clients would find other groups."""
+        if self.count_publishers(_SEMANTIC):
             return
-        self._srdf = write_srdf(groups, description)
+        if not self._srdf:
+            self._srdf = write_srdf(groups, description)
         publisher = self.create_publisher(_String, _SEMANTIC, qos_profile_latched)
         publisher.publish(_String(data=self._srdf))
 
