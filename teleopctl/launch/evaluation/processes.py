@@ -141,12 +141,13 @@ class ProcessBuilder:
         """
         shell = self._value(action.shell, "shell", values.boolean, default=False)
         package, program, target, command = self._program(action, shell=shell)
+        if self._request.skip_missing and (package, program) in _SPAWNERS:
+            # Plug-ins of a vendor's controllers may be missing as well. It is the first word, as
+            # ROS arguments may follow.
+            command.append("--keep-going")
         if action.arguments is not None:
             words = self._words(action.arguments, "args", shell=shell)
             command = [" ".join([*command, *words])] if shell else [*command, *words]
-        if self._request.skip_missing and (package, program) in _SPAWNERS:
-            # Plug-ins of a vendor's controllers may be missing as well.
-            command.append("--keep-going")
         stdout, stderr = self._outputs(action.output)
         name = self._optional(action.process_name) or program
         name = f"{_UNSAFE.sub('_', name)}-{len(self.actions) + 1}"

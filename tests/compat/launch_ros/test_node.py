@@ -202,9 +202,12 @@ def test_a_package_that_python_asks_for_in_an_included_file_can_be_left_out(plan
 
 @pytest.mark.parametrize("skips", [False, True])
 def test_a_spawner_goes_on_past_controllers_that_are_missing_as_programs_may_be(plan, skips):
-    spawner = 'Node(package="controller_manager", executable="spawner", arguments=["a", "b"])'
+    spawner = (
+        'Node(package="controller_manager", executable="spawner", arguments=["a", "--ros-args"])'
+    )
     (process,) = plan(spawner, skip_missing=skips).processes
-    assert ("--keep-going" in process.command) == skips
+    words = process.command[process.command.index("spawner") + 1 :]
+    assert words == [*(["--keep-going"] if skips else []), "a", "--ros-args"]
 
 
 def test_import_launch_ros_alone_reaches_all_its_parts():
