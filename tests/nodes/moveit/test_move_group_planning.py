@@ -223,6 +223,16 @@ def test_an_orientation_is_kept_along_the_path_and_at_a_goal_of_a_position(conte
         assert max(abs(z[0]), abs(z[1])) < 0.051
 
 
+def test_half_a_turn_is_free_also_where_it_is_written_with_a_few_digits(context, planning):
+    turned = tip(context)[:3, :3] @ rotation_matrix(np.array((np.pi, 0.0, 0.0)))
+    kept = orientation(turned, 3.14159, 0.5, 0.5)
+    kept.parameterization = OrientationConstraint.ROTATION_VECTOR
+    keep = Constraints(orientation_constraints=[kept])
+    goal = BENT + (0.1, 0.05, 0.0, -0.05, 0.0, 0.0, 0.3)
+    wanted = request(joint_goal(*goal), path_constraints=keep)
+    assert planning.plan(wanted).plan.positions[-1] == pytest.approx(goal, abs=1e-4)
+
+
 def test_a_start_that_violates_the_path_constraints_is_refused(context, planning):
     turned = tip(context)[:3, :3] @ rotation_matrix(np.array((0.0, 0.5, 0.0)))
     keep = Constraints(orientation_constraints=[orientation(turned, 0.1, 0.1, 0.1)])

@@ -31,6 +31,8 @@ _ROTATION_VECTOR = 1
 _ROUNDING = 1e-6
 # Part of a tolerance to which states are moved, so that those between two of them meet it too.
 _WITHIN = 0.6
+# Tolerance from which a turn is free: half a turn is written as 3.14 or 3.14159, rad.
+_ANY_RAD = 3.14
 
 
 @dataclass(frozen=True)
@@ -347,7 +349,7 @@ def _orientation(context: MoveGroupContext, message: Any) -> Orientation:
     return Orientation(
         message.link_name,
         np.asarray(at[:3, :3] @ own[:3, :3]),
-        np.asarray(tolerances, np.float64),
+        np.where(tolerances >= _ANY_RAD, np.pi, tolerances),
         int(message.parameterization) == _ROTATION_VECTOR,
     )
 
