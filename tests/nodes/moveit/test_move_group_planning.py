@@ -228,7 +228,7 @@ def test_half_a_turn_is_free_also_where_it_is_written_with_a_few_digits(context,
     kept = orientation(turned, 3.14159, 0.5, 0.5)
     kept.parameterization = OrientationConstraint.ROTATION_VECTOR
     keep = Constraints(orientation_constraints=[kept])
-    goal = BENT + (0.1, 0.05, 0.0, -0.05, 0.0, 0.0, 0.3)
+    goal = np.add(BENT, (0.1, 0.05, 0.0, -0.05, 0.0, 0.0, 0.3))
     wanted = request(joint_goal(*goal), path_constraints=keep)
     assert planning.plan(wanted).plan.positions[-1] == pytest.approx(goal, abs=1e-4)
 
