@@ -15,7 +15,7 @@ from teleopctl.commander.controllers import (
     StreamKind,
 )
 from teleopctl.interfaces import from_seconds, get_action, get_message, set_stamp
-from teleopctl.node import ActionClient, GoalState, Node
+from teleopctl.node import STREAM_FRAME, ActionClient, GoalState, Node
 
 _DEPTH = 10
 # Longest time to wait until canceled joints have stopped, and time between two looks, s.
@@ -31,9 +31,13 @@ class CommandPublisher:
         node: Node of the publisher.
         target: The controller's topic.
         ahead_s: Time within which a trajectory controller reaches a position, s.
+        gives_way: Whether trajectory controllers of teleopctl ignore the commands while they
+            execute a goal; otherwise, as in ROS 2, a command replaces the trajectory of the goal.
     """
 
-    def __init__(self, node: Node, target: CommandTopic, ahead_s: float) -> None:
+    def __init__(
+        self, node: Node, target: CommandTopic, ahead_s: float, *, gives_way: bool = False
+    ) -> None:
         self._node, self.target = node, target
         if target.kind is StreamKind.TRAJECTORY:
             self._message: Any = get_message("trajectory_msgs/msg/JointTrajectory")(
@@ -42,6 +46,8 @@ class CommandPublisher:
             self._point: Any = get_message("trajectory_msgs/msg/JointTrajectoryPoint")()
             set_stamp(self._point.time_from_start, from_seconds(ahead_s))
             self._message.points = [self._point]
+            if gives_way:
+                self._message.header.frame_id = STREAM_FRAME
         else:
             self._message = get_message("std_msgs/msg/Float64MultiArray")()
         self._publisher = node.create_publisher(type(self._message), target.topic, _DEPTH)

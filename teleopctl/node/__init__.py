@@ -161,6 +161,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.node.values.command_lease import (
         SILENCE_S as SILENCE_S,
+        STREAM_FRAME as STREAM_FRAME,
         CommandLease as CommandLease,
         LeaseClaim as LeaseClaim,
     )

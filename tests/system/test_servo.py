@@ -196,7 +196,6 @@ def test_a_command_that_cannot_be_obeyed_moves_nothing_and_says_why(
 
 
 def test_a_trajectory_that_runs_wins(arm, shared_ros):
-    begin = arm.positions["joint_2"]
     goal = shared_ros.spawn(
         "action send_goal /arm_controller/follow_joint_trajectory "
         "control_msgs/action/FollowJointTrajectory '{trajectory: {joint_names: "
@@ -204,9 +203,7 @@ def test_a_trajectory_that_runs_wins(arm, shared_ros):
         "time_from_start: {sec: 3}}]}}'"
     )
     goal.wait_for_line("Goal accepted")
-    # Servo knows of the goal by now. A command that is on its way when a goal begins replaces the
-    # trajectory, as it does in ROS 2's controller.
-    eventually(lambda: abs(arm.positions["joint_2"] - begin) > 0.02)
+    # Servo may not know of the goal yet: the controller ignores what it sends.
     arm.hold(
         arm.twists,
         twist(linear=(0.0, 0.0, 1.0)),

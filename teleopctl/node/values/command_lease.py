@@ -13,6 +13,13 @@ from dataclasses import dataclass
 SILENCE_S = 2.0
 """Age of the holder's last claim at which its lease ends, s."""
 
+STREAM_FRAME = "stream"
+"""``frame_id`` of a JointTrajectory that gives way to the goal of an action, as those of servo.
+
+One that is on its way when a goal is accepted would replace the trajectory of the goal, which then
+succeeds elsewhere. ROS 2's controllers ignore the ``frame_id``.
+"""
+
 
 @dataclass(frozen=True, slots=True)
 class LeaseClaim:

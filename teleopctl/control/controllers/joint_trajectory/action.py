@@ -55,6 +55,7 @@ class FollowJointTrajectoryServer:
         self._logger = controller.logger
         self._goal: FollowedGoal | None = None
         self._lease_refusal = ""
+        inputs.has_goal = self.has_goal
         self._server = controller.create_action_server(
             get_action(ACTION_TYPE),
             "~/follow_joint_trajectory",
@@ -66,6 +67,11 @@ class FollowJointTrajectoryServer:
     def close(self) -> None:
         """Destroy the action server ``~/follow_joint_trajectory``."""
         self._server.destroy()
+
+    def has_goal(self) -> bool:
+        """Return whether a goal has been accepted and has not ended."""
+        goal = self._goal
+        return goal is not None and goal.handle.is_active
 
     def follow(self, goal: FollowedGoal | None) -> None:
         """Set the present goal, which replaced code of the controller has accepted."""

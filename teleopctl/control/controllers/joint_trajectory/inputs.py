@@ -20,6 +20,7 @@ from teleopctl.control.controllers.joint_trajectory.validation import (
     validate,
 )
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND, to_nanoseconds
+from teleopctl.node import STREAM_FRAME
 
 if TYPE_CHECKING:
     from teleopctl.node import MessageInfo, Node, RcutilsLogger
@@ -93,6 +94,7 @@ class TrajectoryInputs:
 
     Attributes:
         active: Whether the controller is active; otherwise messages are ignored.
+        has_goal: Function that returns whether an action goal is being executed.
     """
 
     def __init__(
@@ -105,6 +107,7 @@ class TrajectoryInputs:
         from teleopctl.node import DurabilityPolicy, QoSProfile
 
         self.active = False
+        self.has_goal: Callable[[], bool] = lambda: False
         self._controller = controller
         self._settings = settings
         self._incoming = incoming
@@ -153,6 +156,8 @@ class TrajectoryInputs:
             return
         if self._controller.is_refused("The trajectory", info["publisher_gid"]):
             return
+        if message.header.frame_id == STREAM_FRAME and self.has_goal():
+            return  # a command of servo that was on its way when the goal was accepted
         if self._settings.upsampling:
             frequency = self._node.get_parameter("positions_upsampling.policy_frequency").value
             upsample(message, float(frequency))

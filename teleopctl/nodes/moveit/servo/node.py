@@ -291,7 +291,7 @@ class ServoNode(Node):
         self._goals.clear()
         self._running = set()
         ahead_s = _PERIODS_AHEAD * self._period_s
-        self._outputs = [CommandPublisher(self, target, ahead_s) for target in targets]
+        self._outputs = [CommandPublisher(self, one, ahead_s, gives_way=True) for one in targets]
         for target in targets:
             if target.kind is StreamKind.TRAJECTORY:
                 self._watch_goals(target.topic.rpartition("/")[0])

@@ -3,7 +3,7 @@
 import pytest
 
 from teleopctl.interfaces import get_action, get_message
-from teleopctl.node import GoalState, Parameter
+from teleopctl.node import STREAM_FRAME, GoalState, Parameter
 from teleopctl.testing import serial_robot
 from tests.control.controllers.joint_trajectory.arm import (
     JOINTS,
@@ -211,6 +211,21 @@ def test_a_trajectory_over_the_topic_takes_the_goal_over():
     assert handle.status == GoalState.EXECUTING
     client.arm.step(0.2)
     assert handle.status == GoalState.SUCCEEDED
+    assert client.arm.commands == near([1.5, 2.5, 3.5])
+
+
+def test_a_stream_gives_way_to_the_goal_and_begins_after_it():
+    client = Client()
+    handle = client.send(point(0.5, [2.0, 2.0, 2.0]))
+    stream = trajectory(point(0.1, [1.5, 2.5, 3.5]))
+    stream.header.frame_id = STREAM_FRAME
+    for _ in range(6):
+        client.arm.send(stream)
+        client.arm.step(0.1)
+    assert handle.status == GoalState.SUCCEEDED
+    assert client.arm.commands == near([2.0, 2.0, 2.0])
+    client.arm.send(stream)
+    client.arm.step(0.2)
     assert client.arm.commands == near([1.5, 2.5, 3.5])
 
 
