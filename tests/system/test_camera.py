@@ -341,6 +341,30 @@ def test_for_a_robot_without_cameras_no_model_is_built(
         assert camera.get_publishers_info_by_topic("/camera_info") == []
 
 
+def test_the_model_is_built_once_the_simulator_publishes_states(
+    ros: RosGraph, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    class Enough(Exception):
+        """The camera has begun to build its model."""
+
+    steps: list[str] = []
+
+    def wait(node: CameraNode, kind: object, topic: str, *_: object) -> bool:
+        steps.append(f"wait for {topic}")
+        return True
+
+    def build(*_: object, **__: object) -> None:
+        steps.append("build")
+        raise Enough
+
+    monkeypatch.setattr(CameraNode, "wait_for_match", wait)
+    monkeypatch.setattr("teleopctl.mujoco_model.build_model", build)
+    described = f"robot_description:={teleop_urdf()}"
+    with init(args=["--ros-args", "-p", described]), pytest.raises(Enough):
+        CameraNode()
+    assert steps == ["wait for /mujoco_sim/joint_states", "build"]
+
+
 def test_an_unknown_quality_is_refused(ros: RosGraph) -> None:
     camera = ros.spawn_module(
         "teleopctl.nodes", ["camera", "camera", "--ros-args", "-p", "quality:=best"]
