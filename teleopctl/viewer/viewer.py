@@ -7,6 +7,7 @@ Otherwise the timer is stopped, and displays and panels are unsubscribed.
 
 from __future__ import annotations
 
+import time
 from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -39,6 +40,9 @@ if TYPE_CHECKING:
     from teleopctl.viewer.page_routes import PageRoutes
 
 _UPDATES_PER_S = 30.0
+# Moving thousands of frames takes longer than a period: between two updates of frames there are at
+# least this many times the length of one, so that the page answers in between.
+_REST = 2.0
 # Panels are updated with every third update of the scene.
 _UPDATES_PER_PANEL_TICK = 3
 # What was arranged is kept in the browsers every two seconds.
@@ -74,6 +78,7 @@ class Viewer(Node):
         self.gui = server.gui
         self._watched = False
         self._updates = 0
+        self._next_frames_s = 0.0
         self._last_time_ns = 0
         self._queue: deque[Callable[[], object]] = deque()
         self._queued = self.create_guard_condition(self._run_queued)
@@ -244,7 +249,10 @@ class Viewer(Node):
         now_ns = self.get_clock().now().nanoseconds
         jumped_back, self._last_time_ns = now_ns < self._last_time_ns, now_ns
         with self.server.atomic():
-            self.guarded(self.frames.update)
+            begun_s = time.monotonic()
+            if begun_s >= self._next_frames_s:
+                self.guarded(self.frames.update)
+                self._next_frames_s = begun_s + _REST * (time.monotonic() - begun_s)
             self.guarded(lambda: self.scene_view.tick(jumped_back=jumped_back))
         if self._updates % _UPDATES_PER_PANEL_TICK == 0:
             self.workspace.tick()

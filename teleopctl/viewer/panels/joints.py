@@ -28,6 +28,8 @@ from teleopctl.viewer.panels.joint_movers import (
 _STEPS = 1000
 # Time in seconds after the planned end of a motion until the joint's goal is dropped.
 _LATE_S = 1.0
+# Largest number of sliders that one tick moves.
+_MOST_MOVED = 100
 # Seconds of wall time without joint states, which slow simulations publish rarely.
 _SILENCE_S = 3.0
 _SILENCE = "<br>No joint states are received: the positions below are the last ones."
@@ -68,6 +70,8 @@ class JointsPanel(Panel):
         self._joints: JointSet | None = None
         self._urdf = ""
         self._specs: list[_Slider] = []
+        # Slider that the next tick begins with.
+        self._next = 0
         self._sliders: dict[str, Any] = {}
         # Last value of each slider, set by the user or by this panel.
         self._shown: dict[str, float] = {}
@@ -299,7 +303,13 @@ class JointsPanel(Panel):
             self._goals.clear()
         self._show_mover()
         self._disable()
-        for spec in self._specs:
+        moved, count = 0, len(self._specs)
+        for number in range(count):
+            if moved >= _MOST_MOVED:
+                # The others follow in the next ticks, so that the page answers in between.
+                self._next = (self._next + number) % count
+                break
+            spec = self._specs[(self._next + number) % count]
             slider, shown = self._sliders[spec.name], self._shown[spec.name]
             # The user is moving the slider, and the event is still pending.
             if slider.value != shown:
@@ -319,6 +329,7 @@ class JointsPanel(Panel):
             if abs(value - shown) >= 0.5 * slider.step:
                 slider.value = value
                 self._shown[spec.name] = slider.value
+                moved += 1
 
 
 def _sliders_of(joints: JointSet, limits: Joints) -> list[_Slider]:

@@ -28,6 +28,9 @@ SILENT_S = 15.0
 
 # Least time between searches for silent frames, and largest share dropped by one search.
 _LOOKS_EVERY_S = 1.0
+# Longest time for which one update moves frames, looked at after some of them.
+_LONGEST_S = 0.02
+_MOVES_PER_LOOK = 32
 _SHARE_FORGOTTEN = 0.1
 # Duration of the status after a full buffer.
 _FULL_SHOWN_S = 10.0
@@ -185,6 +188,8 @@ class SceneFrames:
         self._timeout_s = math.inf
         self._which: Callable[[str], bool] = lambda _name: True
         self._looked_s = -math.inf
+        # Number of the frame that the next update begins with.
+        self._next = 0
 
     @property
     def fixed(self) -> str:
@@ -233,9 +238,19 @@ class SceneFrames:
         poses, tops = _poses_in_roots(parents, local)
         top = tops.get(self._fixed, self._fixed)
         to_fixed = poses.get(self._fixed, _IDENTITY).inverse()
-        for name in (*poses, *(self.by_name.keys() - poses.keys())):
+        names = (*poses, *(self.by_name.keys() - poses.keys()))
+        begun_s, moved = time.monotonic(), 0
+        for number in range(len(names)):
+            name = names[(self._next + number) % len(names)]
             joined = tops.get(name, name) == top
-            self._move(self._frame(name), to_fixed @ poses.get(name, _IDENTITY) if joined else None)
+            pose = to_fixed @ poses.get(name, _IDENTITY) if joined else None
+            moved += self._move(self._frame(name), pose)
+            if moved and moved % _MOVES_PER_LOOK == 0 and time.monotonic() - begun_s > _LONGEST_S:
+                # Of thousands of frames the others follow next, so that the page answers between.
+                self._next = (self._next + number + 1) % len(names)
+                break
+        else:
+            self._next = 0
         self._forget(poses)
         self._hide_stale(parents, poses)
 
@@ -318,9 +333,10 @@ class SceneFrames:
             frame.label.remove()
             frame.label = None
 
-    def _move(self, frame: Frame, pose: Transform | None) -> None:
+    def _move(self, frame: Frame, pose: Transform | None) -> bool:
+        """Move a frame's node; return whether it was elsewhere."""
         if pose == frame.pose:
-            return
+            return False
         if pose is not None:
             x, y, z, w = pose.rotation
             if frame.pose is None or pose.rotation != frame.pose.rotation:
@@ -330,6 +346,7 @@ class SceneFrames:
         if (pose is None) != (frame.pose is None):
             frame.node.visible = pose is not None
         frame.pose = pose
+        return True
 
 
 def scene_path_part(name: str) -> str:
