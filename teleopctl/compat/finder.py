@@ -110,10 +110,37 @@ class _KindFinder:
         return None
 
 
+class _RegularFinder:
+    """Finder of the Python module of a source package that a folder of its name would hide.
+
+    In a workspace's ``src``, from which tests are run, the folder ``my_package`` around the module
+    ``my_package`` is a namespace package for Python. In ROS 2 the installed module has precedence.
+    """
+
+    def find_spec(
+        self, fullname: str, path: Sequence[str] | None, target: ModuleType | None = None
+    ) -> ModuleSpec | None:
+        """Return the spec of Python's path finder, or of a source package instead of a folder."""
+        if "." in fullname:
+            return None
+        spec = PathFinder.find_spec(fullname, path, target)
+        if spec is None or spec.loader is not None:
+            return spec
+        from teleopctl.errors import TeleopctlError
+
+        try:
+            return _module_spec(fullname, installed=False)
+        except TeleopctlError:
+            # The error must not affect imports of other modules.
+            return None
+
+
 def install() -> None:
     """Make message packages importable in this process. Idempotent."""
     if not any(isinstance(finder, _KindFinder) for finder in sys.meta_path):
         sys.meta_path.insert(0, _KindFinder())
+        if PathFinder in sys.meta_path:
+            sys.meta_path.insert(sys.meta_path.index(PathFinder), _RegularFinder())
         sys.meta_path += [_PackageFinder(), ParameterModuleFinder()]
 
 

@@ -87,6 +87,20 @@ def test_what_is_really_installed_wins(tmp_path):
     assert output(code, tmp_path) == "the real one <class 'std_srvs.srv._empty.Empty'>"
 
 
+def test_the_folder_of_a_source_package_does_not_hide_its_module(tmp_path):
+    """Tests are run from the folder with the packages, as ``pytest my_package/test``."""
+    package = tmp_path / "arm_tools"
+    (package / "arm_tools").mkdir(parents=True)
+    (package / "package.xml").write_text("<package><name>arm_tools</name></package>")
+    (package / "arm_tools" / "__init__.py").write_text("SIZE = 3\n")
+    (tmp_path / "other_folder").mkdir()
+    assert output(
+        "import arm_tools, other_folder\nprint(arm_tools.SIZE, other_folder.__file__)",
+        tmp_path,
+        TELEOPCTL_PACKAGE_PATH=str(tmp_path),
+    ) == ("3 None")
+
+
 def test_a_source_package_does_not_hide_its_own_interfaces(tmp_path):
     package = tmp_path / "gadget_msgs"
     (package / "msg").mkdir(parents=True)
