@@ -114,6 +114,9 @@ def test_a_key_that_is_held_moves_the_gripper_until_its_release(ros, drive):
         (["nowhere.urdf"], "There is no file 'nowhere.urdf'"),
         ([MODEL, MODEL], "is a second robot"),
         (["--open", "--no-open"], "--open and --no-open exclude each other"),
+        (["--device", "gamepat"], "There is no teleop device 'gamepat'"),
+        (["--mapping", "mine.yaml"], "--mapping is for --device"),
+        (["--leader", "/leader", "-d"], "--device shows its state in this terminal"),
     ],
 )
 def test_wrong_words_are_refused(ros, words, problem):

@@ -25,6 +25,7 @@ from teleopctl.node import (
     qos_profile_latched,
     spin,
 )
+from teleopctl.nodes.single_instance import require_single_instance
 from teleopctl.nodes.teleop.hand_driver import HandDriver
 from teleopctl.nodes.teleop.leader_follower import LeaderFollower
 from teleopctl.teleop import (
@@ -38,9 +39,10 @@ from teleopctl.teleop import (
 )
 from teleopctl.tf import Transform
 
-_PERIOD_S = 0.02
+# Period in which a leader's silence is noticed, and in which the state is shown, s.
+_PERIOD_S = 0.05
 # Periods between two looks at what is shown.
-_SHOWN_EACH = 5
+_SHOWN_EACH = 3
 # Period in which it is noticed that the robot is gone, s.
 _LOOK_S = 0.3
 _KEYS = "Keys: space stops, r releases the stop, t takes over, q ends"
@@ -95,6 +97,7 @@ class DeviceNode(Node):
         self._key_value: Any = get_message("diagnostic_msgs/msg/KeyValue")
         self._states = self.create_publisher(type(self._state), "~/state", qos_profile_latched)
         try:
+            require_single_instance(self)
             self.device.start()
             self._check_inputs()
         except BaseException:

@@ -7,7 +7,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import deserialize, get_message
 from teleopctl.kinematics import RobotGroups, find_groups, parse_srdf, read_srdf
 from teleopctl.node import AsyncParameterClient, Node, qos_profile_latched
 from teleopctl.nodes.teleop.gripper import GripperDrive
@@ -21,6 +21,7 @@ _SEMANTICS = ("robot_description_semantic", "srdf", "moveit_servo.move_group_nam
 _SCALES = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
 
 # Any, here and below: message classes are generated at run time from definitions.
+_JointState: Any = get_message("sensor_msgs/msg/JointState")
 
 
 @dataclass(frozen=True, slots=True)
@@ -103,7 +104,6 @@ class DrivenRobot:
         gripper: Drive of its gripper; None without one.
         description: Its description; None before it is known.
         groups: Its groups.
-        measured: Measured positions by joint, rad or m.
         problem: Why it cannot be driven, in words; empty if it can.
         status: What servo says about the motion; empty if nothing slows it down.
         scales: Largest speeds of servo's commands: ``linear`` in m/s, ``rotational`` and
@@ -121,7 +121,8 @@ class DrivenRobot:
         self.gripper: GripperDrive | None = None
         self.description: RobotDescription | None = None
         self.groups: RobotGroups | None = None
-        self.measured: dict[str, float] = {}
+        self._measured: dict[str, float] = {}
+        self._state: bytes | None = None
         self.problem = "no robot description has been received"
         self.status = ""
         self.scales = dict(_SCALES)
@@ -138,10 +139,12 @@ class DrivenRobot:
             qos_profile_latched,
         )
         node.create_subscription(
-            get_message("sensor_msgs/msg/JointState"),
+            _JointState,
             f"{prefix}joint_states",
             self._on_states,
             1,
+            raw=True,
+            immediate=True,
         )
         node.create_subscription(
             get_message("moveit_msgs/msg/ServoStatus"), f"{servo}/status", self._on_status, _DEPTH
@@ -181,8 +184,18 @@ class DrivenRobot:
         if groups.gripper_of(arm.group) is not None:
             self.gripper = GripperDrive(self._node, description, groups, arm.group)
 
-    def _on_states(self, message: Any) -> None:
-        self.measured = dict(zip(message.name, message.position, strict=False))
+    def _on_states(self, data: bytes) -> None:
+        # Read when it is needed: states may arrive a thousand times a second, while nothing moves.
+        self._state = data
+
+    @property
+    def measured(self) -> dict[str, float]:
+        """Measured positions by joint, rad or m."""
+        data, self._state = self._state, None
+        if data is not None:
+            message = deserialize(data, _JointState)
+            self._measured = dict(zip(message.name, message.position, strict=False))
+        return self._measured
 
     def _on_status(self, message: Any) -> None:
         self.status = message.message if message.code else ""

@@ -131,6 +131,13 @@ class GripperDrive:
         """Go no further: what is commanded now is what is wanted."""
         self.wanted, self._is_toggled = self._commanded, False
 
+    @property
+    def is_done(self) -> bool:
+        """Whether it stands where it is wanted, as far as is commanded."""
+        if self._is_toggled:
+            return False
+        return self.wanted is None or self._commanded == self.wanted == self._sent
+
     def step(self, duration_s: float, measured: Mapping[str, float]) -> None:
         """Command the next step towards the wanted opening.
 

@@ -7,6 +7,7 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 from teleopctl.node import (
     SILENCE_S,
     Clock,
@@ -26,6 +27,8 @@ from teleopctl.tf import Transform
 _ZEROS = 3
 # Period in which silence of a hand is noticed, and in which a base is looked for, s.
 _PERIOD_S, _LOOK_S = 0.02, 0.5
+# Period while nothing is held and nothing moves, s.
+_IDLE_S = 0.1
 # Time after which a robot without a description is taken to be a base, s.
 _LATE_S = 1.0
 # Time for which a note is shown, s.
@@ -81,7 +84,9 @@ class HandDriver:
         self._command = HandCommand()
         self._button = StopButton(node)
         self._stops = StopHolders(node, lambda _names: None)
-        node.create_timer(_PERIOD_S, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        self._timer = node.create_timer(
+            _PERIOD_S, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME)
+        )
 
     # --- the robot --------------------------------------------------------------------------------
 
@@ -229,6 +234,8 @@ class HandDriver:
         self._refusal = self._lease.take(self.device)
         if not self._refusal:
             self._moved_s = time.monotonic()
+            if self._timer.timer_period_ns != _ns(_PERIOD_S):
+                self._timer.restart(_ns(_PERIOD_S))
         return not self._refusal
 
     def _on_loss(self) -> None:
@@ -309,6 +316,9 @@ class HandDriver:
             gripper = self.robot_state.gripper
             if gripper is not None and not self._stops.names:
                 gripper.step(_PERIOD_S, self.robot_state.measured)
+            is_busy = self._is_moving or self._is_gripping or self._target is not None
+            if not is_busy and (gripper is None or gripper.is_done):
+                self._timer.timer_period_ns = _ns(_IDLE_S)
 
     def _find_base(self) -> None:
         """Look for a mobile base from time to time, where no arm is driven."""
@@ -392,3 +402,7 @@ class HandDriver:
             "since_ns": claim.since_ns,
             "is_this": self._lease.is_held,
         }
+
+
+def _ns(seconds: float) -> int:
+    return round(seconds * NANOSECONDS_PER_SECOND)
