@@ -40,9 +40,7 @@ from teleopctl.teleop import (
 from teleopctl.tf import Transform
 
 # Period in which a leader's silence is noticed, and in which the state is shown, s.
-_PERIOD_S = 0.05
-# Periods between two looks at what is shown.
-_SHOWN_EACH = 3
+_CHECKED_S, _SHOWN_S = 0.05, 0.15
 # Period in which it is noticed that the robot is gone, s.
 _LOOK_S = 0.3
 _KEYS = "Keys: space stops, r releases the stop, t takes over, q ends"
@@ -77,8 +75,6 @@ class DeviceNode(Node):
         self._clutch = PoseClutch()
         self.leader: LeaderFollower | None = None
         self._shown = ""
-        self._count = 0
-        self._line = ""
         self.driver = HandDriver(self, name, servo, base)
         self.driver.on_action = self.act
         self.device = kind(self, self._receive)
@@ -103,7 +99,10 @@ class DeviceNode(Node):
         except BaseException:
             self.destroy_node()
             raise
-        self.create_timer(_PERIOD_S, self._tick, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        steady = Clock(clock_type=ClockType.STEADY_TIME)
+        self.create_timer(_SHOWN_S, self._tick, clock=steady)
+        if self.leader is not None:
+            self.create_timer(_CHECKED_S, self.leader.check, clock=steady)
 
     def _check_inputs(self) -> None:
         """Raise an error if the device lacks what its mapping uses to move.
@@ -188,12 +187,8 @@ class DeviceNode(Node):
     # --- what is shown ----------------------------------------------------------------------------
 
     def _tick(self) -> None:
-        if self.leader is not None:
-            self.leader.check()
         self._follow_robot()
-        self._count += 1
-        if self._count % _SHOWN_EACH == 0:
-            self._show()
+        self._show()
 
     def _follow_robot(self) -> None:
         """Read the mapping for the robot once it is known."""

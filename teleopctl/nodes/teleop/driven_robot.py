@@ -15,13 +15,13 @@ from teleopctl.packages import resolve_uri
 from teleopctl.robot import Joints, RobotDescription, SegmentTree
 from teleopctl.tf import Transform
 
-_DEPTH = 10
 _SEMANTICS = ("robot_description_semantic", "srdf", "moveit_servo.move_group_name")
 # Scales of servo: m/s, rad/s, rad/s.
 _SCALES = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
 
 # Any, here and below: message classes are generated at run time from definitions.
 _JointState: Any = get_message("sensor_msgs/msg/JointState")
+_ServoStatus: Any = get_message("moveit_msgs/msg/ServoStatus")
 
 
 @dataclass(frozen=True, slots=True)
@@ -105,7 +105,6 @@ class DrivenRobot:
         description: Its description; None before it is known.
         groups: Its groups.
         problem: Why it cannot be driven, in words; empty if it can.
-        status: What servo says about the motion; empty if nothing slows it down.
         scales: Largest speeds of servo's commands: ``linear`` in m/s, ``rotational`` and
             ``joint`` in rad/s.
         is_unitless: Whether servo takes parts of these speeds.
@@ -124,7 +123,8 @@ class DrivenRobot:
         self._measured: dict[str, float] = {}
         self._state: bytes | None = None
         self.problem = "no robot description has been received"
-        self.status = ""
+        self._status = ""
+        self._newest_status: bytes | None = None
         self.scales = dict(_SCALES)
         self.is_unitless = True
         self._urdf = ""
@@ -147,7 +147,7 @@ class DrivenRobot:
             immediate=True,
         )
         node.create_subscription(
-            get_message("moveit_msgs/msg/ServoStatus"), f"{servo}/status", self._on_status, _DEPTH
+            _ServoStatus, f"{servo}/status", self._on_status, 1, raw=True, immediate=True
         )
         self._servo_parameters = AsyncParameterClient(node, servo)
         self._has_asked = False
@@ -197,8 +197,17 @@ class DrivenRobot:
             self._measured = dict(zip(message.name, message.position, strict=False))
         return self._measured
 
-    def _on_status(self, message: Any) -> None:
-        self.status = message.message if message.code else ""
+    def _on_status(self, data: bytes) -> None:
+        self._newest_status = data
+
+    @property
+    def status(self) -> str:
+        """What servo says about the motion; empty if nothing slows it down."""
+        data, self._newest_status = self._newest_status, None
+        if data is not None:
+            message = deserialize(data, _ServoStatus)
+            self._status = message.message if message.code else ""
+        return self._status
 
     def ask_servo(self) -> None:
         """Request the scales of the servo node, and its groups, once it is there."""
