@@ -74,18 +74,19 @@ class LogPanel(Panel):
         self._level: Any = self.gui.add_dropdown(
             "Level", tuple(_LEVELS), initial_value="Info", hint="Lowest severity to show"
         )
-        self._node: Any = self.gui.add_dropdown("Node", (_ALL,))
-        self._text: Any = self.gui.add_text("Contains", "")
+        with self.gui.add_folder("Filter", expand_by_default=False):
+            self._node: Any = self.gui.add_dropdown("Node", (_ALL,))
+            self._text: Any = self.gui.add_text("Contains", "")
+            with self.gui.add_form(None) as form:
+                self._time: Any = self.gui.add_text(
+                    "Jump to",
+                    "",
+                    hint="A time, such as 14:02:30, or seconds, then Enter; empty for the newest. "
+                    "Plots and the bag jump there too.",
+                )
+            form.on_submit(self.page.on_node_thread(lambda _event: self._jump()))
         for filter_of_lines in (self._level, self._node, self._text):
             filter_of_lines.on_update(self.page.on_node_thread(lambda _event: self._show_all()))
-        with self.gui.add_form(None) as form:
-            self._time: Any = self.gui.add_text(
-                "Jump to",
-                "",
-                hint="A time, such as 14:02:30, or seconds, then Enter; empty for the newest. "
-                "Plots and the bag jump there too.",
-            )
-        form.on_submit(self.page.on_node_thread(lambda _event: self._jump()))
         self._buttons: Any = self.gui.add_button_group("Lines", ("Pause", "Clear"))
         self._buttons.on_click(self.page.on_node_thread(self._pressed))
         self._note = self.gui.add_html("")
