@@ -352,10 +352,13 @@ def faults(verb: str, written: str) -> Iterator[str]:
 
 
 STAMPED = "topic pub -r 20 /stamped geometry_msgs/msg/PointStamped '{header: auto}'"
+# Logs each second. What the other nodes have logged is kept on /rosout for 10 s only.
+LOGGING = "run demo_nodes_py talker"
 
 
 def test_a_verb_that_goes_on_prints_an_object_a_line(graph):
     graph.spawn(STAMPED)
+    graph.spawn(LOGGING)
     processes = [(line, graph.spawn(f"{line} --json")) for line in STREAMS]
     for line, process in processes:
         # While nothing has come yet, nothing is printed.
