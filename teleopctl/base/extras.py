@@ -21,6 +21,14 @@ _ROS_1 = {
     "tf": "tf2_ros",
     "dynamic_reconfigure": "the parameters of rclpy's nodes",
 }
+_MOVEIT = (
+    "pymoveit2, the services and actions of move_group, and teleopctl.RunningArm move arms from "
+    "Python."
+)
+_NOT_SERVED = {
+    "moveit": f"moveit_py is a binding of MoveIt's C++ library, which is not here: {_MOVEIT}",
+    "moveit_commander": f"moveit_commander is of ROS 1: {_MOVEIT}",
+}
 # Distributions whose modules have other names.
 _DISTRIBUTIONS = {
     "cv2": "opencv-python-headless",
@@ -113,6 +121,8 @@ def missing_module_hint(error: BaseException) -> str | None:
     package = str(name).partition(".")[0]
     if package in _ROS_1:
         return f"{package} is of ROS 1; in ROS 2 it is {_ROS_1[package]}."
+    if package in _NOT_SERVED:
+        return _NOT_SERVED[package]
     if package in _DISTRIBUTIONS:
         return f"It is not installed: pip install {_DISTRIBUTIONS[package]}"
     if package.endswith(_OF_INTERFACES):
