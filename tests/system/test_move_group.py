@@ -311,6 +311,15 @@ def test_bad_requests_are_answered_with_a_code_and_a_sentence(arm, change, code,
     assert text in error.message
 
 
+def test_a_motion_with_a_broken_start_state_is_refused(arm):
+    goal = move_goal(joints(0.1, 0.0, 0.0))
+    goal.request.start_state.joint_state.name = ["joint_1", "joint_2"]
+    goal.request.start_state.joint_state.position = [0.0]
+    error = arm.result(arm.send(arm.move_action, goal)).result.error_code
+    assert error.val == MoveItErrorCode.INVALID_ROBOT_STATE
+    assert "2 names and 1 positions" in error.message
+
+
 def test_a_state_in_collision_is_invalid_and_names_both_bodies(arm):
     at = arm.tool()
     arm.objects.publish(box("wall", at, (0.1, 0.1, 0.1)))

@@ -241,6 +241,11 @@ def test_a_start_that_violates_the_path_constraints_is_refused(context, planning
     assert error.value.code is MoveItErrorCode.START_STATE_VIOLATES_PATH_CONSTRAINTS
 
 
+def test_a_scaling_that_is_no_number_is_refused(context, planning):
+    with pytest.raises(PlanningError, match="max_velocity_scaling_factor is nan"):
+        planning.plan(request(joint_goal(*BENT), max_velocity_scaling_factor=float("nan")))
+
+
 def test_the_speed_of_a_link_is_limited(context, planning):
     goal = joint_goal(*(BENT + 0.5))
     free = planning.plan(request(goal)).plan

@@ -224,12 +224,16 @@ class MoveGroupActions:
             return False
 
     def _from_now(self, request: Any, plan_only: bool) -> Any:
-        """Return a request that begins at the robot's present state if it is to be executed."""
+        """Return a request that begins at the robot's present state if it is to be executed.
+
+        Raises:
+            PlanningError: The start state has values that are no positions.
+        """
         state = request.start_state
         if plan_only or not state.joint_state.name:
             return request
         measured = self._context.measured()
-        given = dict(zip(state.joint_state.name, state.joint_state.position, strict=False))
+        given = self._context.positions(state)
         if any(abs(at - measured.get(name, at)) > 1e-3 for name, at in given.items()):
             self._log.warning(
                 "Execution of motions should always start at the robot's current state. Ignoring "

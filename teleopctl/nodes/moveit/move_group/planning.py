@@ -277,7 +277,16 @@ class Planning:
         return {name: value for name, value in given.items() if name in known}
 
     def _scaling(self, word: str, value: float) -> float:
-        """Return a scaling factor as MoveIt understands it: 1 for one that is not above 0 to 1."""
+        """Return a scaling factor as MoveIt understands it: 1 for one that is not above 0 to 1.
+
+        Raises:
+            PlanningError: It is no number, which is no wish for the full speed.
+        """
+        if not math.isfinite(value):
+            raise PlanningError(
+                f"max_{word}_scaling_factor is {value:g}, and not from 0 to 1",
+                MoveItErrorCode.FAILURE,
+            )
         if 0.0 < value <= 1.0:
             return float(value)
         if value != 0.0:
