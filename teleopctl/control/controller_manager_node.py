@@ -46,7 +46,7 @@ from teleopctl.node import (
     parse_ros_arguments,
     qos_profile_latched,
 )
-from teleopctl.robot import RobotDescription, update_rate_problem
+from teleopctl.robot import RobotDescription, joint_inertias, update_rate_problem
 
 DEFAULT_UPDATE_RATE = 100
 # Prefixes of parameters of the manager; below other prefixes are parameters of controllers.
@@ -324,7 +324,7 @@ class ControllerManagerNode:
                 "command the same joints. 'teleopctl ps' lists what runs"
             )
         self._description = description
-        self._stop.set_limits(self._resource_manager.limits)
+        self._stop.set_limits(self._resource_manager.limits, joint_inertias(description))
         self._node.destroy_timer(self._reminder)
         self._find_lockstep_hardware()
         self._resource_manager.set_lockstep(self._lockstep)

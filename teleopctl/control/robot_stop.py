@@ -37,6 +37,10 @@ _MOVING_SPEED = 0.05
 _AT_REST_S = 0.1
 # In this time after a step, in seconds, the joint may not have begun to move.
 _YOUNG_S = 0.1
+# Natural frequency of the spring and damper that hold a joint by its effort, rad/s, and its largest
+# product with the period: joints that move each other have less inertia than one alone.
+_HOLDING_RAD_S = 20.0
+_HOLDING_PER_CYCLE = 0.1
 
 
 class RobotStop:
@@ -59,22 +63,25 @@ class RobotStop:
         self.estimated_speeds: dict[str, StateInterface] = {}
         self._estimates: list[_SpeedEstimate] | None = None
         self._decelerations: Mapping[str, float] = {}
+        self._inertias: Mapping[str, float] = {}
 
     def set_limits(
         self,
         limits: Mapping[str, JointLimits],
         accelerations: Mapping[str, float] = MappingProxyType({}),
+        inertias: Mapping[str, float] = MappingProxyType({}),
     ) -> list[str]:
         """Set the limits by which joints decelerate; return the joints without such a limit.
 
         Args:
             limits: Limits of the joints, by joint name.
             accelerations: Acceleration limits that go before those, rad/s² or m/s².
+            inertias: Inertia that each joint moves, kg m² or kg, to hold it by its effort.
 
         Returns:
             Names of the joints whose deceleration follows from the velocity limit.
         """
-        self.limits = limits
+        self.limits, self._inertias = limits, inertias
         self._decelerations, derived = stop_decelerations(limits, accelerations)
         return derived
 
@@ -131,6 +138,10 @@ class RobotStop:
     def deceleration(self, joint: str) -> float:
         """Return the deceleration of a joint in rad/s² or m/s²; infinite if unlimited."""
         return self._decelerations.get(joint, math.inf)
+
+    def inertia(self, joint: str) -> float:
+        """Return the inertia that a joint moves, kg m² or kg; 0 if unknown."""
+        return self._inertias.get(joint, 0.0)
 
 
 class _SpeedEstimate:
@@ -219,8 +230,10 @@ def common_decelerations(speeds: Sequence[float], decelerations: Sequence[float]
 class StopRamp:
     """Commands of a controller while the robot is stopped: to rest within limits, then constant.
 
-    Position commands decelerate and stay, velocity commands go to 0 within the same limits, and
-    effort and acceleration commands are 0. Other commands, and those that are NaN, stay as the
+    Position commands decelerate and stay, and velocity commands go to 0 within the same limits. By
+    effort commands, a spring and a damper pull the joint to a position that decelerates and stays,
+    beside the last effort, which carries the joint; without the joint's position or inertia they
+    are 0, as are acceleration commands. Other commands, and those that are NaN, stay as the
     controller writes them.
 
     Args:
@@ -244,9 +257,15 @@ class StopRamp:
             for command in commands
             if command.interface_name in (POSITION, VELOCITY)
         ]
-        self._at_zero = [
-            command for command in commands if command.interface_name in (EFFORT, ACCELERATION)
+        forces = [one for one in commands if one.interface_name in (EFFORT, ACCELERATION)]
+        held = [
+            _HeldJoint(command, states, stop)
+            for command in forces
+            if command.interface_name == EFFORT and math.isfinite(command.value)
         ]
+        self._held = [joint for joint in held if joint.is_known]
+        known = [joint.command for joint in self._held]
+        self._at_zero = [command for command in forces if command not in known]
         common = common_decelerations(
             [joint.speed for joint in self._joints],
             [joint.deceleration for joint in self._joints],
@@ -256,10 +275,61 @@ class StopRamp:
 
     def apply(self, period: float) -> None:
         """Replace the commands that the controller wrote in a cycle of a period in seconds."""
-        for joint in self._joints:
+        for joint in (*self._joints, *self._held):
             joint.apply(period)
         for command in self._at_zero:
             command.value = 0.0
+
+
+class _HeldJoint:
+    """Effort command of one joint on its way to rest: that of a spring and a damper.
+
+    Their efforts cannot accelerate the joint for long, whatever its true inertia: they are those of
+    passive parts at a reference that comes to rest. The last effort goes on, since it may be all
+    that carries the joint; not that of a wheel that turns, which it would drive.
+
+    Attributes:
+        command: The command interface.
+    """
+
+    def __init__(
+        self, command: CommandInterface, states: Mapping[str, StateInterface], stop: RobotStop
+    ) -> None:
+        # A reference interface has its controller's name in front of the joint's.
+        joint = command.prefix_name.rpartition("/")[2]
+        unknown = StateInterface(joint, "unknown")
+        self.command = command
+        self._position = states.get(f"{joint}/{POSITION}", unknown)
+        speed = states.get(f"{joint}/{VELOCITY}")
+        self._velocity = speed or stop.estimated_speeds.get(joint, unknown)
+        self._inertia = stop.inertia(joint)
+        self._deceleration = stop.deceleration(joint)
+        limits = stop.limits.get(joint)
+        self._most = limits.effort if limits else math.inf
+        is_endless = limits is None or limits.angle_wraparound
+        self._reference, self._speed = self._position.value, self._velocity.value
+        is_driven = is_endless and abs(self._speed) > _MOVING_SPEED
+        self._carrying = 0.0 if is_driven else command.value
+
+    @property
+    def is_known(self) -> bool:
+        """Whether inertia, position and speed of the joint are known."""
+        return self._inertia > 0.0 and math.isfinite(self._reference + self._speed)
+
+    def apply(self, period: float) -> None:
+        """Command the effort in a cycle of a period in seconds."""
+        before = self._speed
+        slower = max(0.0, abs(before) - self._deceleration * period)
+        self._speed = math.copysign(slower, before)
+        if math.isfinite(self._deceleration):
+            self._reference += (before + self._speed) / 2.0 * period
+        away = self._reference - self._position.value
+        faster = self._speed - self._velocity.value
+        if not math.isfinite(away + faster):
+            return  # not measured: the last effort stays
+        rate = min(_HOLDING_RAD_S, _HOLDING_PER_CYCLE / period)
+        effort = self._carrying + self._inertia * rate * (rate * away + 2.0 * faster)
+        self.command.value = min(max(effort, -self._most), self._most)
 
 
 class _JointRamp:

@@ -77,9 +77,9 @@ class RobotStopNode:
         node.create_service(trigger, _SERVICE, self._on_stop)
         node.create_service(trigger, RELEASE_SERVICE, self._on_release)
 
-    def set_limits(self, limits: Mapping[str, JointLimits]) -> None:
-        """Set the limits of the robot's joints, once its description is known."""
-        self._derived = self._stop.set_limits(limits, self._accelerations)
+    def set_limits(self, limits: Mapping[str, JointLimits], inertias: Mapping[str, float]) -> None:
+        """Set limits and inertias of the robot's joints, once its description is known."""
+        self._derived = self._stop.set_limits(limits, self._accelerations, inertias)
 
     def _changed(self, names: tuple[str, ...]) -> None:
         was_stopped = self._stop.is_stopped

@@ -28,6 +28,7 @@ if TYPE_CHECKING:
         tags_of_plugin as tags_of_plugin,
     )
     from teleopctl.robot.gazebo_tag import gazebo_colour as gazebo_colour
+    from teleopctl.robot.inertia import joint_inertias as joint_inertias
     from teleopctl.robot.joint_rules import (
         JointLimits as JointLimits,
         SoftLimits as SoftLimits,

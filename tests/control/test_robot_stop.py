@@ -37,13 +37,16 @@ NAN = math.nan
 class Robot:
     """Joints at 0 with mock hardware, and controllers that a test loads."""
 
-    def __init__(self, joints=1, commands=("position", "velocity"), limits='velocity="1"'):
+    def __init__(
+        self, joints=1, commands=("position", "velocity"), limits='velocity="1"', extra_joints=""
+    ):
         urdf = serial_robot(
             joints,
             initial=(0.0,),
             commands=commands,
             states=("position", "velocity"),
             limits=f'lower="-10" upper="10" effort="10" {limits}',
+            extra_joints=extra_joints,
             # Mock hardware has no dynamics for efforts.
             parameters=""
             if "effort" in commands
@@ -269,7 +272,54 @@ def test_a_velocity_command_goes_to_zero_within_the_limit_and_stays():
     assert speeds == pytest.approx([min(0.0, -1.0 + 0.05 * n) for n in range(1, 31)])
 
 
-def test_an_effort_command_is_zero_while_stopped():
+# Half a metre from the axis: 0.5 kg m².
+MASS = (
+    '<joint name="fixed" type="fixed"><parent link="link1"/><child link="mass"/></joint>'
+    '<link name="mass"><inertial><origin xyz="0 0.5 0"/><mass value="2"/>'
+    '<inertia ixx="0" ixy="0" ixz="0" iyy="0" iyz="0" izz="0"/></inertial></link>'
+)
+
+
+class EffortRobot(Robot):
+    """Robot with a joint of an inertia, which moves by its effort against a load."""
+
+    def __init__(self, speed, load, inertia=0.5):
+        super().__init__(commands=("position", "velocity", "effort"), extra_joints=MASS)
+        self.load("forward", FORWARD, joints=["joint1"], interface_name="effort")
+        self.stack.nodes["forward"].receive("~/commands", Floats(data=[3.0]))
+        self.stack.step()
+        self.stop()
+        hardware: Any = self.stack.resources.components["Hardware"].hardware
+        states = self.stack.resources.state_interfaces
+        self.position, self.speed = states["joint1/position"], states["joint1/velocity"]
+        self.speed.value = speed
+
+        def move(*_):
+            self.speed.value += (self.command(interface="effort") - load) / inertia * PERIOD
+            self.position.value += self.speed.value * PERIOD
+
+        hardware.read = move
+
+
+def test_an_effort_that_carries_a_joint_goes_on_while_stopped():
+    robot = EffortRobot(speed=0.0, load=3.0)
+    assert robot.commands_until_rest(100, interface="effort") == [3.0] * 100
+    assert robot.position.value == 0.0
+
+
+@pytest.mark.parametrize("inertia", [0.5, 5.0], ids=["as described", "with a heavy rotor"])
+@pytest.mark.parametrize("load", [3.0, 0.0])
+def test_a_joint_with_effort_commands_comes_to_rest_and_is_held(load, inertia):
+    robot = EffortRobot(speed=1.0, load=load, inertia=inertia)
+    efforts = robot.commands_until_rest(3000, interface="effort")
+    assert max(map(abs, efforts)) <= 10.0
+    assert efforts[-1] == pytest.approx(load, abs=1e-3)
+    assert robot.speed.value == pytest.approx(0.0, abs=1e-3)
+    # 1 rad/s ends after 0.1 rad; at 100 Hz the spring has 10 rad/s.
+    assert robot.position.value == pytest.approx(0.1 + (3.0 - load) / (0.5 * 10.0**2), abs=0.05)
+
+
+def test_an_effort_command_without_an_inertia_is_zero_while_stopped():
     robot = Robot(commands=("position", "velocity", "effort"))
     robot.load("forward", FORWARD, joints=["joint1"], interface_name="effort")
     robot.stack.nodes["forward"].receive("~/commands", Floats(data=[3.0]))

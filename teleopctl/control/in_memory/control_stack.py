@@ -23,7 +23,7 @@ from teleopctl.node import (
     Node,
     RcutilsLogger,
 )
-from teleopctl.robot import RobotDescription
+from teleopctl.robot import RobotDescription, joint_inertias
 
 # Longest wait for the first update of reloaded code in a thread of its own, in seconds.
 _LONGEST_UPDATE_S = 10.0
@@ -117,7 +117,8 @@ class ControlStack:
         """
         self.description = RobotDescription.from_urdf(urdf)
         self.resources.load_and_initialize_components(self.description)
-        self.manager.robot_stop.set_limits(self.resources.limits)
+        inertias = joint_inertias(self.description)
+        self.manager.robot_stop.set_limits(self.resources.limits, inertias=inertias)
         self.resources.start_components({})
 
     def set_controller_parameters(
