@@ -275,8 +275,10 @@ class StopRamp:
 
     def apply(self, period: float) -> None:
         """Replace the commands that the controller wrote in a cycle of a period in seconds."""
-        for joint in (*self._joints, *self._held):
+        for joint in self._joints:
             joint.apply(period)
+        for held in self._held:
+            held.apply(period)
         for command in self._at_zero:
             command.value = 0.0
 
