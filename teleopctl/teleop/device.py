@@ -67,11 +67,13 @@ class TeleopDevice(ABC):
             with teleopctl, or the path of a file.
         gives_joints: Whether its samples have joints, as those of a leader arm.
         reads_terminal: Whether it reads the keys of the terminal.
+        help: What a person does with it, for the terminal in which it runs.
     """
 
     mapping: ClassVar[str | Path] = ""
     gives_joints: ClassVar[bool] = False
     reads_terminal: ClassVar[bool] = False
+    help: ClassVar[str] = ""
 
     def __init__(self, node: Node, emit: Callable[[HandSample], object]) -> None:
         self.node = node

@@ -37,7 +37,7 @@ EPISODE = "episode_"
 EPISODE_STEPS = ("start", "success", "save", "discard")
 """What a hand does with an episode; a success is saved, too."""
 ACTIONS = (
-    *("stop", "slower", "faster", "base", "tip", "take", "release", "engage", "disengage"),
+    *("stop", "release_stop", "slower", "faster", "base", "tip", "take", "engage", "disengage"),
     *(f"{EPISODE}{step}" for step in EPISODE_STEPS),
 )
 """Actions of buttons: they begin with the press; ``base`` and ``tip`` choose the twist's axes."""

@@ -312,8 +312,10 @@ def drive(
 
         node.create_timer(_LOOK_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
         reads_keys = not node.device.reads_terminal
-        if reads_keys and sys.stdout is not None and sys.stdout.isatty():
-            sys.stdout.write(f"{_KEYS if node.leader is None else _LEADER_KEYS}\n")
+        if sys.stdout is not None and sys.stdout.isatty():
+            keys = _KEYS if node.leader is None else _LEADER_KEYS
+            texts = [node.device.help, keys if reads_keys else ""]
+            sys.stdout.write("".join(f"{text}\n" for text in texts if text))
         progress.report(progress.READY)
         try:
             with Keyboard(node.on_key, wanted=reads_keys):

@@ -218,9 +218,12 @@ class HandDriver:
     def take_over(self) -> None:
         """Drive from now on, also if another node does."""
         with self._lock:
-            self._is_taken = False
-            self._moved_s = time.monotonic()
-            self._refusal = self._lease.take(self.device, by_force=True)
+            self._take()
+
+    def _take(self) -> None:
+        self._is_taken = False
+        self._moved_s = time.monotonic()
+        self._refusal = self._lease.take(self.device, by_force=True)
 
     def _may_move(self, *, wants: bool) -> bool:
         """Return whether this hand drives: it takes the lease when it begins to hold something."""
@@ -279,6 +282,10 @@ class HandDriver:
         elif action == "stop":
             self._lease.release()
             self._button.press()
+        elif action == "release_stop":
+            self._button.release()
+        elif action == "take":
+            self._take()
         elif action.startswith(EPISODE):
             self.episodes.press(action.removeprefix(EPISODE))
         else:

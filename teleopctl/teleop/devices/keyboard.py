@@ -23,6 +23,10 @@ class TerminalKeys(TeleopDevice):
 
     mapping = "keyboard"
     reads_terminal = True
+    help = """\
+Keys: arrows and page up/down move, u o i k j l turn, w e choose whose axes, g the gripper.
+A base: arrows drive and turn, J L move sideways.
+[ ] change the speed, space stops, r releases the stop, q ends."""
 
     def __init__(self, node: Node, emit: Callable[[HandSample], object]) -> None:
         super().__init__(node, emit)
