@@ -13,6 +13,8 @@ import sys
 import time
 from pathlib import Path
 
+# The cube comes into the bin by handle, keys, gamepad and touch pads, in a real browser.
+_CUBE = "tests/system/test_drive.py::test_the_cube_comes_into_the_bin"
 # Module, arguments of the full run, and arguments of the quick run.
 CAMPAIGNS = (
     ("tests.fuzz.decoders", "--count 1000000", "--count 20000"),
@@ -25,6 +27,8 @@ CAMPAIGNS = (
     ("tests.faults.frozen", "", ""),
     ("tests.faults.control", "", "--quick blocks killed reload"),
     ("tests.faults.episodes", "--count 20", "--count 3"),
+    ("tests.faults.stops", "--count 100", "--count 2"),
+    ("pytest", f"-q {_CUBE}", f"-q {_CUBE}[keys-size1]"),
 )
 
 

@@ -61,6 +61,8 @@ class HandCommand:
         is_held: Whether the hand holds something that moves the robot.
         actions: Actions whose buttons are pressed now.
         toggles_gripper: Whether the button that opens or closes the gripper is pressed.
+        drags: Whether a mouse button or a finger is held in the 3D view, as while a handle is
+            dragged.
     """
 
     linear: tuple[float, float, float] = (0.0, 0.0, 0.0)
@@ -71,6 +73,7 @@ class HandCommand:
     is_held: bool = False
     actions: frozenset[str] = frozenset()
     toggles_gripper: bool = False
+    drags: bool = False
 
     def part(self, speed: float) -> float:
         """Return the part of the robot's speeds for a speed step, from 0 to 1."""
@@ -88,6 +91,7 @@ class HandCommand:
             self.is_held or other.is_held,
             self.actions | other.actions,
             self.toggles_gripper or other.toggles_gripper,
+            self.drags or other.drags,
         )
 
 

@@ -196,7 +196,7 @@ class HandleHand(KeysHand):
             self._at = self._person.gripper()
             self._at[self._axis] += self._GRASP_M
             self._point()
-            time.sleep(0.5)  # until the page has seen which arrow is below the mouse
+            self._person.pause(0.5)  # until the page has seen which arrow is below the mouse
             self._page.mouse.down()
         self._at[self._axis] += self._STEP_M * speed[self._axis]
         self._point()
@@ -213,9 +213,14 @@ class HandleHand(KeysHand):
 
 
 class Driver:
-    """Eyes of the person: where gripper and cube are, by topics; moves a hand until they fit."""
+    """Eyes of the person: where gripper and cube are, by topics; moves a hand until they fit.
+
+    Attributes:
+        pause: Waits for a time in s.
+    """
 
     def __init__(self, node: Node, model: str) -> None:
+        self.pause: Callable[[float], object] = time.sleep
         self._arm = Arm(load_description(Path(model)), tool=GRASP)
         self._positions: dict[str, float] = {}
         self._cube: Any = None
@@ -244,6 +249,13 @@ class Driver:
         """Return where the point between the fingertips is, (3,), m."""
         return self._arm.fk([self._positions[name] for name in self._arm.names])[:3, 3].copy()
 
+    def wait_for_fingers(self, timeout_s: float = 30.0) -> None:
+        """Wait until the fingers move."""
+        end_s, begin = time.monotonic() + timeout_s, self._positions[FINGER]
+        while abs(self._positions[FINGER] - begin) < 5e-3:
+            assert time.monotonic() < end_s, "the fingers do not move"
+            self.pause(0.02)
+
     def grip(self, hand: Hand, opening: float, timeout_s: float = 90.0) -> None:
         """Open or close the gripper, until the fingers stand still."""
         end_s = time.monotonic() + timeout_s
@@ -251,7 +263,7 @@ class Driver:
         hand.grip(opening)
         while still < 5:
             assert time.monotonic() < end_s, "the fingers do not stand still"
-            time.sleep(0.2)
+            self.pause(0.2)
             at = self._positions[FINGER]
             still = still + 1 if abs(at - before) < 2e-3 and abs(at - begin) > 0.02 else 0
             before = at
@@ -276,9 +288,9 @@ class Driver:
             speed = np.sign(away) * np.clip(np.abs(away) * 6.0, 0.25, 1.0)
             speed[np.abs(away) < 0.4 * near_m] = 0.0
             hand.move(float(speed[1]), float(-speed[0]), float(speed[2]))
-            time.sleep(0.03)
+            self.pause(0.03)
         hand.move(0.0, 0.0, 0.0)
-        time.sleep(0.3)
+        self.pause(0.3)
 
     def bring_cube(self, hand: Hand) -> bool:
         """Bring the cube into the bin; return whether it lies there."""
@@ -291,7 +303,7 @@ class Driver:
         self.move_to(hand, np.array([-1.0, 1.1, self.gripper()[2]]), near_m=0.05)
         self.move_to(hand, BIN, near_m=0.05)
         self.grip(hand, 1.0)
-        time.sleep(1.0)
+        self.pause(1.0)
         return bool((np.abs(self.cube()[:2] - BIN[:2]) < 0.2).all() and self.cube()[2] < 0.3)
 
 

@@ -39,6 +39,8 @@ class HandDriver:
     """Publishes what a hand asks for, and knows what became of it.
 
     Without samples for `STALE_S` the hand counts as released. A release publishes zero three times.
+    A hand that was silent until its lease ended, or whose servo node has gone, has to be let go and
+    pressed again: the robot does not move by itself when they come back.
 
     Args:
         node: Node of the endpoints; its executor must spin in another thread than `apply`'s.
@@ -69,6 +71,8 @@ class HandDriver:
         self._began_s = time.monotonic()
         # Whether another hand has taken over since this one began to hold something.
         self._is_taken = False
+        # Whether the hand holds something, also while it is silent or refused.
+        self._is_held = False
         self._refusal = ""
         self._moved_s = 0.0
         self._lock = threading.Lock()
@@ -133,7 +137,9 @@ class HandDriver:
             speeds: Speed steps of its mapping.
         """
         with self._lock:
-            self._applied_s = time.monotonic()
+            self._lose_silent()
+            if self._target is None or command.drags:
+                self._applied_s = time.monotonic()
             others = [
                 action
                 for action in command.actions - self._pressed
@@ -141,7 +147,8 @@ class HandDriver:
             ]
             self._pressed = command.actions
             wants = command.is_held or command.toggles_gripper
-            if not self._may_move(wants=wants):
+            self._is_held = wants or self._target is not None
+            if not self._may_move(wants=self._is_held):
                 command = HandCommand(actions=command.actions)
             gripper = self.robot_state.gripper
             if command.toggles_gripper and not self._has_toggled and gripper is not None:
@@ -168,11 +175,20 @@ class HandDriver:
     def release(self) -> None:
         """Take the hand as released: publish that nothing moves."""
         with self._lock:
-            self._pressed, self._has_toggled = frozenset(), False
-            self._command = HandCommand()
-            self._hold_gripper(0.0)
-            if self._is_moving:
-                self._stop_moving()
+            self._is_held, self._target = False, None
+            self._pause()
+
+    def _pause(self) -> None:
+        self._pressed, self._has_toggled = frozenset(), False
+        self._command = HandCommand()
+        self._hold_gripper(0.0)
+        if self._is_moving:
+            self._stop_moving()
+
+    @property
+    def is_pulled(self) -> bool:
+        """Whether the tool moves to a pose that is held."""
+        return self._target is not None
 
     def pull(self, target: Transform | None) -> str:
         """Move the tool to a pose for as long as it is held; return why not, empty if it moves.
@@ -184,13 +200,14 @@ class HandDriver:
         """
         with self._lock:
             if target is None:
-                self._target = None
+                self._target, self._is_held = None, False
                 if self._is_moving:
                     self._stop_moving()
                 return ""
+            self._lose_silent()
             if not self._may_move(wants=True):
                 return self._refusal
-            self._target = target
+            self._target, self._is_held, self._applied_s = target, True, time.monotonic()
             self._send_target()
         return ""
 
@@ -198,7 +215,7 @@ class HandDriver:
         if self._target is None:
             return
         self._servo.pull(self._target, begins=not self._is_moving)
-        self._is_moving, self._applied_s = True, time.monotonic()
+        self._is_moving = True
 
     def jog(self, displacements: Mapping[str, float]) -> str:
         """Move joints from where servo commands them; return why not, empty if they move.
@@ -207,9 +224,10 @@ class HandDriver:
             displacements: Displacements by joint, rad or m; empty to hold the arm as it is.
         """
         with self._lock:
+            self._lose_silent()
             if not self._may_move(wants=True):
                 return self._refusal
-            self._applied_s = time.monotonic()
+            self._is_held, self._applied_s = True, time.monotonic()
             if displacements:
                 self._servo.jog(displacements, begins=not self._is_moving)
                 self._is_moving = True
@@ -298,30 +316,42 @@ class HandDriver:
                 self._base.move(HandCommand(), 0.0)
             else:
                 self._servo.halt()
-        self._is_moving, self._target = False, None
+        self._is_moving = False
+
+    def _lose(self, reason: str) -> None:
+        """Let a hand go on only once it was let go."""
+        self._pause()
+        self._target = None
+        self._is_held, self._is_taken, self._refusal = False, True, reason
+
+    def _lose_silent(self) -> None:
+        if self._is_held and time.monotonic() - self._applied_s > SILENCE_S:
+            self._lose("the hand was silent: let go, and press again")
 
     def _watch(self) -> None:
         """Release a hand that has fallen silent, and go on with the gripper."""
         self.robot_state.ask_servo()
         self._find_base()
         with self._lock:
-            if self._target is not None and not self._stops.names:
-                # A handle that is held still sends nothing.
+            self._lose_silent()
+            silent_s = time.monotonic() - self._applied_s
+            if self._is_moving and self._base is None and self._servo.problem:
+                self._lose(self._servo.problem)
+            elif (self._is_moving or self._is_gripping) and silent_s > STALE_S:
+                self._pause()
+            elif self._target is not None and silent_s <= STALE_S and not self._stops.names:
+                # A handle that is held still has no new pose.
                 if self._may_move(wants=True):
                     self._send_target()
                 else:
                     self._target = None
-        is_held = self._is_moving or self._is_gripping
-        if is_held and time.monotonic() - self._applied_s > STALE_S:
-            self.release()
-        with self._lock:
             self._lease.is_lost()
             if self._stops.names or (
                 not self._is_moving and time.monotonic() - self._moved_s > SILENCE_S
             ):
                 self._lease.release()
             gripper = self.robot_state.gripper
-            if gripper is not None and not self._stops.names:
+            if gripper is not None and not gripper.is_done and not self._stops.names:
                 gripper.step(_PERIOD_S, self.robot_state.measured)
             is_busy = self._is_moving or self._is_gripping or self._target is not None
             if not is_busy and (gripper is None or gripper.is_done):

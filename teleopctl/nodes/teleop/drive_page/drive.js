@@ -15,6 +15,8 @@ const pointers = new Map();
 let sequence = 0;
 let lastSent = 0;
 let wasHeld = false;
+// Whether a mouse button or a finger is held in the 3D view: the gripper follows its handle only then.
+let drags = false;
 let state = {};
 
 const WANTED = new Set(
@@ -42,6 +44,7 @@ function showKeys() {
 function releaseAll() {
   keys.clear();
   pointers.clear();
+  drags = false;
   for (const name of ["left", "right"]) movePad(name, 0, 0, false);
   showKeys();
   sendHands();
@@ -63,6 +66,13 @@ element("view").addEventListener("load", () => {
   const view = element("view").contentWindow;
   listenTo(view);
   showSceneAlone(view.document);
+  const hold = (held) => () => {
+    drags = held;
+    sendHands();
+  };
+  view.addEventListener("pointerdown", hold(true), true);
+  view.addEventListener("pointerup", hold(false), true);
+  view.addEventListener("pointercancel", hold(false), true);
   view.addEventListener("blur", () => setTimeout(() => document.hasFocus() || releaseAll(), 0));
 });
 
@@ -164,10 +174,10 @@ function sendHands() {
   lastSent = performance.now();
   const pressed = document.hidden ? [] : gamepads();
   sequence += 1;
-  send({ type: "hands", sequence, keys: [...keys], pads, gamepads: pressed });
+  send({ type: "hands", sequence, keys: [...keys], pads, drags, gamepads: pressed });
   const isUsed = (pad) =>
     pad.buttons.some((value) => value > 0.1) || pad.axes.some((value) => Math.abs(value) > 0.1);
-  wasHeld = keys.size > 0 || pointers.size > 0 || pressed.some(isUsed);
+  wasHeld = drags || keys.size > 0 || pointers.size > 0 || pressed.some(isUsed);
 }
 
 setInterval(() => {
@@ -263,7 +273,8 @@ function show(message) {
   note.classList.toggle("warn", Boolean(message.gamepad_problem));
   if (message.gamepad_problem) note.textContent = message.gamepad_problem;
   else if (!navigator.getGamepads) note.textContent = "This browser has no gamepad interface; use keys or pads.";
-  else if (count) note.textContent = "Gamepad: hold the left bumper; sticks move, right bumper and trigger open and close, B stops.";
+  else if (count) note.textContent = "Gamepad: hold the left bumper; sticks move, right bumper and trigger open and close, B stops. "
+    + (message.episode ? "Start records, Y is a success, A saves, Back discards." : "");
   else note.textContent = "Gamepad: switch it on and press a button.";
 }
 

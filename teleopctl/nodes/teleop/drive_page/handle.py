@@ -46,6 +46,7 @@ class DriveHandle:
         # Browser that drags the handle; None while nobody does.
         self._client: int | None = None
         self._begin: Transform | None = None
+        self._is_first = False
         self._still_since_s = 0.0
         self._last = Transform()
         viewer.server.on_client_disconnect(lambda client: self._let_go(client.client_id))
@@ -68,6 +69,9 @@ class DriveHandle:
             return
         if self._node is None:
             self._node = self._add(arm.root, tool, turns=self._turns(arm))
+        if self._client is not None and not self._is_first and not driver.is_pulled:
+            # The hand was silent, or another one drives: it may be pressed again, not go on.
+            self._let_go(self._client)
         if self._client is None:
             # Arrows of an arm that does not turn its tool keep their directions in the room: those
             # of the tool may point at the eye, and a drag along them is no motion on the screen.
@@ -103,6 +107,7 @@ class DriveHandle:
     def _on_update(self, event: Any) -> None:
         tool = self._driver().tool()
         if event.phase == "start" and tool is not None:
+            self._is_first = True
             self._client, self._begin = event.client_id, tool
             self._last, self._still_since_s = tool, time.monotonic()
         if self._client != event.client_id or self._begin is None or self._node is None:
@@ -110,11 +115,16 @@ class DriveHandle:
         if event.phase == "end":
             self._let_go(event.client_id)
             return
+        if not self._is_first and not self._driver().is_pulled:
+            self._let_go(event.client_id)
+            return
         wanted = _pose(self._node)
         arm = self._driver().arm
         if arm is None or not self._turns(arm):
             wanted = Transform(wanted.translation, self._begin.rotation)
-        if refusal := self._driver().pull(wanted):
+        refusal = self._driver().pull(wanted)
+        self._is_first = False
+        if refusal:
             self._let_go(event.client_id)
             self._driver().note(refusal)
 

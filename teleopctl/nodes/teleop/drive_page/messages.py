@@ -41,10 +41,12 @@ class Hands:
     Attributes:
         samples: Sample of each hand, by the name of its device: ``keys``, ``pads``, ``gamepad``.
         problem: Why the gamepad is not used, in words; empty if it is, or if there is none.
+        drags: Whether a mouse button or a finger is held in the 3D view.
     """
 
     samples: Mapping[str, HandSample] = field(default_factory=dict)
     problem: str = ""
+    drags: bool = False
 
 
 @dataclass(frozen=True, slots=True)
@@ -96,19 +98,25 @@ def _hands(message: Mapping[str, Any]) -> Hands:
         "keys": HandSample(buttons=keys, sequence=sequence),
         "pads": HandSample(axes=axes, buttons=keys & {"ShiftLeft"}, sequence=sequence),
     }
+    drags = message.get("drags", False)
+    if not isinstance(drags, bool):
+        raise UsageError("'drags' is true or false")
     gamepads = _list(message.get("gamepads", []), "gamepads")
     if len(gamepads) > 1:
         names = ", ".join(str(_field(pad, "id"))[:60] for pad in gamepads)
-        return Hands(samples, f"{len(gamepads)} gamepads are on ({names}): switch all but one off")
+        return Hands(
+            samples, f"{len(gamepads)} gamepads are on ({names}): switch all but one off", drags
+        )
     for pad in gamepads:
         if _field(pad, "mapping") != "standard":
             return Hands(
                 samples,
                 f"The browser does not know the layout of '{str(_field(pad, 'id'))[:60]}': switch "
                 "it to its standard (Xbox) mode, or use keys or pads",
+                drags,
             )
         samples["gamepad"] = _gamepad(pad, sequence)
-    return Hands(samples)
+    return Hands(samples, drags=drags)
 
 
 def _gamepad(pad: Mapping[str, Any], sequence: int) -> HandSample:

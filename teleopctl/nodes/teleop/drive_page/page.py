@@ -8,6 +8,7 @@ import json
 import threading
 import time
 from collections.abc import Callable, Mapping
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -213,6 +214,7 @@ class DriveSession:
             total = total + command
             if command.is_held or command.toggles_gripper:
                 devices.append(name)
+        total = replace(total, drags=hands.drags)
         wants = total.is_held or total.toggles_gripper
         if devices and not self._page.is_other(self):
             self._page.driver.device = " and ".join(devices)

@@ -1,0 +1,248 @@
+"""From a hand to the joints' command, and what device and drive page take of a core.
+
+A hand turns back and forth, on the drive page's websocket and on ``/joy``; each time the first
+trajectory of servo that turns with it is waited for. Servo has 100 Hz, as the bare loop beside it,
+which only looks for a value that another thread sets: it shows what the machine itself adds. Times
+are of one clock, of the moment at which the hand's message is sent and servo's is received.
+"""
+
+from __future__ import annotations
+
+import contextlib
+import json
+import re
+import statistics
+import threading
+import time
+from collections.abc import Callable, Iterator
+from functools import partial
+
+import psutil
+import pytest
+from websockets.exceptions import ConnectionClosed
+from websockets.sync.client import connect
+
+from teleopctl.interfaces import get_message
+from teleopctl.testing import RosGraph, eventually
+from tests.benchmarks.figure import Figure
+
+TURNS = 150
+PERIOD_S, SERVO_S = 0.02, 0.01
+WINDOW_S = 10.0
+DEVICE_AIM, PAGE_AIM = "p50 15, p99 30 ms", "p50 25, p99 50 ms"
+Turn = Callable[[int], None]
+
+
+class Hand:
+    """A hand that turns: sends its state each 20 ms and at once with each turn."""
+
+    def __init__(self, send: Turn) -> None:
+        self._send, self._sign = send, 0
+        self._lock = threading.Lock()
+        self._ended = threading.Event()
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def turn(self, sign: int) -> None:
+        """Turn to a side, 1 or -1; 0 lets go."""
+        with self._lock:
+            self._sign = sign
+            self._send(sign)
+
+    def end(self) -> None:
+        """Send nothing any more."""
+        self._ended.set()
+
+    def _run(self) -> None:
+        with contextlib.suppress(ConnectionClosed):
+            while not self._ended.wait(PERIOD_S):
+                with self._lock:
+                    self._send(self._sign)
+
+
+class Commands:
+    """Servo's commands of the joint that turns: the change of its steps."""
+
+    def __init__(self, ros: RosGraph) -> None:
+        self._last = self._step = 0.0
+        self._wanted = 0
+        self._came_ns = 0
+        self._came = threading.Condition()
+        kind = get_message("trajectory_msgs/msg/JointTrajectory")
+        ros.node.create_subscription(kind, "/arm_controller/joint_trajectory", self._take, 10)
+
+    # Any: message classes are generated at run time.
+    def _take(self, message) -> None:
+        now_ns = time.monotonic_ns()
+        with self._came:
+            if not message.points:
+                return
+            position = message.points[-1].positions[list(message.joint_names).index("joint_1")]
+            # Servo's commands are a period apart.
+            step, self._last = position - self._last, position
+            change, self._step = step - self._step, step
+            if self._wanted and change * self._wanted > 1e-5:
+                self._wanted, self._came_ns = 0, now_ns
+                self._came.notify_all()
+
+    def after(self, act: Callable[[], None], sign: int) -> float:
+        """Act; return the time in ms until the first command that changes to a side."""
+        with self._came:
+            self._wanted, self._came_ns = sign, 0
+        begun_ns = time.monotonic_ns()
+        act()
+        with self._came:
+            assert self._came.wait_for(lambda: self._came_ns, 5.0), "no command has come"
+            return (self._came_ns - begun_ns) * 1e-6
+
+
+def latencies(hand: Hand, commands: Commands) -> list[float]:
+    """Turn a hand back and forth; return the times to servo's commands in ms."""
+    found = []
+    hand.turn(1)
+    time.sleep(0.5)
+    for number in range(TURNS):
+        sign = -1 if number % 2 == 0 else 1
+        found.append(commands.after(partial(hand.turn, sign), sign))
+        # At any phase of servo's period, and long enough to be at the speed again.
+        time.sleep(0.15 + 0.0013 * (number % 8))
+    hand.turn(0)
+    return found
+
+
+def bare_latencies() -> list[float]:
+    """Return times in ms until a loop at servo's rate sees what another thread has set."""
+    wanted, found = [0], []
+    seen = threading.Condition()
+    ended = threading.Event()
+
+    def loop() -> None:
+        last, due = 0, time.monotonic()
+        while not ended.is_set():
+            due += SERVO_S
+            time.sleep(max(0.0, due - time.monotonic()))
+            if wanted[0] != last:
+                last = wanted[0]
+                with seen:
+                    found.append(time.monotonic_ns())
+                    seen.notify_all()
+
+    threading.Thread(target=loop, daemon=True).start()
+    times = []
+    for number in range(1, TURNS + 1):
+        time.sleep(0.02 + 0.0013 * (number % 8))
+        begun_ns = time.monotonic_ns()
+        wanted[0] = number
+        with seen:
+            assert seen.wait_for(partial(_has, found, number), 5.0)
+        times.append((found[-1] - begun_ns) * 1e-6)
+    ended.set()
+    return times
+
+
+def _has(found: list[int], count: int) -> bool:
+    return len(found) >= count
+
+
+def texts(times: list[float]) -> str:
+    p50, p99 = statistics.median(times), statistics.quantiles(times, n=100)[98]
+    return f"p50 {p50:.1f}, p99 {p99:.1f} ms"
+
+
+def share(process: psutil.Process) -> float:
+    """Return what a process takes of a core, as a part, over a window."""
+    used = sum(process.cpu_times()[:2])
+    time.sleep(WINDOW_S)
+    return (sum(process.cpu_times()[:2]) - used) / WINDOW_S
+
+
+@pytest.fixture
+def address(ros: RosGraph) -> Iterator[str]:
+    """The running command's page."""
+    process = ros.spawn("drive --port 0 --no-open")
+    yield process.wait_for_line(r"^Mouse: +(\S+/drive) ")[1]
+    process.interrupt()
+    process.wait()
+
+
+def process_with(ros: RosGraph, word: str) -> psutil.Process:
+    """Return the process of this graph that has a word on its command line."""
+    router = ros.env["TELEOPCTL_ROUTER"]
+    for process in psutil.process_iter(["cmdline", "environ"]):
+        is_own = (process.info["environ"] or {}).get("TELEOPCTL_ROUTER") == router
+        if is_own and word in (process.info["cmdline"] or []):
+            return process
+    raise AssertionError(f"no process has {word}")
+
+
+@pytest.mark.timeout(300)
+def test_page(ros: RosGraph, address: str, figures: list[Figure]):
+    commands = Commands(ros)
+    page_process = process_with(ros, "rviz2")
+    alone = share(page_process)
+    with connect(f"{re.sub('^http', 'ws', address)}/socket") as page:
+        state: dict[str, object] = {}
+
+        def read() -> None:
+            with contextlib.suppress(ConnectionClosed):
+                for text in page:
+                    state.update(json.loads(text))
+
+        threading.Thread(target=read, daemon=True).start()
+        eventually(lambda: state.get("opening") is not None and not state["problem"])
+        sequence = 0
+
+        def send(sign: int) -> None:
+            nonlocal sequence
+            sequence += 1
+            keys = {0: [], 1: ["ArrowLeft"], -1: ["ArrowRight"]}[sign]
+            page.send(json.dumps({"type": "hands", "sequence": sequence, "keys": keys}))
+
+        hand = Hand(send)
+        found = latencies(hand, commands)
+        bare = bare_latencies()
+        hand.turn(1)
+        driving = share(page_process)
+        hand.end()
+    figures += [
+        Figure(
+            f"page to joint command ({PAGE_AIM})",
+            texts(found),
+            texts(bare),
+            statistics.median(found) / statistics.median(bare),
+        ),
+        Figure("/drive while a key is held, of a core (aim 0.05)", f"{driving - alone:.3f}"),
+    ]
+
+
+@pytest.mark.timeout(300)
+def test_device(ros: RosGraph, address: str, figures: list[Figure]):
+    del address
+    commands = Commands(ros)
+    kind = get_message("sensor_msgs/msg/Joy")
+    publisher = ros.node.create_publisher(kind, "/joy", 1)
+    device = ros.spawn("run teleop_device teleop_device joy")
+    eventually(lambda: publisher.get_subscription_count() == 1)
+    joy = kind(axes=[0.0] * 8, buttons=[0] * 11)
+    joy.buttons[4] = 1
+
+    def send(sign: int) -> None:
+        joy.axes[0] = float(sign)
+        publisher.publish(joy)
+
+    hand = Hand(send)
+    found = latencies(hand, commands)
+    bare = bare_latencies()
+    hand.turn(1)
+    taken = share(psutil.Process(device.pid))
+    hand.end()
+    device.interrupt()
+    device.wait()
+    figures += [
+        Figure(
+            f"device to joint command ({DEVICE_AIM})",
+            texts(found),
+            texts(bare),
+            statistics.median(found) / statistics.median(bare),
+        ),
+        Figure("device while a stick is held, of a core (aim 0.02)", f"{taken:.3f}"),
+    ]
