@@ -174,6 +174,12 @@ def show_camera(page: Page) -> None:
     page.get_by_text("2304 x 1296").wait_for()
 
 
+def enlarge_graph(page: Page) -> None:
+    """Show the graph in the whole window, once the rates are measured."""
+    page.wait_for_timeout(6_000)
+    page.locator(".graph-picture").click(position={"x": 3, "y": 3})
+
+
 def click_link(page: Page) -> None:
     """Click the arm in the middle of the scene."""
     page.mouse.move(560, 330)
@@ -192,7 +198,7 @@ TABS: dict[str, Callable[[Page], None]] = {
     "page_joints.png": tab("Joints"),
     "page_camera.png": tab("Joints", show_camera),
     "page_plot.png": tab("Plot", choose("Add", "/arm_controller: reference and feedback")),
-    "page_graph.png": tab("Graph"),
+    "page_graph.png": tab("Graph", choose("Topics with", "Types and rates"), enlarge_graph),
     "page_controllers.png": tab("Controllers"),
     "page_link.png": tab("Joints", click_link),
     "page_layouts.png": tab("Joints", press("Layout")),

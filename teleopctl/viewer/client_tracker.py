@@ -155,13 +155,23 @@ for (const [id, text] of Object.entries(%s)) {
   if (element) element.textContent = text;
 }
 """
+# A tab is chosen by the keyboard, since viser's tabs do not answer to a click without a pointer. On
+# a phone it is in a section of the sheet, which names its tabs.
 _SHOW_TAB = """
-for (const mark of document.querySelectorAll('[data-teleopctl-panel="%s"]')) {
-  const tab = mark.closest("[role=tabpanel]")?.getAttribute("aria-labelledby");
-  if (tab) document.getElementById(tab)?.click();
-  setTimeout(() => mark.parentElement.scrollIntoView({block: "start"}), 100);
-}
-document.querySelectorAll(".graph-large").forEach((box) => { box.checked = false; });
+const [panel, title] = %s;
+const all = (selector) => [...document.querySelectorAll(selector)];
+all(".graph-large").forEach((box) => { box.checked = false; });
+const names = (element) => element.textContent.split("\u00b7").map((name) => name.trim());
+all("[role=button][aria-expanded=false]").find((one) => names(one).includes(title))?.click();
+setTimeout(() => {
+  const tab = all("[role=tab]").find((one) => one.textContent.trim() === title);
+  tab?.focus();
+  tab?.dispatchEvent(new KeyboardEvent("keydown", {key: "Enter", bubbles: true}));
+  setTimeout(() => {
+    const mark = document.querySelector(`[data-teleopctl-panel="${panel}"]`);
+    mark?.parentElement.scrollIntoView({block: "start"});
+  }, 300);
+}, 300);
 """
 
 
@@ -304,14 +314,15 @@ class PageServer(viser.ViserServer):
             connection = client._websock_connection  # noqa: SLF001 -- viser has no public API
             connection.queue_message(RunJavascriptMessage(script))
 
-    def show_tab(self, browser: int, panel: str) -> None:
+    def show_tab(self, browser: int, panel: str, title: str) -> None:
         """Bring the tab of a panel to the front in one browser; viser's interface cannot.
 
         Args:
             browser: viser's client ID.
             panel: Name of the panel in the registry.
+            title: Title of the panel's tab.
         """
-        self.run_script(browser, _SHOW_TAB % panel)
+        self.run_script(browser, _SHOW_TAB % json.dumps([panel, title]))
 
     def set_title(self, title: str) -> None:
         """Set the title of the browser's tab, with the page's name after it, and its icon.

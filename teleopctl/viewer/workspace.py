@@ -423,7 +423,7 @@ class PageWorkspace:
         panel = self._build(name)
         if not self.is_open(client_id, name):
             self.set_open(client_id, name, is_open=True)
-        self._server.show_tab(client_id, name)
+        self._server.show_tab(client_id, name, panel.title)
         return panel
 
     def clicked(self, client_id: int, name: str, what: str) -> None:

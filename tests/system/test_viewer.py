@@ -156,6 +156,12 @@ def test_the_page_shows_the_joints_of_the_robot_and_a_slider_moves_it(ros, chrom
         )
 
     ros.wait_for_message(TFMessage, "/tf", matching=is_where_it_should_be)
+    # A click on a node of the graph leads to its parameters.
+    page.get_by_role("tab", name="Graph").click()
+    node = page.locator('[data-teleopctl-click="graph node /robot_state_publisher"]')
+    node.first.dispatch_event("click")
+    page.get_by_role("button", name="Parameters", exact=True).click()
+    expect(page.get_by_text("publish_frequency")).to_be_visible(timeout=PAGE_WITHIN_MS)
 
 
 LAYOUT = """
