@@ -112,6 +112,7 @@ class _Reader:
             )
         self._add_tools(groups)
         effectors = dict(self._end_effectors(groups))
+        effectors |= self._unnamed_grippers(groups, effectors)
         for effector in effectors.values():
             element = self._elements[effector.group]
             if element.find("chain") is None and element.find("link") is None:
@@ -157,7 +158,12 @@ class _Reader:
         base = self._description.joints[moving[0]].parent
         if (chain := self._chain(name)) is not None:
             base = chain.get("base_link") or base
-        return JointGroup(name, moving, base, self._tip(name, moving))
+        fixed = [
+            joint.child
+            for joint in self._description.tree
+            if joint.name in names and joint.type == "fixed"
+        ]
+        return JointGroup(name, moving, base, self._tip(name, moving, fixed))
 
     def _chain(self, name: str) -> etree._Element | None:
         """Return the chain of a group that is nothing else."""
@@ -165,8 +171,14 @@ class _Reader:
         chains = list(element.iterchildren("chain"))
         return chains[0] if len(chains) == 1 and len(element) == 1 else None
 
-    def _tip(self, name: str, moving: tuple[str, ...]) -> str:
-        """Return the tip of a group that is one chain, else an empty name."""
+    def _tip(self, name: str, moving: tuple[str, ...], fixed: list[str]) -> str:
+        """Return the tip of a group that is one chain, else an empty name.
+
+        Args:
+            name: The group.
+            moving: Its independent joints.
+            fixed: Links behind its fixed joints.
+        """
         element = self._elements[name]
         if (only := self._chain(name)) is not None:
             return str(only.get("tip_link"))
@@ -174,13 +186,16 @@ class _Reader:
         chain = self._path(joints[moving[-1]].child, joints[moving[0]].parent)
         if chain is None or not set(moving) <= set(chain):
             return ""
-        # The last link that the group names, among those fixed behind its last joint.
+        # The last link that the group names, among those fixed behind its last joint; else the
+        # farthest one behind a fixed joint that it names.
         named = [link for each in element.iterchildren("link") if (link := each.get("name"))]
+        base = joints[moving[0]].parent
         for link in reversed(named):
-            path = self._path(link, joints[moving[0]].parent)
-            if path is not None and set(moving) <= set(path):
+            if set(moving) <= set(self._path(link, base) or ()):
                 return str(link)
-        return joints[moving[-1]].child
+        paths = {link: self._path(link, base) or [] for link in fixed}
+        behind = [link for link, path in paths.items() if set(moving) <= set(path)]
+        return max(behind, key=lambda link: len(paths[link]), default=joints[moving[-1]].child)
 
     def _path(self, link: str, base: str) -> list[str] | None:
         """Return the joints from a base down to a link; None if the link is not below it."""
@@ -269,11 +284,45 @@ class _Reader:
             if link not in self._description.links:
                 self._warn(element, f"end effector '{name}': the robot has no link '{link}'")
                 continue
+            own = groups[group]
+            if own.joints and set(own.joints) <= set(self._path(link, own.base) or ()):
+                self._warn(
+                    element,
+                    f"end effector '{name}': its group '{group}' carries the link '{link}', and is "
+                    "no gripper on it",
+                )
+                groups[group] = replace(own, tip=link)
+                continue
             parent = element.get("parent_group") or next(
                 (each.name for each in groups.values() if each.tip == link and each.name != group),
                 "",
             )
             yield name, EndEffector(name, group, link, parent)
+
+    def _unnamed_grippers(
+        self, groups: dict[str, JointGroup], effectors: dict[str, EndEffector]
+    ) -> dict[str, EndEffector]:
+        """Return the grippers that no <end_effector> names.
+
+        That is the only group of several fingers behind the last joint of an arm.
+        """
+        taken = {effector.group for effector in effectors.values()}
+        arms = [group for group in groups.values() if group.tip and group.name not in taken]
+        found = {}
+        for arm in arms:
+            if any(arm.name == each.parent_group for each in effectors.values()):
+                continue
+            hands = [
+                hand
+                for hand in groups.values()
+                if hand.joints
+                and not hand.tip
+                and hand.name not in taken
+                and set(arm.joints) <= set(self._path(hand.base, arm.base) or ())
+            ]
+            if len(hands) == 1:
+                found[hands[0].name] = EndEffector(hands[0].name, hands[0].name, arm.tip, arm.name)
+        return found
 
     def _states(self, groups: dict[str, JointGroup]) -> dict[str, dict[str, dict[str, float]]]:
         states: dict[str, dict[str, dict[str, float]]] = {}

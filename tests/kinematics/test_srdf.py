@@ -71,6 +71,30 @@ def test_the_group_that_is_meant_without_a_name_is_no_end_effector():
     assert groups.group().name == "arm"
 
 
+TWO_FINGERS = "".join(
+    f'''<link name="{side}"/><joint name="{side}" type="prismatic"><parent link="link_6"/>
+<child link="{side}"/><limit lower="0" upper="0.04" velocity="1" effort="1"/></joint>'''
+    for side in ("left", "right")
+)
+
+
+def test_an_arm_of_joints_ends_at_the_fixed_one_and_has_the_only_group_of_fingers_as_gripper():
+    joints = "".join(f'<joint name="joint_{number}"/>' for number in range(1, 7))
+    groups = parse_srdf(
+        f"""<robot name="arm"><group name="arm">{joints}<joint name="tool"/></group>
+        <group name="hand"><joint name="left"/><joint name="right"/></group>
+        <end_effector name="end" parent_link="tool0" group="arm"/></robot>""",
+        RobotDescription.from_urdf(arm_urdf(SIX, extra=TWO_FINGERS)),
+    )
+    assert groups.group().name == "arm"
+    assert groups.group().tip == "tool0"
+    gripper = groups.gripper_of("arm")
+    assert gripper is not None
+    assert gripper.name == "hand"
+    (warning,) = groups.warnings
+    assert "'arm' carries the link 'tool0', and is no gripper on it" in warning
+
+
 def test_tool_and_task_are_read_and_passed_over_by_moveit():
     groups = parse_srdf(
         """<robot name="arm"><group name="arm"><chain base_link="base" tip_link="tool0"/></group>
