@@ -212,7 +212,7 @@ class RunningGoal:
         # Controllers have numbers, and 0 is good; move_group a message with one, and 1 is good.
         code = getattr(result, "error_code", 0)
         number, text = int(getattr(code, "val", code)), getattr(code, "message", "")
-        text = getattr(result, "error_string", "") or text
+        text = getattr(result, "error_string", "") or text or _stalled_text(result)
         is_good = number in ((0, 1) if hasattr(code, "val") else (0,))
         self.canceled = response.status == GoalState.CANCELED
         if self.canceled or (response.status == GoalState.SUCCEEDED and is_good):
@@ -300,3 +300,14 @@ class RunningMotion:
         while not self.ended and now_s() < end_s:
             self.wait(_LOOK_S)
         return [goal.who for goal in self.goals if not goal.ended]
+
+
+# Any: message classes are generated at run time from definitions.
+def _stalled_text(result: Any) -> str:
+    """Return where a gripper stopped short of its goal; empty for other results."""
+    if not getattr(result, "stalled", False):
+        return ""
+    at = getattr(result, "position", None)
+    if at is None:
+        at = next(iter(result.state.position), None)
+    return "it stalled short of its goal" + ("" if at is None else f", at {float(at):.4g}")
