@@ -333,10 +333,10 @@ def choose_joystick(number: int | None = None, name: str = "") -> JoystickInfo:
     names = [each.name for each in found]
     listed = ", ".join(f"{each.number}: {each.name or each.path}" for each in found)
     if not found:
-        raise DeviceError(
-            "No gamepad is attached",
-            hint="Switch it on, or plug it in. Without one, `teleopctl drive` has keys and pads.",
-        )
+        hint = "Switch it on, or plug it in. Without one, `teleopctl drive` has keys and pads."
+        if any(_FOLDER.glob("by-*/*-event-joystick")):
+            hint = "One is plugged in, but has no joystick device: sudo modprobe joydev"
+        raise DeviceError("No gamepad is attached", hint=hint)
     if name:
         chosen = next((each for each in found if each.name == name), None)
         if chosen is None:

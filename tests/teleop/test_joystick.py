@@ -71,6 +71,16 @@ def test_none_two_or_another_gamepad_is_one_sentence(monkeypatch, attached, aske
         choose_joystick(**asked)
 
 
+def test_a_gamepad_without_the_kernel_s_joystick_device_is_told(monkeypatch, tmp_path):
+    (tmp_path / "by-id").mkdir()
+    (tmp_path / "by-id/usb-Pad-event-joystick").touch()
+    monkeypatch.setattr(joystick, "_FOLDER", tmp_path)
+    monkeypatch.setattr(joystick, "_IS_LINUX", True)
+    with pytest.raises(DeviceError) as told:
+        choose_joystick()
+    assert "modprobe joydev" in str(told.value.hint)
+
+
 def test_a_file_that_cannot_be_opened_is_named(tmp_path):
     with pytest.raises(DeviceError, match="nothing cannot be opened: No such file"):
         open_joystick(path=str(tmp_path / "nothing"))
