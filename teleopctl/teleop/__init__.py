@@ -33,8 +33,10 @@ if TYPE_CHECKING:
         LeaderState as LeaderState,
     )
     from teleopctl.teleop.mapping import (
+        ANGULAR as ANGULAR,
         EPISODE as EPISODE,
         EPISODE_STEPS as EPISODE_STEPS,
+        LINEAR as LINEAR,
         HandCommand as HandCommand,
         HandMapping as HandMapping,
     )

@@ -29,11 +29,12 @@ from teleopctl.nodes.single_instance import require_single_instance
 from teleopctl.nodes.teleop.hand_driver import HandDriver
 from teleopctl.nodes.teleop.leader_follower import LeaderFollower
 from teleopctl.teleop import (
+    ANGULAR,
+    LINEAR,
     DeviceError,
     HandMapping,
     HandSample,
     LeaderMapping,
-    LeaderState,
     PoseClutch,
     TeleopDevice,
 )
@@ -209,9 +210,12 @@ class DeviceNode(Node):
 
     def _doing(self) -> str:
         if self.leader is not None:
-            state = self.leader.state
-            return str(state) if state is not LeaderState.RELEASED else "released: e engages"
-        return "moves" if self.driver.state(self._speeds())["is_moving"] else "still"
+            following = self.leader.state
+            return str(following) if self.leader.is_engaged else "released: e engages"
+        state = self.driver.state(self._speeds())
+        values = zip((*LINEAR, *ANGULAR), (*state["linear"], *state["angular"]), strict=True)
+        asked = [f"{name} {value:+.2f}" for name, value in values if value]
+        return f"moves {', '.join(asked)}" if state["is_moving"] else "still"
 
     def _speeds(self) -> tuple[float, ...]:
         return (1.0,) if self._mapping is None else self._mapping.speeds
