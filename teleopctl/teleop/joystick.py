@@ -16,6 +16,7 @@ import sys
 import threading
 import time
 from abc import ABC, abstractmethod
+from collections import deque
 from collections.abc import Callable, Sequence
 from pathlib import Path
 from types import ModuleType
@@ -189,6 +190,7 @@ class KernelJoystick(Joystick):
                 f"The joystick {path} cannot be opened: {error.strerror}", hint=_permission(error)
             ) from error
         self._path = path
+        self._pending: deque[tuple[int, int, int, int]] = deque()
         axes, buttons = (self._ask(request, 1)[0] for request in (_GET_AXES, _GET_BUTTONS))
         super().__init__(_name(self._file), axes, buttons)
         if axes or buttons:
@@ -211,6 +213,26 @@ class KernelJoystick(Joystick):
         Raises:
             DeviceError: The joystick is gone.
         """
+        if not self._pending and not self._receive(timeout_s):
+            return False
+        axes, buttons = self.axes.copy(), self.buttons.copy()
+        # Up to a button's change: a press and its release may have come together.
+        while self._pending and buttons == self.buttons:
+            _, value, kind, number = self._pending.popleft()
+            if kind & _AXIS:
+                while len(self.axes) <= number:
+                    self.axes.append(0.0)
+                    self.axes[-1] = 1.0 if self.axis_names()[-1:] in _AT_ONE else 0.0
+                self.axes[number] = -max(value / _FULL, -1.0)
+            elif kind & _BUTTON:
+                missing = number + 1 - len(self.buttons)
+                self.buttons += [False] * missing
+                buttons += [False] * missing
+                self.buttons[number] = bool(value)
+        return (axes, buttons) != (self.axes, self.buttons)
+
+    def _receive(self, timeout_s: float) -> bool:
+        """Wait for events; return whether there are any."""
         readable, _, _ = select.select([self._file], [], [], timeout_s)
         if not readable:
             return False
@@ -222,19 +244,9 @@ class KernelJoystick(Joystick):
             raise DeviceError(f"The joystick {self._path} is gone: {error.strerror}") from error
         if not data:
             raise DeviceError(f"The joystick {self._path} is gone")
-        before = (self.axes.copy(), self.buttons.copy())
-        for _, value, kind, number in _EVENT.iter_unpack(
-            data[: len(data) // _EVENT.size * _EVENT.size]
-        ):
-            if kind & _AXIS:
-                while len(self.axes) <= number:
-                    self.axes.append(0.0)
-                    self.axes[-1] = 1.0 if self.axis_names()[-1:] in _AT_ONE else 0.0
-                self.axes[number] = -max(value / _FULL, -1.0)
-            elif kind & _BUTTON:
-                self.buttons += [False] * (number + 1 - len(self.buttons))
-                self.buttons[number] = bool(value)
-        return before != (self.axes, self.buttons)
+        whole = data[: len(data) // _EVENT.size * _EVENT.size]
+        self._pending.extend(_EVENT.iter_unpack(whole))
+        return True
 
     def close(self) -> None:
         """Close the joystick."""

@@ -35,6 +35,12 @@ def test_axes_and_buttons_have_ros_s_signs_and_the_names_of_the_standard_layout(
     assert sample.buttons == {"left_bumper", "right_trigger", "dpad_up"}
     assert sample.sequence == 7
     assert {"left_x", "right_y", "left_trigger", "dpad_left", "x"} <= stick.inputs()
+    # A press that has ended before it is read is one, too.
+    for is_down in (True, False):
+        pad.button(0, is_down=is_down)
+    for is_down in (True, False):
+        assert stick.read(1.0) is True
+        assert stick.buttons[0] is is_down
     pad.unplug()
     with pytest.raises(DeviceError, match="js0 is gone"):
         stick.read(1.0)

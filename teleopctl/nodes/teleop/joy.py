@@ -123,6 +123,8 @@ class _Publisher(Node, ABC):
                 end_s = time.monotonic() + self._coalesce_s
                 while (left_s := end_s - time.monotonic()) > 0.0:
                     joystick.read(left_s)
+                    if joystick.buttons != self._pressed:
+                        break
             is_due = self._repeat_s and time.monotonic() - published_s >= self._repeat_s
             if is_new or is_due:
                 published_s = time.monotonic()
