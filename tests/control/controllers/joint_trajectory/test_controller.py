@@ -55,6 +55,11 @@ class TestConfiguration:
         assert arm.controller.lifecycle_state is State.UNCONFIGURED
         assert not arm.configure()
 
+    def test_a_joint_that_is_named_twice_is_refused(self):
+        arm = Arm(joints=["joint1", "joint2", "joint1"])
+        assert not arm.configure()
+        assert "names 'joint1' twice: ['joint1', 'joint2', 'joint1']" in arm.rejections()[0]
+
     def test_interfaces_are_claimed_joint_by_joint(self):
         states = ["position", "velocity"]
         robot = serial_robot(commands=("position", "velocity"), states=states)

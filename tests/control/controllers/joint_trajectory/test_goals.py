@@ -200,6 +200,16 @@ def test_a_new_goal_aborts_the_one_before():
     assert client.arm.commands == near([1.0, 2.0, 3.0])
 
 
+def test_of_a_flood_of_goals_the_last_one_is_followed_and_all_others_have_their_result():
+    client = Client()
+    targets = [[1.1 + number / 500, 2.1, 3.1] for number in range(100)]
+    handles = [client.send(point(0.2, target)) for target in targets]
+    client.arm.step(0.4)
+    ends = [handle.status for handle in handles]
+    assert ends == [GoalState.ABORTED] * 99 + [GoalState.SUCCEEDED]
+    assert client.arm.commands == near(targets[-1])
+
+
 def test_a_trajectory_over_the_topic_takes_the_goal_over():
     client = Client()
     handle = client.send(point(1.0, [4.0, 5.0, 6.0]))
