@@ -21,14 +21,14 @@ from playwright.sync_api import Page, sync_playwright
 
 from teleopctl.testing import RosGraph
 from tests import ROOT
-from tests.system.browser import SOFTWARE_GL, chromium_program
+from tests.system.browser import SOFTWARE_GL, chromium_program, open_page
 from tests.system.driving import KeysHand, driver
 
 FILE = Path(__file__).with_name("drive.webp")
 MODEL = str(ROOT / "robot/urdf/teleop.urdf.xacro")
-SIZE, SHOWN = (1200, 750), (800, 500)
+SIZE, SHOWN = (1000, 625), (800, 500)
 # The film is this much faster than what happened, with pictures so far apart at least, s.
-SPEED, LEAST_S = 3.0, 0.5
+SPEED, LEAST_S = 3.0, 0.4
 TERMINAL_S, END_S = 2.5, 2.0
 COMMAND = "$ teleopctl drive"
 
@@ -70,7 +70,7 @@ class Film:
             append_images=pictures[1:],
             duration=[round(1e3 * length) for length in (TERMINAL_S, *lengths)],
             loop=0,
-            quality=40,
+            quality=60,
             method=6,
         )
         sys.stdout.write(f"{FILE}: {len(pictures)} pictures, {FILE.stat().st_size} bytes\n")
@@ -103,8 +103,7 @@ def main() -> None:
             browser = playwright.chromium.launch(
                 executable_path=chromium_program(), args=["--no-sandbox", *SOFTWARE_GL]
             )
-            page = browser.new_page(viewport={"width": SIZE[0], "height": SIZE[1]})
-            page.goto(address)
+            page = open_page(browser, address, *SIZE)
             page.wait_for_function("document.getElementById('robot').textContent == 'Drive teleop'")
             person.wait()
             say("the robot can be driven")
