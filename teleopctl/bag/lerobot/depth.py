@@ -70,7 +70,7 @@ class DepthVideoFile(VideoFile):
 
     _codec, _format = "libx265", "gray12le"
     _options: Mapping[str, str] = {
-        "x265-params": "lossless=1:log-level=none",
+        "x265-params": "lossless=1:bframes=0:open-gop=0:log-level=none",
         "preset": "ultrafast",
     }
 
