@@ -119,7 +119,7 @@ class Node(NodeParameters):
     ) -> None:
         from teleopctl.node.node_services import TimeSource
 
-        TimeSource(self)
+        self._time_source = TimeSource(self)
         if declare_overrides:
             self._declare_overrides()
         if type_descriptions:

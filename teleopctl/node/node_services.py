@@ -50,6 +50,7 @@ class TimeSource:
     def __init__(self, node: NodeParameters) -> None:
         self._node = node
         self._subscription: Subscription[Clock] | None = None
+        self._is_resting = False
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._follow)
         parameter = node.declare_parameter(USE_SIM_TIME, False)
@@ -67,9 +68,23 @@ class TimeSource:
             if parameter.name == USE_SIM_TIME:
                 self._set_active(bool(parameter.value))
 
+    def rest(self, *, is_resting: bool) -> None:
+        """Stop listening to ``/clock``, or listen again; meanwhile a simulated time stands still.
+
+        For a node that has nothing to do for long: each message of ``/clock`` costs processor time.
+
+        Args:
+            is_resting: Whether to stop listening.
+        """
+        self._is_resting = is_resting
+        self._listen(self._node.get_parameter(USE_SIM_TIME).value is True)
+
     def _set_active(self, active: bool) -> None:
-        clock = self._node.get_clock()
-        clock.set_simulated(active)
+        self._node.get_clock().set_simulated(active)
+        self._listen(active)
+
+    def _listen(self, is_simulated: bool) -> None:
+        active = is_simulated and not self._is_resting
         if active and self._subscription is None:
             # On Zenoh's thread: the clock must be set while a callback waits for a time.
             self._subscription = self._node.create_subscription(

@@ -106,6 +106,7 @@ class Viewer(Node):
         server.on_client_disconnect(self.on_node_thread(self._remove_client))
         server.clients.on_change(self.on_node_thread(self._update_visibility))
         server.clients.on_click(self.on_node_thread(self.workspace.clicked))
+        self._time_source.rest(is_resting=True)
 
     def _add_client(self, client: viser.ClientHandle) -> None:
         self.workspace.add_client(client)
@@ -219,6 +220,7 @@ class Viewer(Node):
 
     def _begin_showing(self) -> None:
         self._watched = True
+        self._time_source.rest(is_resting=False)
         self._listener = NamedTransformListener(self.buffer, self)
         self.scene_view.begin()
         self._timer.reset()
@@ -232,6 +234,7 @@ class Viewer(Node):
             self._listener = None
         self.scene_view.end()
         self.workspace.show_visible(None)
+        self._time_source.rest(is_resting=True)
 
     # Any: request and response of RViz's service for its Reset.
     def _reset_time(self, _request: Any, response: Any) -> Any:
