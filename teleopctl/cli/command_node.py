@@ -45,7 +45,7 @@ def command_node(
     with (
         _command_context(session_mode, ros_args) as context,
         Node(
-            name or _name(),
+            name or command_node_name(),
             context=context,
             enable_rosout=False,
             start_parameter_services=False,
@@ -78,11 +78,12 @@ def brief_node(*, name: str | None = None, starts_router: bool = False) -> Itera
             from teleopctl.wire import ensure_router
 
             ensure_router()
-        with BareNode(name or _name(), context) as node:
+        with BareNode(name or command_node_name(), context) as node:
             yield node
 
 
-def _name() -> str:
+def command_node_name() -> str:
+    """Return the name of a verb's node, as ROS 2's: hidden, with the process's id."""
     return f"_ros2cli_{os.getpid()}"
 
 

@@ -20,9 +20,11 @@ from teleopctl.errors import (
     UsageError,
     existing_names_hint,
 )
-from teleopctl.wire import EntityKind, flush_to_router, query_graph
+from teleopctl.wire import EntityKind, RouterNotRunning, flush_to_router, query_graph
 
 if TYPE_CHECKING:
+    import zenoh
+
     from teleopctl.node import BareNode, Node, Publisher
 
 _DEPTH = 10
@@ -94,8 +96,6 @@ def publish(
     each publication. The output of topic echo, as YAML or JSON lines, is published message by
     message.
     """
-    from teleopctl.node import QoSProfile
-
     check_positive(rate=rate, max_wait_time_secs=max_wait_time)
     check_not_negative(
         times=times,
@@ -109,7 +109,6 @@ def publish(
         raise UsageError(
             "The message is given more than once: give only one of MESSAGE, --stdin and the file"
         )
-    profile = qos.applied_to(QoSProfile(depth=_DEPTH))
     file = "-" if stdin else yaml_file
     documents = yaml_documents(_read(file) if file else "{}" if values is None else values)
     message_class = message_class_named(message_type)
@@ -127,6 +126,15 @@ def publish(
     if is_played:
         count = min(count or len(documents), len(documents))
     is_brief = count == 1 and not use_sim_time
+    if is_brief and not (is_played or qos.are_given or messages.depend_on_time):
+        sent = _publish_at_once(
+            messages, topic_name, node_name, subscribers, keep_alive, print_every, as_json=as_json
+        )
+        if sent:
+            return
+    from teleopctl.node import QoSProfile
+
+    profile = qos.applied_to(QoSProfile(depth=_DEPTH))
     if not is_brief:
         from teleopctl.wire import ensure_router
 
@@ -155,10 +163,50 @@ def publish(
             if print_every and number % print_every == 0:
                 _print_message(number, publisher.topic_name, message, as_json)
             publisher.publish(message)
-        if keep_alive is not None:
-            time.sleep(keep_alive)
-        elif not flush_to_router(node.context.session):
-            time.sleep(_KEEP_ALIVE_S)
+        _let_it_be_sent(node.context.session, keep_alive)
+
+
+def _publish_at_once(
+    messages: "_Messages",
+    topic: str,
+    node_name: str | None,
+    subscribers: int,
+    keep_alive_s: float | None,
+    print_every: int,
+    *,
+    as_json: bool,
+) -> bool:
+    """Publish the first message if its subscribers are there; return whether it was published."""
+    from teleopctl.cli.brief_publisher import BriefPublisher
+    from teleopctl.cli.command_node import command_node_name
+    from teleopctl.interfaces import serialize
+
+    message = messages.first
+    type_name: str = message.TYPE_NAME
+    name = node_name or command_node_name()
+    try:
+        publisher = BriefPublisher(name, absolute_name(topic), type_name, _DEPTH)
+    except RouterNotRunning:
+        return False
+    with publisher:
+        found = publisher.graph().subscriptions(publisher.topic, type_name) if subscribers else ()
+        if len(found) < subscribers:
+            return False
+        if not as_json:
+            console.out("publisher: beginning loop")
+        if print_every == 1:
+            _print_message(1, publisher.topic, message, as_json)
+        publisher.publish(serialize(message))
+        _let_it_be_sent(publisher.session, keep_alive_s)
+    return True
+
+
+def _let_it_be_sent(session: "zenoh.Session", keep_alive_s: float | None) -> None:
+    """Wait for the given time, else until what was published has left this process."""
+    if keep_alive_s is not None:
+        time.sleep(keep_alive_s)
+    elif not flush_to_router(session):
+        time.sleep(_KEEP_ALIVE_S)
 
 
 # Any: a message of any type.
@@ -190,12 +238,26 @@ class _Messages:
         self._class = message_class
         self._messages = [(each, message_from_values(message_class, each)) for each in documents]
 
+    @property
+    def first(self) -> Any:
+        """The first message, without the time of a node."""
+        return self._messages[0][1]
+
+    @property
+    def depend_on_time(self) -> bool:
+        """Whether a message has the time at which it is published."""
+        return any(_has_time(document) for document, _ in self._messages)
+
     def at(self, number: int, node: "Node | BareNode") -> Any:
         """Return the n-th message of a repeating list; ``auto`` and ``now`` get the node's time."""
         document, message = self._messages[(number - 1) % len(self._messages)]
-        if any(word in str(document) for word in _PRESENT_TIME):
+        if _has_time(document):
             return message_from_values(self._class, document, node.get_clock().now().to_msg())
         return message
+
+
+def _has_time(document: object) -> bool:
+    return any(word in str(document) for word in _PRESENT_TIME)
 
 
 def _paced(node: "Node | BareNode", rate: float, count: int) -> Iterator[int]:

@@ -89,7 +89,7 @@ class QosOptions(OptionSet):
 
     def applied_to(self, base: "QoSProfile") -> "QoSProfile":
         """Return the QoS profile of the command line: a preset or ``base``, with given policies."""
-        if not self.qos_profile and not self._has_policies():
+        if not self.are_given:
             return base
         from copy import copy
 
@@ -118,6 +118,11 @@ class QosOptions(OptionSet):
         if lease_s is not None:
             qos.liveliness_lease_duration = Duration(nanoseconds=round(lease_s * 1e9))
         return qos
+
+    @property
+    def are_given(self) -> bool:
+        """Whether a preset or a policy is given on the command line."""
+        return bool(self.qos_profile) or self._has_policies()
 
     def _has_policies(self) -> bool:
         single = (name for name in type(self).__annotations__ if name != "qos_profile")
