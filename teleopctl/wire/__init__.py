@@ -35,7 +35,12 @@ if TYPE_CHECKING:
         flush_to_router as flush_to_router,
         wait_for_peer_tokens as wait_for_peer_tokens,
     )
-    from teleopctl.wire.qos import INFINITE_NS as INFINITE_NS, EndpointQos as EndpointQos
+    from teleopctl.wire.qos import (
+        INFINITE_NS as INFINITE_NS,
+        RELIABILITY_BEST_EFFORT as RELIABILITY_BEST_EFFORT,
+        RELIABILITY_RELIABLE as RELIABILITY_RELIABLE,
+        EndpointQos as EndpointQos,
+    )
     from teleopctl.wire.reach import (
         HOW_TO_CLOSE as HOW_TO_CLOSE,
         RouterReach as RouterReach,

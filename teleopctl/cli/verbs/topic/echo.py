@@ -121,12 +121,15 @@ def echo(
         profile = qos.for_subscription(source.compatible_qos(_DEPTH))
         live_plot(source, plot, window, profile, timeout)
         return
+    losses = None if no_lost_messages else LossReport()
+    is_simple = once and not (use_sim_time or raw or topics.are_several or qos.are_given)
+    if is_simple and _echo_at_once(topics, node_name, printer, selected, losses, timeout):
+        return
     opened = (
         _brief_listener(topics, node_name, raw=raw)
         if once and not use_sim_time
         else _listener(topics, node_name, raw=raw, use_sim_time=use_sim_time)
     )
-    losses = None if no_lost_messages else LossReport()
     with opened as (node, sources):
         echoed = _Echo(printer, selected, losses, once=once)
         for source in sources:
@@ -134,8 +137,63 @@ def echo(
             echoed.subscribe(node, source, profile, raw=raw)
         echoed.spin(node, timeout)
     if timeout is not None and not echoed.has_printed:
-        names = "', '".join(source.topic for source in sources)
-        raise UnavailableError(f"No message on '{names}' within {timeout:g} s")
+        raise _nothing_came([source.topic for source in sources], timeout)
+
+
+def _nothing_came(topics: Sequence[str], timeout_s: float) -> UnavailableError:
+    names = "', '".join(topics)
+    return UnavailableError(f"No message on '{names}' within {timeout_s:g} s")
+
+
+def _echo_at_once(
+    topics: "NamedTopics",
+    node_name: str | None,
+    printer: "MessagePrinter",
+    selected: Callable[[Any], bool] | None,
+    losses: "LossReport | None",
+    timeout_s: float | None,
+) -> bool:
+    """Print the next message of a topic that is published; return False if it is not, or latched.
+
+    Raises:
+        UnavailableError: No message came within the time.
+    """
+    from teleopctl.cli.brief_endpoints import BriefNode
+    from teleopctl.cli.command_node import command_node_name
+    from teleopctl.wire import (
+        RELIABILITY_BEST_EFFORT,
+        RELIABILITY_RELIABLE,
+        EndpointQos,
+        InvalidMessageCounter,
+        RouterNotRunning,
+    )
+
+    try:
+        opened = BriefNode(node_name or command_node_name())
+    except RouterNotRunning:
+        return False
+    with opened as node:
+        graph = node.graph()
+        if not topics.are_all_published(graph):
+            return False
+        (source,) = topics.sources(raw=False, graph=graph)
+        source.note_fallbacks()
+        reliable = all(publisher.qos.is_reliable for publisher in source.publishers)
+        qos = EndpointQos(
+            reliability=RELIABILITY_RELIABLE if reliable else RELIABILITY_BEST_EFFORT, depth=_DEPTH
+        )
+        report = InvalidMessageCounter(f"a message on '{source.topic}'", console.warn)
+        topic = node.resolve_topic_name(source.topic)
+        for message, info in node.receive(topic, source.message_class, qos, report, timeout_s):
+            if losses is not None:
+                losses.add(info)
+            values = printer.selected_values(message)
+            if selected is None or selected(values[0]):
+                printer.write(source.topic, values, info)
+                return True
+    if timeout_s is None:
+        return True
+    raise _nothing_came([source.topic], timeout_s)
 
 
 class _Echo:

@@ -177,27 +177,28 @@ def _publish_at_once(
     as_json: bool,
 ) -> bool:
     """Publish the first message if its subscribers are there; return whether it was published."""
-    from teleopctl.cli.brief_publisher import BriefPublisher
+    from teleopctl.cli.brief_endpoints import BriefNode
     from teleopctl.cli.command_node import command_node_name
     from teleopctl.interfaces import serialize
+    from teleopctl.wire import EndpointQos
 
     message = messages.first
     type_name: str = message.TYPE_NAME
-    name = node_name or command_node_name()
     try:
-        publisher = BriefPublisher(name, absolute_name(topic), type_name, _DEPTH)
+        opened = BriefNode(node_name or command_node_name())
     except RouterNotRunning:
         return False
-    with publisher:
-        found = publisher.graph().subscriptions(publisher.topic, type_name) if subscribers else ()
+    with opened as node:
+        name = node.resolve_topic_name(absolute_name(topic))
+        found = node.graph().subscriptions(name, type_name) if subscribers else ()
         if len(found) < subscribers:
             return False
         if not as_json:
             console.out("publisher: beginning loop")
         if print_every == 1:
-            _print_message(1, publisher.topic, message, as_json)
-        publisher.publish(serialize(message))
-        _let_it_be_sent(publisher.session, keep_alive_s)
+            _print_message(1, name, message, as_json)
+        node.publish(name, type_name, serialize(message), EndpointQos(depth=_DEPTH))
+        _let_it_be_sent(node.session, keep_alive_s)
     return True
 
 

@@ -49,10 +49,14 @@ class TopicSource:
         """
         from teleopctl.node import qos_for_publishers
 
+        self.note_fallbacks()
+        return qos_for_publishers([publisher.qos for publisher in self.publishers], depth)
+
+    def note_fallbacks(self) -> None:
+        """Print which policy is used, on stderr, where those of the publishers differ."""
         offers = [publisher.qos for publisher in self.publishers]
         _note_fallback([each.is_reliable for each in offers], "Reliability", "BEST_EFFORT")
         _note_fallback([each.is_transient_local for each in offers], "Durability", "VOLATILE")
-        return qos_for_publishers(offers, depth)
 
 
 _BETTER = {"Reliability": "RELIABLE", "Durability": "TRANSIENT_LOCAL"}
@@ -237,6 +241,12 @@ class NamedTopics:
         if self.are_several:
             raise UsageError("Only fields of a single topic can be drawn")
         return self._wanted[0][0]
+
+    def are_all_published(self, graph: Graph) -> bool:
+        """Return whether the only topic has publishers in a graph, none of them latched."""
+        name, type_name = self._wanted[0]
+        publishers = graph.publishers(absolute_name(name), type_name)
+        return bool(publishers) and not any(each.qos.is_transient_local for each in publishers)
 
     def sources(self, *, raw: bool, graph: Graph | None = None) -> list[TopicSource]:
         """Return the TopicSource of each named topic, with patterns expanded.
