@@ -7,12 +7,12 @@ ROS 2 program.
 
 from __future__ import annotations
 
-import threading
 import time
+from _thread import allocate_lock  # threading has more, which takes milliseconds to import
 
 import zenoh
 
-from teleopctl.base.typed import TYPE_CHECKING, Any, Iterator, Self
+from teleopctl.base.typed import TYPE_CHECKING, Any, Iterator, Self, suppress
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import deserialize, type_hash
 from teleopctl.node.values.names import expand_name, validate_node_name
@@ -20,7 +20,6 @@ from teleopctl.wire import (
     EndpointQos,
     EndpointToken,
     EntityKind,
-    InvalidMessageCounter,
     NodeToken,
     decode_attachment,
     direct_callback,
@@ -35,7 +34,7 @@ from teleopctl.wire import (
 
 if TYPE_CHECKING:
     from teleopctl.node import MessageInfo
-    from teleopctl.wire import Graph
+    from teleopctl.wire import Graph, InvalidMessageCounter
 
 _ENCLAVE = _NAMESPACE = "/"
 _NODE_ID, _ENDPOINT_ID = 0, 1
@@ -121,11 +120,16 @@ class BriefNode:
             timeout_s: Longest wait for all messages, in seconds; None for no limit.
         """
         arrived: list[tuple[zenoh.Sample, int]] = []
-        has_arrived = threading.Event()
+        # Held while nothing waits to be taken.
+        nothing = allocate_lock()
+        nothing.acquire()
 
         def add(sample: zenoh.Sample) -> None:
             arrived.append((sample, time.time_ns()))
-            has_arrived.set()
+            if nothing.locked():
+                # Another thread of Zenoh may have been faster.
+                with suppress(RuntimeError):
+                    nothing.release()
 
         type_name: str = message_class.TYPE_NAME
         key = topic_key(domain_id(), topic, type_name, type_hash(type_name))
@@ -136,10 +140,9 @@ class BriefNode:
         try:
             while end_s is None or time.monotonic() < end_s:
                 left_s = _LOOK_EVERY_S if end_s is None else end_s - time.monotonic()
-                if not has_arrived.wait(max(0.0, min(left_s, _LOOK_EVERY_S))):
+                if not nothing.acquire(timeout=max(0.0, min(left_s, _LOOK_EVERY_S))):
                     continue
-                # Cleared first: a message that arrives from now on sets it again.
-                has_arrived.clear()
+                # A message that arrives from now on releases the lock again.
                 while arrived:
                     taken = _decoded(*arrived.pop(0), message_class, report)
                     if taken is not None:

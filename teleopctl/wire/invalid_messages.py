@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-import threading
 import time
-from collections.abc import Callable
+from _thread import allocate_lock  # threading has more, which takes milliseconds to import
+
+from teleopctl.base.typed import Callable
 
 REPORT_PERIOD_S = 1.0
 """Shortest time between two reports of one source."""
@@ -27,7 +28,7 @@ class InvalidMessageCounter:
     def __init__(self, what: str, report: Callable[[str], object]) -> None:
         self._what = what
         self._report = report
-        self._lock = threading.Lock()
+        self._lock = allocate_lock()
         self._reported = 0
         self._next_report_s = 0.0
         self.count = 0

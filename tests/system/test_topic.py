@@ -172,6 +172,21 @@ def test_echo_once_in_every_form(shared_talker, options, expected):
     assert (done.stdout, done.stderr, done.returncode) == (expected, "", 0)
 
 
+def test_who_hears_one_message_is_a_node_with_a_subscription(shared_talker):
+    never = ["--filter", "m.data == 'never'"]
+    listener = shared_talker.spawn(["topic", "echo", "--once", "-n", "ear", *never, "/chatter"])
+    shared_talker.wait_for_nodes("/ear")
+
+    def qos_of_ear():
+        subscriptions = shared_talker.node.graph().subscriptions("/chatter", STRING)
+        return [each.qos.depth for each in subscriptions if each.full_name == "/ear"]
+
+    eventually(lambda: qos_of_ear() == [10])
+    listener.interrupt()
+    assert listener.wait() == 130
+    eventually(lambda: qos_of_ear() == [])
+
+
 @pytest.fixture(scope="module")
 def shared_talker(shared_ros):
     talker(shared_ros, "-r", "20")

@@ -12,7 +12,6 @@ from teleopctl.cli.messages import message_class_named, message_from_values, yam
 from teleopctl.cli.options import TopicName, UseSimTime, check_not_negative, check_positive
 from teleopctl.cli.verb import Argument, Option
 from teleopctl.cli.verbs.topic.qos import QosOptions
-from teleopctl.cli.waiting import wait_for_clock, wait_with_notice
 from teleopctl.errors import (
     InvalidFileError,
     RefusedError,
@@ -157,6 +156,8 @@ def publish(
             console.out("publisher: beginning loop")
             console.flush()
         if use_sim_time:
+            from teleopctl.cli.waiting import wait_for_clock
+
             wait_for_clock(node)
         for number in _paced(node, rate, count):
             message = messages.at(number, node)
@@ -284,6 +285,8 @@ def _paced(node: "Node | BareNode", rate: float, count: int) -> Iterator[int]:
 def _wait_for_subscribers(
     node: "Node | BareNode", publisher: "Publisher[Any]", count: int, longest_wait_s: float | None
 ) -> None:
+    from teleopctl.cli.waiting import wait_with_notice
+
     topic, type_name = publisher.topic_name, publisher.type_name
     graph = query_graph(node.context.session)
     if len(graph.subscriptions(topic, type_name)) >= count:
