@@ -171,7 +171,7 @@ class SimulationPanel(Panel):
         if self.is_running and time.monotonic() - self._paused_s > _STANDS_S:
             # Another program has resumed the simulation. Messages just after the pause are ignored.
             self._is_paused = False
-        now = f"{self._clock[-1][1]:.2f} s" if self._clock else "no /clock"
+        now = _time_text(self._clock[-1][1]) if self._clock else "no /clock"
         measured = f"{self.measured_factor():.2f}x" if self.is_running else self.state_word
         label = f"{now} · {measured}"
         if label != self._row.label:
@@ -309,6 +309,12 @@ class SimulationPanel(Panel):
 
 def _simulators(node: Node) -> list[str]:
     return servers_of(node, _PAUSE, f"{_PACKAGE}/SetPause")
+
+
+def _time_text(time_s: float) -> str:
+    """Return a time with as many decimals as fit the row."""
+    digits = 2 if time_s < 100.0 else 1 if time_s < 1000.0 else 0
+    return f"{time_s:.{digits}f} s"
 
 
 def _label(factor: float) -> str:
