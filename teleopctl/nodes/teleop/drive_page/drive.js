@@ -224,6 +224,8 @@ function showStatus(text, warn) {
 
 function show(message) {
   state = message;
+  const isBase = message.kind === "base";
+  document.body.classList.toggle("of-base", isBase);
   const stoppedBy = message.stopped_by || [];
   element("robot").textContent = message.robot ? `Drive ${message.robot}` : "Drive";
   element("stop").textContent = stoppedBy.length ? "Release robot" : "Stop";
@@ -234,9 +236,12 @@ function show(message) {
   else if (message.note) showStatus(message.note, true);
   else if (message.problem) showStatus(message.problem, true);
   else if (message.is_moving && message.status) showStatus(message.status, true);
-  else if (message.is_moving) showStatus(`Moving, axes of the ${message.frame}`, false);
+  else if (message.is_moving) showStatus(isBase ? "Moving" : `Moving, axes of the ${message.frame}`, false);
   else if (message.holder && !message.holder.is_this) showStatus(`${message.holder.node} drives (${message.holder.device})`, true);
-  else showStatus("Drag the handle at the gripper, or hold a key, a pad, or a gamepad's left bumper", false);
+  else {
+    const handle = isBase ? "Hold" : "Drag the handle at the gripper, or hold";
+    showStatus(`${handle} a key, a pad, or a gamepad's left bumper`, false);
+  }
   if (message.opening !== null) {
     element("opening").textContent = `${Math.round(message.opening * 100)} %`;
     if (!sliderHeld) {
@@ -273,7 +278,8 @@ function show(message) {
   note.classList.toggle("warn", Boolean(message.gamepad_problem));
   if (message.gamepad_problem) note.textContent = message.gamepad_problem;
   else if (!navigator.getGamepads) note.textContent = "This browser has no gamepad interface; use keys or pads.";
-  else if (count) note.textContent = "Gamepad: hold the left bumper; sticks move, right bumper and trigger open and close, B stops. "
+  else if (count) note.textContent = "Gamepad: hold the left bumper; sticks move, "
+    + (isBase ? "" : "right bumper and trigger open and close, ") + "B stops. "
     + (message.episode ? "Start records, Y is a success, A saves, Back discards." : "");
   else note.textContent = "Gamepad: switch it on and press a button.";
 }
