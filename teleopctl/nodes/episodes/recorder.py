@@ -162,7 +162,7 @@ class EpisodeRecorder(Node):
     # --- what the services do -------------------------------------------------------------
 
     def start(self) -> str:
-        """Begin an episode; return what was done.
+        """Begin an episode, also after one that has failed; return what was done.
 
         Raises:
             RefusedError: An episode is being recorded.
@@ -170,8 +170,12 @@ class EpisodeRecorder(Node):
             SystemFailureError: The bag cannot be created.
         """
         with self._lock:
-            if self._session is not None:
+            if self._session is not None and not self._failure:
                 raise RefusedError(f"Episode {self._number} is being recorded: save or discard it")
+            if self._session is not None:
+                # What was written of it stays where it is.
+                with contextlib.suppress(SystemFailureError):
+                    self._end()
             number = self._folder.next_number
             self._failure, self._success, self._hand = "", None, ""
             if self.get_parameter("reset").value:
@@ -238,9 +242,12 @@ class EpisodeRecorder(Node):
             RefusedError: No episode is being recorded.
         """
         with self._lock:
-            _, number = self._running()
+            if self._session is None:
+                self._running()
+            number = self._number
             with contextlib.suppress(SystemFailureError):
                 self._end()
+            self._failure = ""
             self._folder.discard(number)
             self._discarded += 1
             self.get_logger().info(f"Discarded episode {number}")
