@@ -42,8 +42,9 @@ _WINDOWS = (0.0625, 0.125, 0.25, 0.375, 0.5, 0.75, 1.0, 1.5)
 # more than the jerk asks for, and how often a motion is slowed.
 _WIDENINGS, _WIDER, _SLOWINGS = 4, 1.03, 5
 # Nodes and weights of Gauss' quadrature of degree 7 on [0, 1].
-_NODES, _WEIGHTS = (0.5 * np.polynomial.legendre.leggauss(4)[k] for k in (0, 1))
-_NODES = _NODES + 0.5
+_NEAR, _FAR = (math.sqrt((3.0 + sign * 2.0 * math.sqrt(1.2)) / 7.0) for sign in (-1.0, 1.0))
+_NODES = 0.5 + 0.5 * np.array((-_FAR, -_NEAR, _NEAR, _FAR))
+_WEIGHTS = (18.0 + math.sqrt(30.0) * np.array((-1.0, 1.0, 1.0, -1.0))) / 72.0
 
 
 class Points(NamedTuple):
