@@ -154,6 +154,8 @@ class Drive:
     joint: Joint
     address: str = ""
     browser: Browser = field(init=False)
+    # Processes that were started again, which the launch does not end.
+    again: list[subprocess.Popen[bytes]] = field(default_factory=list)
 
     def start(self) -> None:
         """Start ``teleopctl drive`` in the background, and open its page."""
@@ -184,7 +186,8 @@ class Drive:
 
         def start() -> None:
             nowhere = subprocess.DEVNULL
-            subprocess.Popen(words, env=environment, stdout=nowhere, stderr=nowhere)
+            process = subprocess.Popen(words, env=environment, stdout=nowhere, stderr=nowhere)
+            self.again.append(process)
 
         return start
 
@@ -247,6 +250,9 @@ def main() -> None:
                 wrong += _run(drive, name, options.count)
         finally:
             drive.browser.close()
+            for process in drive.again:
+                process.kill()
+                process.wait()
             executor.shutdown()
             context.shutdown()
     sys.exit(1 if wrong else 0)
