@@ -77,11 +77,12 @@ if TYPE_CHECKING:
         read_metadata as read_metadata,
         write_metadata as write_metadata,
     )
+    from teleopctl.bag.overlaid import OverlaidBag as OverlaidBag
     from teleopctl.bag.player.options import (
         PlayOptions as PlayOptions,
         PlaySelection as PlaySelection,
     )
-    from teleopctl.bag.player.player import Player as Player
+    from teleopctl.bag.player.player import MARKS_PARAMETER as MARKS_PARAMETER, Player as Player
     from teleopctl.bag.qos_profiles import (
         parse_offered_profiles as parse_offered_profiles,
         read_qos_overrides as read_qos_overrides,
@@ -124,6 +125,7 @@ if TYPE_CHECKING:
     from teleopctl.bag.type_definitions import (
         known_definition as known_definition,
         known_hash as known_hash,
+        register_types as register_types,
     )
     from teleopctl.bag.verify.comparison import (
         ComparedStream as ComparedStream,

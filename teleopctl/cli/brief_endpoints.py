@@ -15,7 +15,7 @@ import zenoh
 from teleopctl.base.typed import TYPE_CHECKING, Any, Iterator, Self, suppress
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import deserialize, type_hash
-from teleopctl.node.values.names import expand_name, validate_node_name
+from teleopctl.node import expand_name, validate_node_name
 from teleopctl.wire import (
     EndpointQos,
     EndpointToken,

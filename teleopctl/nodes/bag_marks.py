@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
-from teleopctl.bag import open_bag
-from teleopctl.bag.type_definitions import register_types
+from teleopctl.bag import open_bag, register_types
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import deserialize, get_message
 

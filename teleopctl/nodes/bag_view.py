@@ -9,9 +9,7 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from teleopctl.bag import Player, PlayOptions, open_bag
-from teleopctl.bag.overlaid import OverlaidBag
-from teleopctl.bag.player.player import MARKS
+from teleopctl.bag import MARKS_PARAMETER, OverlaidBag, Player, PlayOptions, open_bag
 from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import (
@@ -25,7 +23,7 @@ from teleopctl.node import (
 from teleopctl.wire import ensure_router
 
 if TYPE_CHECKING:
-    from teleopctl.bag.base import Bag
+    from teleopctl.bag import Bag
 
 _PLAYER = "rosbag2_player"
 _CLOCK_HZ = 40.0
@@ -132,7 +130,7 @@ def _offer_marks(node: Node, path: Path) -> None:
     try:
         marks = [f"{mark.time_ns} {mark.kind} {mark.text}" for mark in bag_marks(path)]
         if marks and node.context.ok():
-            node.set_parameters([Parameter(MARKS, value=marks)])
+            node.set_parameters([Parameter(MARKS_PARAMETER, value=marks)])
     except TeleopctlError as error:
         node.get_logger().warning(f"No marks on the time line: {error}")
 

@@ -259,7 +259,7 @@ def test_a_plain_line_is_completed_without_typer_and_the_metadata_of_distributio
         "    print(sorted({'typer', 'rich', 'importlib.metadata'} & set(sys.modules)))"
     )
     done = subprocess.run(
-        [sys.executable, "-c", code, "--", "pkg", "prefix", "teleop_d"],
+        [sys.executable, "-c", code, "--", "pkg", "prefix", "teleop_des"],
         env={**os.environ, COMPLETION_VARIABLE: "zsh"},
         capture_output=True,
         text=True,

@@ -37,6 +37,7 @@ OWN = {
         "mujoco_sim",
         "pick_and_place",
         "robot_stop",
+        "teleop_device",
         "teleop_keyboard",
     ),
     *("teleop_py_pkg", "teleop_robot_py_pkg"),

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 START_TIME, END_TIME = "playback.start_time_ns", "playback.end_time_ns"
 """Names of the parameters with start and end time of the playback, in ns since the epoch."""
 
-LOOP, MARKS = "playback.loop", "playback.marks"
+LOOP, MARKS_PARAMETER = "playback.loop", "playback.marks"
 """Names of the parameters of looping, see `Playback.loops`, and of the marks on a time line.
 
 A mark is a text of three words or more: time in nanoseconds since the epoch, kind, and what
@@ -65,7 +65,7 @@ class PlayerServices:
             node.declare_parameter(name, time_ns)
         node.declare_parameter(LOOP, player.loops)
         # An empty text stands for no marks: an empty list has no type.
-        node.declare_parameter(MARKS, [""])
+        node.declare_parameter(MARKS_PARAMETER, [""])
         node.add_post_set_parameters_callback(self._take_parameters)
 
     # Any: a parameter's value is checked by its type before.
@@ -78,7 +78,7 @@ class PlayerServices:
         """Destroy the services, and undeclare the parameters of start and end time."""
         if self._node.has_parameter(LOOP):
             self._node.remove_post_set_parameters_callback(self._take_parameters)
-        for name in (START_TIME, END_TIME, LOOP, MARKS):
+        for name in (START_TIME, END_TIME, LOOP, MARKS_PARAMETER):
             if self._node.has_parameter(name):
                 self._node.undeclare_parameter(name)
         for service in self._services:

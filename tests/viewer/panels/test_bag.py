@@ -8,7 +8,7 @@ from collections.abc import Iterator
 import pytest
 
 from teleopctl.bag import Player, PlayOptions
-from teleopctl.bag.player.player import MARKS
+from teleopctl.bag.player.player import MARKS_PARAMETER
 from teleopctl.node import Node, Parameter
 from teleopctl.viewer.panels.bag import BagPanel
 from tests.bag.bags import write_bag
@@ -73,7 +73,7 @@ def test_marks_of_the_bag_are_shown_and_lead_to_their_moment(live, panel, player
     live.until(lambda: panel._line.visible)
     assert not panel._strip.visible
     marks = [f"{player.start_ns + 1_000_000_000} warning <b> is hot", "no time at all"]
-    player._node.set_parameters([Parameter(MARKS, value=marks)])
+    player._node.set_parameters([Parameter(MARKS_PARAMETER, value=marks)])
     live.until(lambda: panel._strip.visible)
     assert panel._strip.content.count("title=") == 1
     assert 'title="1.00 s · warning · &lt;b&gt; is hot"' in panel._strip.content
