@@ -184,6 +184,8 @@ def test_a_detached_launch_is_up_when_the_command_returns_and_its_nodes_are_list
     assert lines[0].split() == ["NAME", "PID", "KIND", "UPTIME", "COMMAND"]
     (publisher,) = [line for line in lines if line.startswith("  simple_publisher-1 ")]
     assert " teleopctl.nodes teleop_py_pkg simple_publisher --ros-args " in publisher
+    # It is up before what it prints has come through its pipe.
+    eventually(lambda: "[mouth]" in ros.run("logs mouth").stdout)
     for name in ("simple_publisher-1", "two/simple_publisher-1", "mouth", "/mouth"):
         assert "[mouth]: Publishing at 1.0 Hz" in ros.run(["logs", name]).stdout
     assert "[INFO] [simple_publisher-1]: process started with pid" in ros.run("logs two").stdout

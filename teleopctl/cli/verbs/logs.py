@@ -42,7 +42,9 @@ def logs(
     log_file, is_running = _find(name)
     log: BinaryIO | None = None
     try:
-        log = log_file.open("rb")
+        log = _open(log_file, is_running, waits=follow)
+        if log is None:
+            return 0
         written = _older(log_file, log) + log.read()
         _put(written if lines is None else written[_start_of_last_lines(written, lines) :])
         while follow and is_running():
@@ -77,6 +79,19 @@ def _find(name: str) -> tuple[Path, Callable[[], bool]]:
         raise UsageError(f"'{name}' may be {names}", hint="Name one of them.")
     record = found[0].record
     return record.log_file, lambda: background.is_alive(record)
+
+
+def _open(log_file: Path, is_running: Callable[[], bool], *, waits: bool) -> BinaryIO | None:
+    """Open a log; return None, or wait, if a process that runs has written nothing yet."""
+    while True:
+        try:
+            return log_file.open("rb")
+        except FileNotFoundError:
+            if not is_running():
+                raise
+        if not waits:
+            return None
+        time.sleep(_READ_EVERY_S)
 
 
 def _older(log_file: Path, log: BinaryIO) -> bytes:
