@@ -35,7 +35,7 @@ class OutputBag:
         start_ns: Earliest log time to copy, in nanoseconds since the epoch.
         end_ns: Log time before which copying ends, in nanoseconds since the epoch.
         continues_latched: Whether the bag begins with the last messages of latched topics before
-            `start_ns`, and counts its messages anew.
+            `start_ns`, and counts its messages again.
         replaced: Other contents of attachments, by name; empty ones are left out.
         options: Options of the writer. Distribution and custom data of the sources are added, and
             latched messages are not repeated in the further files of a split bag.

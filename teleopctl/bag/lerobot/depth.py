@@ -38,7 +38,7 @@ INFORMATION: dict[str, Any] = {
     "video.pix_fmt": "gray12le",
     "video.channels": 1,
 }
-"""Information of a feature of depths, besides its size and rate."""
+"""Information of a depth feature, without its size and rate."""
 
 
 def depth_numbers(depths: npt.NDArray[np.float32]) -> npt.NDArray[np.uint16]:

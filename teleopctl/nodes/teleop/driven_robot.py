@@ -202,7 +202,7 @@ class DrivenRobot:
 
     @property
     def status(self) -> str:
-        """What servo says about the motion; empty if nothing slows it down."""
+        """Servo's status of the motion in words; empty if nothing slows it down."""
         data, self._newest_status = self._newest_status, None
         if data is not None:
             message = deserialize(data, _ServoStatus)

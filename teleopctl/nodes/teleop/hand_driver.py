@@ -53,7 +53,7 @@ class HandDriver:
         device: Name of the device that the hand holds.
         robot_state: The robot.
         episodes: Buttons for episodes.
-        on_action: Called with each action that begins, besides what the driver does itself.
+        on_action: Called with each action that begins, also those that the driver executes itself.
     """
 
     def __init__(self, node: Node, device: str, servo: str = "servo_node", base: str = "") -> None:
@@ -111,7 +111,7 @@ class HandDriver:
 
     @property
     def status(self) -> str:
-        """What servo says about the motion; empty if nothing slows it down."""
+        """Servo's status of the motion in words; empty if nothing slows it down."""
         return self.robot_state.status
 
     def tool(self) -> Transform | None:

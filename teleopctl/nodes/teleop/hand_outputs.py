@@ -1,4 +1,4 @@
-"""Where a hand's commands go: the topics of a servo node, or those of a mobile base."""
+"""Outputs of a hand's commands: the topics of a servo node, or those of a mobile base."""
 
 from __future__ import annotations
 
@@ -144,7 +144,7 @@ class BaseOutput:
 
     @classmethod
     def find(cls, node: Node, topic: str = "") -> BaseOutput | None:
-        """Return the output to a topic for which somebody listens; None if nobody does.
+        """Return the output to a topic that has subscribers; None if none has.
 
         Args:
             node: Node of the publisher.

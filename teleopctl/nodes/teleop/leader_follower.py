@@ -125,7 +125,7 @@ class LeaderFollower:
 
     @property
     def state(self) -> LeaderState:
-        """What the arm does."""
+        """State of the following of the leader."""
         if self._clutch.is_held:
             return LeaderState.FOLLOWING
         return LeaderState.RELEASED if self._following is None else self._following.state

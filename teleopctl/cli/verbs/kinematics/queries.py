@@ -190,7 +190,7 @@ def jacobian(
 
     _check_precision(precision)
     arm = _arm_at(sorted_words(words or ()), named, robot)
-    # After the robot is read, so that mujoco has been told to load no renderer.
+    # After the robot is read, whose reader sets mujoco to load no renderer.
     from teleopctl.kinematics import served_task
 
     matrix = arm.jacobian()

@@ -61,7 +61,7 @@ def srdf(
     if output is not None and Path(output).exists() and not force:
         raise RefusedError(f"{output} exists", hint="--force replaces it.")
     read = read_robot(found, robot, needs_state=False)
-    # After the robot is read, so that mujoco has been told to load no renderer.
+    # After the robot is read, whose reader sets mujoco to load no renderer.
     from teleopctl.kinematics import KinematicModel, allowed_by_sampling, read_srdf, write_srdf
 
     if check is not None:

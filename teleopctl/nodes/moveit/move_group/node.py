@@ -150,7 +150,7 @@ class MoveGroupNode(Node):
         progress.report(progress.READY)
 
     def _publish_semantic(self, groups: RobotGroups, description: RobotDescription) -> None:
-        """Publish the groups as an SRDF unless somebody does: clients would find other groups."""
+        """Publish the groups as an SRDF, unless another node does: clients would find others."""
         if self.count_publishers(_SEMANTIC):
             return
         if not self._srdf:
