@@ -347,3 +347,16 @@ def test_controllers_come_after_those_that_they_command(evaluated, tmp_path):
     file.write_text(json.dumps(sections))
     listed = evaluated(f"$(file-controllers {file})").shown.split()
     assert sorted(listed[1:]) == ["base", "left", "other", "right"]
+
+
+def test_a_terminal_shows_what_pick_and_place_has_taken_and_little_of_the_others(tmp_path):
+    file = builtin_file("pick_and_place.yaml")
+    assert file is not None
+    plan, _ = evaluate(
+        parse_file(file),
+        {"episodes": str(tmp_path / "cube")},
+        tmp_path / "log",
+        LaunchRequest(file=str(file)),
+    )
+    shown = {process.name.rpartition("-")[0] for process in plan.processes if not process.is_quiet}
+    assert shown == {"pick_and_place", "episode_recorder"}
