@@ -216,7 +216,10 @@ class Controllers:
         if self._is_pending or not self._list.service_is_ready():
             return
         self._is_pending = True
-        self._list.call_async(self._kind.Request()).add_done_callback(self._answered)
+        future = self._list.call_async(self._kind.Request())
+        future.add_done_callback(self._answered)
+        # A manager that ended before it answered: the next one is to be asked.
+        future.on_unanswered(self._forget_request)
 
     def available(self) -> list[Controller]:
         """Return the controllers that can be used now: configured ones that run, else all active.
@@ -240,6 +243,9 @@ class Controllers:
             kind = get_action(controller.kind.type_name)
             self._clients[key] = ActionClient(self._node, kind, controller.action)
         return self._clients[key]
+
+    def _forget_request(self) -> None:
+        self._is_pending = False
 
     # Any: the future of a response.
     def _answered(self, future: Any) -> None:

@@ -110,14 +110,18 @@ def arm(shared_ros):
     shared_ros.launch("sim.yaml", "camera:=false")
     shared_ros.launch("servo.yaml")
     hand = Hand(shared_ros.node)
-    done = shared_ros.run(
-        "topic pub --once /arm_controller/commands std_msgs/msg/Float64MultiArray "
-        "'{data: [0.2, 0.4, -0.5]}'"
-    )
-    assert done.returncode == 0
+    _command(shared_ros, "arm_controller", "0.2, 0.4, -0.5")
     eventually(lambda: abs(hand.positions["joint_3"] + 0.5) < 0.01)
     hand.stop()
     return hand
+
+
+def _command(ros, controller, positions):
+    done = ros.run(
+        f"topic pub --once /{controller}/commands std_msgs/msg/Float64MultiArray "
+        f"'{{data: [{positions}]}}'"
+    )
+    assert done.returncode == 0, done.stderr
 
 
 def test_a_twist_moves_the_gripper_along_it_and_it_stops_with_the_stream(arm):
@@ -421,6 +425,9 @@ def test_a_leader_that_is_the_follower_is_refused(shared_ros):
 def test_keys_move_the_gripper_and_close_it(arm, shared_ros):
     from tests.system.terminal import Terminal
 
+    # Closed, at its upper limit, so that the first press opens it: other tests leave it half open.
+    _command(shared_ros, "gripper_controller", "0.0")
+    eventually(partial(arm.is_near, "joint_4", 0.0))
     argv = [sys.executable, "-m", "teleopctl", "run", "teleop_keyboard"]
     terminal = Terminal(argv, shared_ros.env, shared_ros.folder, is_controlling=True)
     try:
@@ -444,7 +451,6 @@ def test_keys_move_the_gripper_and_close_it(arm, shared_ros):
 
         eventually(turn)
         arm.stop()
-        # Closed at the start, at its upper limit, so that the first press opens it.
         for end in (-1.5708, 0.0, -1.5708):
             terminal.press("g")
             eventually(partial(arm.is_near, "joint_4", end))
