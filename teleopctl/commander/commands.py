@@ -284,7 +284,7 @@ class RunningMotion:
     def cancel(
         self, now_s: Callable[[], float] = time.monotonic, longest_s: float = _STOP_S
     ) -> list[str]:
-        """Stop the joints, and wait until the controllers say that they have ended.
+        """Stop the joints, and wait until the controllers report the end.
 
         Args:
             now_s: Clock of the longest time.

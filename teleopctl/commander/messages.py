@@ -1,4 +1,4 @@
-"""Messages of poses and trajectories as values of the kinematics room, and back."""
+"""Conversion of poses and trajectories between messages and `teleopctl.kinematics`."""
 
 from __future__ import annotations
 

@@ -114,7 +114,7 @@ class MoveGroupPlanner:
     def plan(
         self, arm: Arm, goal: MotionGoal, target: MotionTarget, is_canceled: Callable[[], bool]
     ) -> PlannedMotion:
-        """Let move_group plan a motion; Ctrl-C ends its search.
+        """Plan a motion by move_group; Ctrl-C cancels the request.
 
         Raises:
             PlanningError: There is none, with the code of move_group; or planning is canceled.
@@ -200,7 +200,7 @@ class MoveGroupPlanner:
 
 
 def _check_end(arm: Arm, target: MotionTarget, trajectory: Any) -> None:
-    """Raise a PlanningError if a planned motion does not end where it was asked to.
+    """Raise a PlanningError if a planned motion does not end at its goal.
 
     Another move_group may know another tip, or other frames.
     """

@@ -1,4 +1,4 @@
-"""An arm of the running robot, moved by a program in the words of ``teleopctl move``."""
+"""An arm of the running robot: plans and executes motions for a program."""
 
 from __future__ import annotations
 
@@ -209,7 +209,7 @@ class RunningArm:
         self.close()
 
     def close(self) -> None:
-        """Destroy the endpoints, and the node if it is its own; a motion goes on."""
+        """Destroy the endpoints, and the node if it is its own; a running motion continues."""
         self._exit.close()
 
     # --- state ------------------------------------------------------------------------------------
@@ -251,7 +251,7 @@ class RunningArm:
         planner: str = "",
         timeout_s: float = 5.0,
     ) -> PlannedMotion:
-        """Return a motion from where the arm is, and move nothing; `execute` executes it.
+        """Return a planned motion from the present positions; `execute` executes it.
 
         Args:
             to: Position of the tool, (3,), m, or its pose, (4, 4).
@@ -342,7 +342,7 @@ class RunningArm:
         planner: str = "",
         timeout_s: float = 5.0,
     ) -> MotionResult:
-        """Plan a motion from where the arm is, and execute it; see `plan` and `execute`."""
+        """Plan a motion from the present positions, and execute it; see `plan` and `execute`."""
         stop_count = self._stop_count
         planned = self.plan(
             to=to,
@@ -386,7 +386,7 @@ class RunningArm:
         return MotionResult(f"Gripper: {where}", at, time.monotonic() - begin_s)
 
     def stop(self) -> None:
-        """Stop what another thread has begun: a plan or motion, which raises its error there."""
+        """Stop a plan or motion of another thread, which raises an error there."""
         with self._lock:
             self._stop_count += 1
             running = self._running
@@ -529,7 +529,7 @@ class RunningArm:
         return result
 
     def _short_of(self, end: Mapping[str, float]) -> str:
-        """Return which joint is not where a motion ended, as controllers need no tolerances."""
+        """Return which joint is not at the motion's end; controllers may have no tolerances."""
         for name, at in end.items():
             joint = self.arm.model.joints[name]
             off = joint.limits.offset(self._measured.get(name, at), at)
@@ -542,7 +542,7 @@ class RunningArm:
         return ""
 
     def _wait_for_rest(self, longest_s: float) -> None:
-        """Wait until the measured positions stay, at most for a time."""
+        """Wait until the measured positions stay constant, or until a timeout."""
         end_s, before = time.monotonic() + longest_s, dict[str, float]()
         while time.monotonic() < end_s:
             measured = self._measured
@@ -552,7 +552,7 @@ class RunningArm:
             time.sleep(_PERIOD_S)
 
     def _wait_for_begin(self, start: Mapping[str, float], end: Mapping[str, float]) -> None:
-        """Wait until joints begin to move that are not where they shall be, at most for a time."""
+        """Wait until joints that are not at their goal begin to move, or until a timeout."""
         end_s = time.monotonic() + _REST_S
         while time.monotonic() < end_s:
             measured = self._measured
@@ -563,7 +563,7 @@ class RunningArm:
             time.sleep(_PERIOD_S)
 
     def _measure(self) -> None:
-        """Put the model where the robot is."""
+        """Set the model to the measured positions."""
         self.arm.model.set_positions(self._measured)
         self.arm.positions = self.arm.kinematics.clamp(self.arm.kinematics.present())
 

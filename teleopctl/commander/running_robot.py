@@ -1,4 +1,4 @@
-"""The robot that runs: its description, groups and measured state, received from their topics."""
+"""The running robot: description, groups and measured state, received from their topics."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _STRING = "std_msgs/msg/String"
 
 
 class RunningRobot(NamedTuple):
-    """A robot's description and groups, and where its joints are.
+    """Description and groups of the running robot, and its measured joint positions.
 
     Attributes:
         description: The robot.
@@ -88,7 +88,7 @@ def receive_robot(
     *,
     needs_state: bool,
 ) -> RunningRobot:
-    """Return the robot that runs in a namespace.
+    """Return the running robot of a namespace.
 
     Args:
         node: Node of the subscriptions.
@@ -227,7 +227,7 @@ class _Received:
             self._node.destroy_subscription(subscription)
 
     def wait(self, publishers: int) -> None:
-        """Wait until the description and what else is needed have come.
+        """Wait until the description and the other required messages are received.
 
         Raises:
             UnavailableError: The description, or the joints' state, does not come.

@@ -1,4 +1,4 @@
-"""Goals of an arm in the words of ``teleopctl move``: poses, joint positions and named states."""
+"""Goals of an arm, as arguments of ``teleopctl move``: poses, joint positions, named states."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ class MotionGoal:
 
 
 class MotionTarget(NamedTuple):
-    """Goal in the robot's own terms.
+    """Goal as a pose of the tip, or positions of the independent joints.
 
     Attributes:
         positions: Positions of the independent joints, (n,); None for a pose.
@@ -163,7 +163,7 @@ def frame_transform(arm: Arm, frame: str | None, lookup: FrameLookup | None) -> 
 
 
 def target_of(goal: MotionGoal, arm: Arm, lookup: FrameLookup | None) -> MotionTarget:
-    """Return a goal in the robot's own terms.
+    """Return a goal as a pose of the tip, or positions of the independent joints.
 
     Args:
         goal: The goal.

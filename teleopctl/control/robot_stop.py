@@ -44,7 +44,7 @@ _HOLDING_PER_CYCLE = 0.1
 
 
 class RobotStop:
-    """Whether commands are taken, shared by the manager, its control cycle and its controllers.
+    """State of the robot's stop, shared by the manager, its control cycle and its controllers.
 
     Attributes:
         by: Names of the nodes that hold the robot stopped, separated by commas; empty while the
@@ -145,7 +145,7 @@ class RobotStop:
 
 
 class _SpeedEstimate:
-    """Speed of a joint from its measured positions, which may change in some cycles only.
+    """Speed of a joint, estimated from measured positions that may change in some cycles only.
 
     The mean speed between two positions is that of the time between them: half the change since the
     mean speed before is added, which is exact at a constant acceleration.

@@ -1,4 +1,4 @@
-"""An arm as programs use it: forward and inverse kinematics, plans and servo of one group."""
+"""Arm of a robot: forward and inverse kinematics, plans and servo of one group."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Compiled models of robots for kinematics, kept in the user's cache folder.
+"""Compiled MuJoCo models of robots for kinematics, cached in the user's folder.
 
 A model is compiled once: reading the meshes of an arm takes MuJoCo a second, loading the compiled
 model a millisecond. It is kept by a hash of all that it is made from: the description, the world,
@@ -43,7 +43,7 @@ _DIRECTORIES = ("assetdir", "meshdir", "texturedir")
 
 
 class CompiledModel(NamedTuple):
-    """Compiled model of a robot with its root link fixed, and what is known about it.
+    """Compiled model of a robot with its root link fixed, with its joints and bodies.
 
     Attributes:
         mj_model: The ``mujoco.MjModel``, without shapes that are only drawn.

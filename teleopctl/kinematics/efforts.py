@@ -1,4 +1,4 @@
-"""Efforts that the joints of a group need for a motion, with what the robot carries."""
+"""Joint efforts of a group during a motion, with the payload."""
 
 from __future__ import annotations
 

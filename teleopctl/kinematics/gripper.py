@@ -1,4 +1,4 @@
-"""Grippers: which positions of their joints are open and which closed, by their shapes."""
+"""Closed and open positions of a gripper's joints, computed from its shapes."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Pairs of a robot's links that touch at random joint positions, and how often.
+"""Pairs of links that collide at random joint positions, and how often.
 
 Source: MoveIt's setup assistant sorts pairs of links in the same way, by random positions, with
 the same words: ``Adjacent``, ``Default``, ``Always`` and ``Never``.

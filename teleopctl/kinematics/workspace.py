@@ -1,4 +1,4 @@
-"""Workspace of a group: where its tool comes to, by random positions of its joints."""
+"""Workspace of a group: positions of its tool, at random joint positions."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Plug-in of LeRobot: a robot of the graph is one of lerobot's robots, and any arm a leader.
+"""Plug-in of LeRobot: a robot of the ROS graph as a lerobot robot, an arm as teleoperator.
 
 lerobot loads it by its own options ``--robot.discover_packages_path=teleopctl.lerobot`` and
 ``--teleop.discover_packages_path=teleopctl.lerobot``. Nothing else of teleopctl imports lerobot,

@@ -1,4 +1,4 @@
-"""A teleop device that drives the robot while lerobot's programs run, and what it makes of it."""
+"""Teleoperation device that drives the robot while lerobot's programs run, and its actions."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _END_S = 5.0
 
 
 class HandProcess:
-    """Process of ``teleop_device``: a hand that drives the robot through servo, as elsewhere.
+    """Child process ``teleop_device``, which drives the robot through servo.
 
     Args:
         device: Name of the device.
@@ -31,7 +31,7 @@ class HandProcess:
         self._process = subprocess.Popen(words)
 
     def check(self) -> None:
-        """Raise an error if the process has ended; it has said why.
+        """Raise an error if the process has ended; it has logged the reason.
 
         Raises:
             UnavailableError: It has.
@@ -40,7 +40,7 @@ class HandProcess:
             raise UnavailableError(f"The device has ended with status {status}: see above")
 
     def stop(self) -> None:
-        """End the process, which lets go of the robot."""
+        """End the process, which releases the robot."""
         if self._process.poll() is None:
             # Windows has no interrupt for one process.
             with contextlib.suppress(ValueError):
@@ -53,7 +53,7 @@ class HandProcess:
 
 
 def reference_topics(node: Node) -> list[str]:
-    """Return the topics on which controllers say what they are sent, after waiting for one.
+    """Return the reference topics of the controllers, after waiting for one.
 
     Args:
         node: Node of the graph.

@@ -1,4 +1,4 @@
-"""Bases: whether a robot's root link moves freely or is fixed to the world, and why."""
+"""Base of a robot: whether its root link is free or fixed to the world, and why."""
 
 from __future__ import annotations
 

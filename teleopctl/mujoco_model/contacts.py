@@ -1,4 +1,4 @@
-"""How parts touch, and which parts of a robot may touch each other.
+"""Contact parameters, and pairs of parts of a robot that may touch each other.
 
 Neighbouring links of a robot never touch: their shapes overlap around the joint's axis by
 construction. Links that overlap in the robot's initial pose do not touch until they have come

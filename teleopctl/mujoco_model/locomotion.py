@@ -1,4 +1,4 @@
-"""What a robot moves about with, which decides whether its root link is free or fixed to the world.
+"""Means of locomotion of a robot, by which its root link is free or fixed to the world.
 
 A URDF does not state whether a robot is bolted down. Gazebo lets every root link fall that has no
 parent named ``world``, so that arms topple with their authors' own files; MuJoCo's importer and

@@ -1,4 +1,4 @@
-"""What only a robot from an MJCF file has: its initial state and actuator controls."""
+"""Initial state and actuator controls of robots from MJCF files."""
 
 from __future__ import annotations
 

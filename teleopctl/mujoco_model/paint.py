@@ -1,4 +1,4 @@
-"""The colours and pictures of mesh files, which a mesh of MuJoCo's does not have.
+"""Colours and textures of mesh files, which MuJoCo does not read.
 
 A file with several materials becomes one mesh per material, each with its colour or texture. These
 meshes are only drawn: collisions and mass still use the whole mesh.

@@ -1,4 +1,4 @@
-"""Topic ``teleop/lease``: nodes that drive a robot by hand, and nodes that follow who does.
+"""Topic ``teleop/lease``: the nodes that teleoperate a robot, and their subscribers.
 
 It is in the namespace of the robot, so that several robots of a graph have each its own. The topic
 is latched (teleopctl_msgs/TeleopLease). A holder publishes its claim twice a second, and
@@ -30,7 +30,7 @@ _MOST_SENDERS = 1000
 
 
 class LeaseWatch:
-    """Subscription to ``teleop/lease``: who drives, and who may command.
+    """Subscription to ``teleop/lease``: which node drives, and which nodes may command.
 
     Args:
         node: Node that subscribes.
@@ -50,7 +50,7 @@ class LeaseWatch:
 
     @property
     def holder(self) -> LeaseClaim | None:
-        """The claim that counts now; None if nobody holds the lease."""
+        """The valid claim; None if no node holds the lease."""
         return self._lease.holder(time.monotonic())
 
     @property
@@ -103,7 +103,7 @@ class LeaseWatch:
 
 
 class LeaseHolder:
-    """Lease of a node that drives a robot by hand.
+    """Lease of a node that teleoperates a robot.
 
     Args:
         node: The node.
@@ -175,7 +175,7 @@ class LeaseHolder:
             self._publish(own, is_held=False)
 
     def end_any(self) -> LeaseClaim | None:
-        """End the lease of whichever node holds it; return its claim, None if nobody did."""
+        """End the lease of whichever node holds it; return its claim, None if none does."""
         present = self.watch.holder
         if present is not None:
             ended = LeaseClaim(self._name, host=self._host, term=self.watch.term + 1)

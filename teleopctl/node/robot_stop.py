@@ -1,4 +1,4 @@
-"""Topic ``/stop``: nodes that hold the robot stopped, and nodes that obey.
+"""Topic ``/stop``: nodes that hold the robot stopped, and nodes that stop for them.
 
 The topic is latched (std_msgs/Bool). A node that publishes true holds the robot stopped until it
 publishes false itself, like an emergency stop button, which is released where it was pressed. A
@@ -109,7 +109,7 @@ def _publishers(node: Node) -> dict[bytes, str]:
 
 
 class StopButton:
-    """Publisher of ``/stop``, with a service ``~/release`` by which others release the robot.
+    """Publisher of ``/stop``, with a service ``~/release`` by which clients release the robot.
 
     Args:
         node: Node that holds the robot stopped while it is pressed.

@@ -1,4 +1,4 @@
-"""Executable ``joint_state_publisher``: publishes positions of joints that nobody measures.
+"""Executable ``joint_state_publisher``: publishes positions of joints without sensors.
 
 Publishes ``joint_states`` at ``rate`` (Hz): every movable joint of the description at its zero
 position, or at the position received on the topics of ``source_list``.

@@ -1,4 +1,4 @@
-"""Numbers that a parameter or a request may have.
+"""Checks of numbers in parameters and requests.
 
 A module of its own: nodes that render read their parameters before they import mujoco, which
 chooses its OpenGL backend at import; see `gl_backend`.

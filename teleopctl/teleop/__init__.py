@@ -1,4 +1,4 @@
-"""What a hand says: devices, their samples, and the mappings from samples to commands.
+"""Teleoperation devices, their samples, and mappings from samples to motion commands.
 
 No kinematics: limits, collisions and stopping are servo's.
 

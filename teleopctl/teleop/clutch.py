@@ -1,4 +1,4 @@
-"""Clutch of a hand's pose: the first press takes the reference, so that nothing jumps."""
+"""Clutch for teleoperation by pose: pressing it takes a new reference, so that nothing jumps."""
 
 from __future__ import annotations
 
@@ -6,27 +6,27 @@ from teleopctl.tf import Transform
 
 
 class PoseClutch:
-    """Moves a tool as a hand moves, from where both are when the hand takes hold.
+    """Clutch between the pose of an operator's device and that of the tool.
 
     Args:
-        scale: Motion of the tool for one of the hand, in length; rotations are not scaled.
+        scale: Ratio of the tool's translation to the device's; rotations are not scaled.
     """
 
     def __init__(self, scale: float = 1.0) -> None:
         self._scale = scale
-        # Poses of the hand and the tool when the hand took hold.
+        # Poses of device and tool when the clutch was pressed.
         self._begin: tuple[Transform, Transform] | None = None
 
     @property
     def is_held(self) -> bool:
-        """Whether the hand holds the tool."""
+        """Whether the clutch is held."""
         return self._begin is not None
 
     def hold(self, hand: Transform, tool: Transform) -> Transform:
-        """Return where the tool shall be; the first call takes the reference.
+        """Return the target pose of the tool; the first call takes the reference.
 
         Args:
-            hand: Pose of the hand, in a frame whose axes are those of the root link.
+            hand: Pose of the device, in a frame whose axes are those of the root link.
             tool: Pose of the tool in the frame of the root link.
         """
         if self._begin is None:
@@ -43,5 +43,5 @@ class PoseClutch:
         return Transform((moved[0], moved[1], moved[2]), rotation)
 
     def release(self) -> None:
-        """Let go; the next call of `hold` takes another reference."""
+        """Release the clutch; the next call of `hold` takes a new reference."""
         self._begin = None

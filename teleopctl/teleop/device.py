@@ -1,6 +1,6 @@
-"""What a hand gives: samples of axes, buttons, a pose or joints, and the devices that read them.
+"""Base class of teleoperation devices, and their samples: axes, buttons, pose or joints.
 
-A device makes samples and nothing else. A `HandMapping` turns them into commands; limits,
+A device only emits samples. A `HandMapping` converts them to commands; limits,
 collisions and stopping are servo's.
 """
 
@@ -19,7 +19,7 @@ if TYPE_CHECKING:
     from teleopctl.node import Node
 
 STALE_S = 0.1
-"""Age of a sample, by its receipt, from which the hand counts as released, s."""
+"""Age of a sample since its receipt from which all its inputs count as released, s."""
 
 
 class DeviceError(TeleopctlError):
@@ -28,12 +28,12 @@ class DeviceError(TeleopctlError):
 
 @dataclass(frozen=True, slots=True)
 class HandSample:
-    """State of a hand at one time.
+    """Sample of a teleoperation device at one time.
 
     Attributes:
         axes: Positions of sticks, triggers and pads by name, -1 to 1.
         buttons: Names of the buttons and keys that are pressed.
-        pose: Position (m) and rotation (quaternion xyzw) of the hand in a frame of the device's
+        pose: Position (m) and rotation (quaternion xyzw) of the device in a frame of its
             own; empty for a device without a pose. Only its changes count, see `PoseClutch`.
         joints: Positions of a leader's joints by name, rad or m; empty for other devices.
         sequence: Number of the sample, which grows.
@@ -53,7 +53,7 @@ class HandSample:
 
 
 class TeleopDevice(ABC):
-    """Base class of devices by which a hand steers a robot; plug-ins ``teleopctl.teleop_devices``.
+    """Base class of teleoperation devices; plug-ins of ``teleopctl.teleop_devices``.
 
     A device calls `emit` with each sample, at 50 Hz or more while something is held. A device that
     falls silent counts as released after `STALE_S`.
@@ -67,7 +67,7 @@ class TeleopDevice(ABC):
             with teleopctl, or the path of a file.
         gives_joints: Whether its samples have joints, as those of a leader arm.
         reads_terminal: Whether it reads the keys of the terminal.
-        help: What a person does with it, for the terminal in which it runs.
+        help: Instructions for the operator, printed in the terminal in which it runs.
     """
 
     mapping: ClassVar[str | Path] = ""
@@ -88,8 +88,8 @@ class TeleopDevice(ABC):
         """
 
     def inputs(self) -> frozenset[str]:
-        """Return the names of its axes and buttons, which a mapping may use; empty if unknown."""
+        """Return the names of the device's axes and buttons, for mappings; empty if unknown."""
         return frozenset()
 
     def stop(self) -> None:  # noqa: B027 -- a device may have nothing to close
-        """Close the device; nothing is emitted any more."""
+        """Close the device; it emits no more samples."""

@@ -1,4 +1,4 @@
-"""Which keys of a terminal count as held, since most terminals report no release."""
+"""Detection of held keys on terminals, most of which report no release."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ REPEAT_HOLD_S = 0.15
 
 
 class HeldKeys:
-    """Keys of a terminal that count as held.
+    """Keys of a terminal that are held, as far as key repetition shows.
 
     Where the terminal reports releases, a key is held until then. Elsewhere it is held for a while
     after each press, and a new key ends the one before, since a terminal repeats only the last.
@@ -22,7 +22,7 @@ class HeldKeys:
         self._until: dict[str, float] = {}
 
     def on_key(self, key: Key, now_s: float) -> None:
-        """Take a key event at a time on the monotonic clock, s."""
+        """Process a key event at a time on the monotonic clock, s."""
         if key.is_released:
             self._until.pop(key.name, None)
         elif key.reports_release:
@@ -32,7 +32,7 @@ class HeldKeys:
             self._until = {key.name: now_s + (REPEAT_HOLD_S if is_repeat else FIRST_HOLD_S)}
 
     def release_all(self) -> None:
-        """Take all keys as released."""
+        """Release all keys."""
         self._until.clear()
 
     def held(self, now_s: float) -> frozenset[str]:

@@ -90,7 +90,7 @@ _DPAD = {"dpad_x": ("dpad_left", "dpad_right"), "dpad_y": ("dpad_up", "dpad_down
 
 
 class JoystickInfo(NamedTuple):
-    """A joystick that is attached.
+    """Description of an attached joystick.
 
     Attributes:
         number: Number of the joystick, ``device_id`` of ``joy_node``.
@@ -147,13 +147,13 @@ class Joystick(ABC):
         return [names.get(code, "") for code in list(self.button_codes)[: len(self.buttons)]]
 
     def inputs(self) -> frozenset[str]:
-        """Return the names of all axes and buttons that a sample may have."""
+        """Return the names of all axes and buttons of the joystick."""
         axes = [name for name in self.axis_names() if name]
         pads = [name for axis, names in _DPAD.items() if axis in axes for name in names]
         return frozenset((*axes, *pads, *(name for name in self.button_names() if name)))
 
     def sample(self, sequence: int) -> HandSample:
-        """Return its state by names: triggers from 0 to 1, and the directional pad as buttons."""
+        """Return the state by names: triggers from 0 to 1, the directional pad as buttons."""
         axes = {
             name: value for name, value in zip(self.axis_names(), self.axes, strict=False) if name
         }
@@ -199,7 +199,7 @@ class KernelJoystick(Joystick):
             self.button_codes = list(codes)[:buttons]
 
     def _ask(self, request: int, size: int) -> bytes:
-        """Return the answer of a request; zeros from a file that is no joystick."""
+        """Return the result of an ioctl; zeros for a file that is no joystick."""
         import fcntl
 
         answer = bytearray(size)
@@ -389,7 +389,7 @@ def keep_open(
     report: Callable[[TeleopctlError], object],
     ending: threading.Event,
 ) -> None:
-    """Open a joystick and use it, also again once it was gone, until the end.
+    """Open a joystick and read it until the end; open it again after it was unplugged.
 
     Args:
         open_one: Function that opens it.

@@ -1,4 +1,4 @@
-"""A leader arm and the arm that follows it: names, signs, the ramp, and what ends it.
+"""Leader and follower arms: mapping of joints, ramp at the start, and conditions of release.
 
 Numbers in, numbers out: positions of the leader's joints in, those that the follower's joints shall
 have out. A mapping is a YAML file per leader and robot::
@@ -63,14 +63,14 @@ class LeaderGripper:
 
 @dataclass(frozen=True, slots=True)
 class LeaderMapping:
-    """How a leader's joints move those of a follower.
+    """Mapping from a leader's joints to a follower's.
 
     Attributes:
         robot: Name of the follower for which it is; empty for any.
         by_pose: Whether the gripper's pose is followed, not the joints.
         joints: Names of the follower's joints by the leader's; joints of the same name need none.
         signs: Factors of the leader's joints that turn the other way.
-        offsets: What is added to positions of the leader's joints, rad or m.
+        offsets: Offsets that are added to the leader's positions, rad or m.
         gripper: Gripper of the leader; None for that of its description.
         scale: With the pose: motion of the follower for one of the leader.
     """
@@ -182,7 +182,7 @@ class _Reader(FieldReader):
 
 
 class LeaderState(enum.StrEnum):
-    """What a follower does."""
+    """State of a follower arm."""
 
     RELEASED = "released"
     MATCHING = "goes to the leader's pose"
@@ -190,17 +190,17 @@ class LeaderState(enum.StrEnum):
 
 
 class JointFollowing:
-    """Positions that a follower's joints shall have while they follow a leader's.
+    """Target positions of a follower's joints while they follow a leader's.
 
     From the follower's pose they go to the leader's at `RAMP`; then each step is clamped. A jump of
     the leader ends the following.
 
     Args:
         joints: Names of the follower's joints.
-        sliding: Those of them that slide.
+        sliding: Names of the prismatic ones among them.
 
     Attributes:
-        state: What the follower does.
+        state: State of the follower.
     """
 
     def __init__(self, joints: Iterable[str], sliding: Iterable[str] = ()) -> None:
@@ -212,7 +212,7 @@ class JointFollowing:
         self._last_s = 0.0
 
     def engage(self, follower: Mapping[str, float], now_s: float) -> None:
-        """Begin to follow.
+        """Start to follow.
 
         Args:
             follower: Positions of the follower's joints, rad or m.
@@ -223,11 +223,11 @@ class JointFollowing:
         self.state = LeaderState.MATCHING
 
     def release(self) -> None:
-        """Follow no more."""
+        """Stop following."""
         self.state = LeaderState.RELEASED
 
     def step(self, leader: Mapping[str, float], now_s: float) -> dict[str, float]:
-        """Return the positions that the follower's joints shall have, rad or m.
+        """Return the target positions of the follower's joints, rad or m.
 
         Args:
             leader: Positions of the leader by the follower's names, rad or m.
@@ -256,7 +256,7 @@ class JointFollowing:
         return dict(self._wanted)
 
     def distance(self, leader: Mapping[str, float]) -> float:
-        """Return the largest distance of a wanted position from the leader's, rad or m."""
+        """Return the largest distance of a target position from the leader's, rad or m."""
         return max((abs(leader[name] - at) for name, at in self._wanted.items()), default=0.0)
 
 

@@ -1,4 +1,4 @@
-"""Mappings: which axis and which button of a device does what, in a YAML file.
+"""Mappings from the axes and buttons of a device to motion and actions, as YAML files.
 
 A file per device and robot. Its names follow ``teleop_twist_joy``::
 
@@ -35,7 +35,7 @@ LINEAR, ANGULAR = ("x", "y", "z"), ("roll", "pitch", "yaw")
 EPISODE = "episode_"
 """Beginning of the actions for episodes."""
 EPISODE_STEPS = ("start", "success", "save", "discard")
-"""What a hand does with an episode; a success is saved, too."""
+"""Actions of the operator on an episode; ``success`` also saves it."""
 ACTIONS = (
     *("stop", "release_stop", "slower", "faster", "base", "tip", "take", "engage", "disengage"),
     *(f"{EPISODE}{step}" for step in EPISODE_STEPS),
@@ -50,7 +50,7 @@ _DEADZONE = 0.1
 
 @dataclass(frozen=True, slots=True)
 class HandCommand:
-    """What a hand asks for, as parts of the robot's speeds, before the speed step.
+    """Motion command of an operator, as fractions of the robot's speeds, before the speed step.
 
     Attributes:
         linear: Direction of the tool along x, y, z, each -1 to 1.
@@ -58,7 +58,7 @@ class HandCommand:
         gripper: Speed of the gripper, 1 opens and -1 closes.
         is_slow: Whether the slow button is held.
         is_turbo: Whether the turbo button is held: then the speed is the full one.
-        is_held: Whether the hand holds something that moves the robot.
+        is_held: Whether an input that moves the robot is held.
         actions: Actions whose buttons are pressed now.
         toggles_gripper: Whether the button that opens or closes the gripper is pressed.
         drags: Whether a mouse button or a finger is held in the 3D view, as while a handle is
@@ -76,12 +76,12 @@ class HandCommand:
     drags: bool = False
 
     def part(self, speed: float) -> float:
-        """Return the part of the robot's speeds for a speed step, from 0 to 1."""
+        """Return the fraction of the robot's speeds at a speed step, from 0 to 1."""
         full = 1.0 if self.is_turbo else speed
         return full * (_SLOW if self.is_slow else 1.0)
 
     def __add__(self, other: HandCommand) -> HandCommand:
-        """Return both hands together, each direction at most 1."""
+        """Return the sum of two commands, each direction clipped to 1."""
         return HandCommand(
             _summed(self.linear, other.linear),
             _summed(self.angular, other.angular),
@@ -97,7 +97,7 @@ class HandCommand:
 
 @dataclass(frozen=True, slots=True)
 class _Direction:
-    """What moves along one direction: an axis with its scale, and a pair of buttons."""
+    """Inputs for one direction of motion: an axis with its scale, and a pair of buttons."""
 
     axis: str = ""
     scale: float = 1.0
@@ -112,7 +112,7 @@ class _Direction:
 
 @dataclass(frozen=True, slots=True)
 class HandMapping:
-    """What the axes and buttons of a device do, for a robot.
+    """Mapping from the axes and buttons of a device to commands, for a robot.
 
     Attributes:
         device: Device for which the mapping is.
@@ -172,17 +172,17 @@ class HandMapping:
         return _Reader(path).mapping(document)
 
     def inputs(self) -> frozenset[str]:
-        """Return the names of what motion needs: the axes that are used, and the enable button."""
+        """Return the names of the inputs for motion: the used axes and the enable button."""
         axes = {each.axis for each in (*self._linear, *self._angular)}
         return frozenset({*axes, self.enable_button} - {""})
 
     def holds(self, sample: HandSample) -> bool:
-        """Return whether the hand holds what enables its motion."""
+        """Return whether an enabling button is pressed, or none is needed."""
         enabling = {self.enable_button, self.enable_turbo_button} - {""}
         return not enabling or bool(enabling & sample.buttons)
 
     def command(self, sample: HandSample) -> HandCommand:
-        """Return what a sample asks for."""
+        """Return the command for a sample."""
         pressed = sample.buttons
         turbo = bool(self.enable_turbo_button) and self.enable_turbo_button in pressed
         held = self.holds(sample)
@@ -233,7 +233,7 @@ class FieldReader:
         self._path, self._text = path, text
 
     def table(self, value: Any, what: str, known: tuple[str, ...] | None = None) -> dict[str, Any]:
-        """Return a mapping, all of whose keys are known ones if these are given.
+        """Return a YAML mapping after a check of its keys, if the known ones are given.
 
         Raises:
             InvalidFileError: It is none.
@@ -333,7 +333,7 @@ class _Reader(FieldReader):
 
 
 def mapping_file(name: str | Path, robot: str, folder: Path) -> Path:
-    """Return the file of a mapping: a path, or a name in a folder; of that, a robot's own first.
+    """Return the file of a mapping, by path or by name; a file for the robot comes first.
 
     Raises:
         NotFoundError: There is no such mapping.
@@ -366,7 +366,7 @@ def read_mapping(path: Path) -> str:
 
 
 def check_robot(path: Path, robot: str, driven: str) -> None:
-    """Raise an error if a mapping is for another robot than the one that is driven.
+    """Raise an error if a mapping is for another robot than the driven one.
 
     Raises:
         InvalidFileError: It is.
@@ -379,7 +379,7 @@ def check_robot(path: Path, robot: str, driven: str) -> None:
 
 
 def line_of(text: str, keys: Sequence[str]) -> str:
-    """Return ``:LINE`` of a key below others in a YAML text; empty where there is none."""
+    """Return ``:LINE`` of a key in a YAML text; empty if there is none."""
     node = compose(text) if text else None
     line = ""
     for name in keys:
@@ -393,7 +393,7 @@ def line_of(text: str, keys: Sequence[str]) -> str:
 
 
 def _beyond(value: float, deadzone: float) -> float:
-    """Return an axis without its dead middle; 0 for a value that is not finite."""
+    """Return the value of an axis outside its dead zone; 0 for a value that is not finite."""
     if not math.isfinite(value) or abs(value) <= deadzone:
         return 0.0
     return math.copysign((min(abs(value), 1.0) - deadzone) / (1.0 - deadzone), value)

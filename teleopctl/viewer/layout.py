@@ -1,4 +1,4 @@
-"""Layouts of the page: which panels stand where beside the robot, read from YAML files.
+"""Layouts of the page: positions of the panels beside the robot, read from YAML files.
 
 A layout names panels by their names in the registry:
 

@@ -1,4 +1,4 @@
-"""Further paths of the page's server: files and websockets of other rooms than the viewer."""
+"""Further paths of the page's server: files and websockets of other packages."""
 
 from __future__ import annotations
 

@@ -217,7 +217,7 @@ class JoinedFields:
 
 
 class HandTwist:
-    """Twist that a hand commands: zeros before the first message and while the hand is off.
+    """Twist commanded by an operator: zeros before the first message and after the last one.
 
     Args:
         topic: Topic of type ``geometry_msgs/msg/TwistStamped``.
@@ -259,7 +259,7 @@ class HandTwist:
         return list(self._newest) if is_valid else [0.0] * 6
 
     def missing(self) -> list[str]:
-        """Return nothing: without messages the hand is off."""
+        """Return nothing: without messages the twist is zero."""
         return []
 
 
@@ -310,7 +310,7 @@ def decodable_types(decoder: Decoder) -> dict[str, str]:
 
 
 def find_actions(bag: Bag) -> list[str]:
-    """Return the topics of a bag that say what the robot's controllers were sent.
+    """Return the topics of a bag with the commands or references of the robot's controllers.
 
     These are the references of trajectory controllers, and the commands of other controllers.
     """
@@ -345,7 +345,7 @@ def find_cameras(bag: Bag) -> dict[str, str]:
 
 
 def find_hand(bag: Bag) -> str | None:
-    """Return the topic of the twists that a hand sends to servo in a bag, or None."""
+    """Return the topic of an operator's twists for servo in a bag, or None."""
     found = [
         topic.name
         for topic, _ in bag.metadata.topics

@@ -241,7 +241,7 @@ class _Sampling:
             self._frames += 1
 
     def _times(self) -> dict[str, int]:
-        """Return the times of the newest values by feature; a hand that never came: the start."""
+        """Return the times of the newest values by feature; the start for a missing twist."""
         start_ns = self._start_ns or 0
         times = {key: vector.time_ns or start_ns for key, vector in self._vectors.items()}
         return times | {one.camera.key: one.camera.time_ns for one in self._films.values()}

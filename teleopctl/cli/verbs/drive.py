@@ -1,4 +1,4 @@
-"""``teleopctl drive``: a robot in simulation that a hand drives on a page."""
+"""``teleopctl drive``: drives a simulated robot from a page in the browser."""
 
 import os
 import signal

@@ -64,7 +64,7 @@ class Points(NamedTuple):
 
 
 class TimeLaw(Protocol):
-    """Motion of joints over time, from rest to rest."""
+    """Time parameterization of joint positions, from rest to rest."""
 
     @property
     def duration_s(self) -> float:
@@ -193,7 +193,7 @@ class AveragedLaw:
 
 @dataclass(frozen=True, slots=True)
 class AveragedParameterLaw:
-    """Motion on the very path of another one, with the moving average of its path parameter.
+    """Motion on the same path as another one, with the moving average of its path parameter.
 
     Attributes:
         law: The motion.
@@ -226,7 +226,7 @@ class AveragedParameterLaw:
 
 @dataclass(frozen=True, slots=True)
 class SlowedLaw:
-    """Motion that takes another one's path more slowly.
+    """Motion along the path of another one, more slowly.
 
     Attributes:
         law: The motion.

@@ -1,4 +1,4 @@
-"""The planning scene: objects around a robot and in its hand, and which bodies may touch.
+"""Planning scene: objects around a robot or attached to it, and allowed collisions.
 
 Numbers in, numbers out, as a MuJoCo model with a geom for each shape; no node and no message.
 """

@@ -1,4 +1,4 @@
-"""The planning scene: a robot with objects around it and in its hand, and what may touch what."""
+"""Planning scene: a robot, objects around it or attached to it, and allowed collisions."""
 
 from __future__ import annotations
 
@@ -52,7 +52,7 @@ class CollisionBody:
 
 @dataclass(frozen=True)
 class AttachedBody:
-    """Object that a link carries.
+    """Object that is attached to a link.
 
     Attributes:
         object: The object, with its pose in the link's frame.
@@ -90,7 +90,7 @@ class CompiledScene:
 
 
 class CollisionScene:
-    """Objects around a robot and in its hand.
+    """Objects around a robot, and objects attached to it.
 
     Each change takes effect at the next `compiled`, which makes one model of robot and objects.
 
@@ -192,7 +192,7 @@ class CollisionScene:
         self.changed()
 
     def remove(self, name: str) -> None:
-        """Remove an object, with what is said about it.
+        """Remove an object, and its entries in the allowed collision matrix.
 
         Raises:
             NotFoundError: There is no such object.

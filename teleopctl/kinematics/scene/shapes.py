@@ -40,7 +40,7 @@ _DIMENSIONS = {
 
 @dataclass(frozen=True, slots=True)
 class CollisionShape:
-    """CollisionShape, in a frame of its own.
+    """Shape of a collision object, in a frame of its own.
 
     Attributes:
         kind: Kind of shape.

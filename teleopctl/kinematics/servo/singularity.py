@@ -1,4 +1,4 @@
-"""Joint velocities for a twist, with the speed reduced in directions that a singularity takes away.
+"""Joint velocities for a twist, slowed down along directions near a singularity.
 
 The Jacobian J = U S V^T of the served task, with lengths in units of the arm's reach, maps each
 direction v_i of the joints to a direction u_i of the tool, s_i times as fast. Where the condition

@@ -1,4 +1,4 @@
-"""What surrounds the robot: ground, light and sky.
+"""Surroundings of the robot: ground, light and sky.
 
 The scene is for viewers and cameras. Physics uses only its ground plane, which lies at z = 0 of the
 world frame. A world with its own ground or sky keeps those.

@@ -1,4 +1,4 @@
-"""A scene of Gazebo's or of our own as a ``mujoco.MjSpec``."""
+"""Conversion of Gazebo's and our own scenes to a ``mujoco.MjSpec``."""
 
 from __future__ import annotations
 

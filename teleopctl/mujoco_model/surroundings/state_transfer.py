@@ -1,4 +1,4 @@
-"""The state of one model carried over into another one, by the names of what is in both."""
+"""Transfer of the state of a model to another one, by the names of common parts."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""How shapes bounce off one another, and what brakes their spinning and rolling.
+"""Restitution of contacts, and torsional and rolling friction.
 
 MuJoCo takes the parameters of a contact from one of its two shapes, or the larger of two values.
 Gazebo multiplies coefficients of restitution and takes the smaller one of spinning friction, so two

@@ -1,4 +1,4 @@
-"""Objects around a robot, and models with objects added or removed, or with another world.
+"""Objects around a robot, and models with added or removed objects or another world.
 
 A model never changes: each function here returns a new model of the same robot, whose elements
 come first and keep their indices. An error is raised before the old model is affected.

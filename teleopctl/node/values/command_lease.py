@@ -1,4 +1,4 @@
-"""Who may stream commands to a robot: the rule that controllers and servo ask.
+"""Command lease of a robot: which node may stream commands to controllers and servo.
 
 Without a lease anybody may. While a node holds one, only it may, and the nodes through which its
 commands go. Of two claims the one with the higher term counts, then the earlier one, so that all
@@ -56,7 +56,7 @@ class LeaseClaim:
 
 
 class CommandLease:
-    """The lease of a robot, from the claims that are received.
+    """Command lease of a robot, from the received claims.
 
     All times are on one monotonic clock, s.
     """
@@ -72,7 +72,7 @@ class CommandLease:
         return self._term
 
     def holder(self, now_s: float) -> LeaseClaim | None:
-        """Return the claim that counts at a time; None if nobody holds the lease."""
+        """Return the valid claim at a time; None if no node holds the lease."""
         if self._claim is not None and now_s - self._received_s > SILENCE_S:
             self._claim = None
         return self._claim

@@ -73,7 +73,7 @@ _SUCCEEDED = 4
 
 
 class PickAndPlace(Node):
-    """Node that moves the arm and its gripper, sees the cube, and advances the simulation.
+    """Node that moves the arm and its gripper, locates the cube, and advances the simulation.
 
     Args:
         real_time_factor: Simulated seconds per second of wall time; 0 for as fast as possible.

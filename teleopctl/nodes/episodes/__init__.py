@@ -1,1 +1,1 @@
-"""Recording of episodes: tries at a task, each a bag, from which a data set grows."""
+"""Recording of episodes, demonstrations of a task: a bag each, added to a data set."""

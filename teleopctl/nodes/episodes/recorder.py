@@ -1,4 +1,4 @@
-"""Executable ``episode_recorder``: records episodes, each a bag, from which a data set grows.
+"""Executable ``episode_recorder``: records episodes as bags, and adds them to a data set.
 
 Services (``std_srvs/srv/Trigger``): ``~/start``, ``~/save``, ``~/discard``, and ``~/success``,
 which marks the running episode as successful. ``~/state`` (latched,
@@ -301,7 +301,7 @@ class EpisodeRecorder(Node):
             self.get_logger().warning(f"Episode {self._number} has lost {lost} messages")
 
     def _look(self) -> None:
-        """Note who drives, and save an episode that has reached its longest time."""
+        """Record which node drives, and save an episode that has reached its maximum duration."""
         if (claim := self._lease.holder) is not None:
             self._hand = claim.device or claim.holder
         limit_s = float(self.get_parameter("episode_time").value)
@@ -314,7 +314,7 @@ class EpisodeRecorder(Node):
                     self.get_logger().error(error.message)
 
     def _fail(self, error: TeleopctlError) -> None:
-        """Note that the bag cannot be written; called on the writing thread."""
+        """Record that the bag cannot be written; called on the writing thread."""
         self._failure = error.message
         self.get_logger().error(f"Episode {self._number} cannot be recorded: {error.message}")
         self.publish_state()
@@ -423,7 +423,7 @@ class EpisodeRecorder(Node):
         return answer
 
     def publish_state(self) -> None:
-        """Publish what the recorder does."""
+        """Publish the state of the recorder."""
         is_recording = self._session is not None
         state = FAILED if self._failure else RECORDING if is_recording else IDLE
         values = {

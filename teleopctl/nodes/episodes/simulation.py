@@ -1,4 +1,4 @@
-"""The simulator of a robot whose episodes are recorded: reset, random places, state."""
+"""Simulator of a robot whose episodes are recorded: reset, random object poses, state."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _FIRST_COMMAND_S = 0.5
 
 
 class EpisodeSimulation:
-    """Simulator of the robot, if there is one: reset with objects at random places, and state."""
+    """Simulator of the robot, if there is one: reset with objects at random poses, and state."""
 
     def __init__(self, node: Node) -> None:
         self._node = node

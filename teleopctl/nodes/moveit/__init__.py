@@ -1,1 +1,1 @@
-"""MoveIt's programs: servo."""
+"""Executables of MoveIt: ``move_group`` and ``servo_node``."""

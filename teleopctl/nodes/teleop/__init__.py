@@ -1,1 +1,1 @@
-"""Programs by which a hand moves a robot."""
+"""Programs for teleoperation of robots."""

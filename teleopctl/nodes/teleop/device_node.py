@@ -1,4 +1,4 @@
-"""Executable ``teleop_device``: a hand's device steers the robot; devices are plug-ins."""
+"""Executable ``teleop_device``: drives a robot by a teleoperation device, a plug-in."""
 
 from __future__ import annotations
 
@@ -51,7 +51,7 @@ _LEADER_KEYS = "Keys: e begins and ends to follow, space stops, r releases the s
 
 
 class DeviceNode(Node):
-    """Node that drives a robot by a teleop device.
+    """Node that drives a robot by a teleoperation device.
 
     Its parameters are ``device``, ``mapping`` (a name or a file), ``servo`` (name of the servo
     node), ``cmd_vel`` (topic of a mobile base that is to be driven), ``leader_timeout`` (silence
@@ -139,7 +139,7 @@ class DeviceNode(Node):
         self.driver.apply(command, self._mapping.speeds)
 
     def _pull(self, pose: tuple[float, ...], *, is_held: bool) -> bool:
-        """Move the tool as the hand moves while it holds; return whether it does."""
+        """Move the tool with the device's pose while the clutch is held; return whether it is."""
         tool = self.driver.tool()
         if not is_held or tool is None:
             if self._clutch.is_held:
@@ -152,7 +152,7 @@ class DeviceNode(Node):
         return True
 
     def act(self, action: str) -> str:
-        """Do what a button, a key or a service asks for; return why not, empty if it is done."""
+        """Execute an action of a button, key or service; return why not, empty if it is done."""
         if self.leader is None or action not in ("engage", "disengage"):
             return ""
         if action == "engage":
@@ -166,7 +166,7 @@ class DeviceNode(Node):
         return response
 
     def on_key(self, key: str) -> None:
-        """Take a key of the terminal."""
+        """Process a key of the terminal."""
         if key == SPACE:
             self.driver.press_stop()
         elif key == "r":
@@ -179,7 +179,7 @@ class DeviceNode(Node):
             self.context.try_shutdown()
 
     def close(self) -> None:
-        """Take the hand as released, and close the device."""
+        """Release all inputs, and close the device."""
         if self.leader is not None:
             self.leader.release()
         self.device.stop()
@@ -192,7 +192,7 @@ class DeviceNode(Node):
         self._show()
 
     def _follow_robot(self) -> None:
-        """Read the mapping for the robot once it is known."""
+        """Load the mapping for the robot once the robot's name is known."""
         robot = (self.driver.robot, self.driver.is_base)
         if not robot[0] or robot == self._mapped_for:
             return

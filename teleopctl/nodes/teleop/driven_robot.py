@@ -1,4 +1,4 @@
-"""The robot that a hand drives: its arm, gripper and states, and what its servo node says."""
+"""The teleoperated robot: its arm, gripper and states, and the status of its servo node."""
 
 from __future__ import annotations
 
@@ -26,7 +26,7 @@ _ServoStatus: Any = get_message("moveit_msgs/msg/ServoStatus")
 
 @dataclass(frozen=True, slots=True)
 class DrivenArm:
-    """Arm that a hand drives, as its description has it.
+    """Arm that is driven by teleoperation, from the robot's description.
 
     Attributes:
         robot: Name of the robot.
@@ -90,7 +90,7 @@ class DrivenArm:
 
 
 class DrivenRobot:
-    """Follows the description and the states of a robot, and its servo node.
+    """Subscriber of the description and states of a robot and of its servo node.
 
     Args:
         node: Node of the subscriptions.
@@ -202,7 +202,7 @@ class DrivenRobot:
 
     @property
     def status(self) -> str:
-        """Servo's status of the motion in words; empty if nothing slows it down."""
+        """Text of servo's status; empty if the motion is not slowed down."""
         data, self._newest_status = self._newest_status, None
         if data is not None:
             message = deserialize(data, _ServoStatus)
@@ -210,7 +210,7 @@ class DrivenRobot:
         return self._status
 
     def ask_servo(self) -> None:
-        """Request the scales of the servo node, and its groups, once it is there."""
+        """Request the speed scales and groups of the servo node, once it is available."""
         if self._has_asked or not self._servo_parameters.services_are_ready():
             return
         self._has_asked = True

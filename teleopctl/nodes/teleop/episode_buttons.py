@@ -1,4 +1,4 @@
-"""Buttons of a hand for episodes, where an ``episode_recorder`` runs."""
+"""Episode buttons of a teleoperation device, for a running ``episode_recorder``."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ _RECORDER = "/episode_recorder"
 
 
 class EpisodeButtons:
-    """State of the recorder, and its services.
+    """Client of an episode recorder's services, and its state.
 
     Args:
         node: Node of the endpoints.
@@ -37,12 +37,12 @@ class EpisodeButtons:
         )
 
     def press(self, action: str) -> None:
-        """Request what a button stands for; ``success`` saves the episode, too."""
+        """Send the request of an episode button; ``success`` also saves the episode."""
         steps = ["success", "save"] if action == "success" else [action]
         self._call(steps)
 
     def state(self) -> dict[str, str] | None:
-        """Return what the recorder does; None if none runs."""
+        """Return the state of the recorder; None if none runs."""
         if not self._state or not self._clients["start"].service_is_ready():
             return None
         return {**self._state, "note": self._note}

@@ -1,4 +1,4 @@
-"""A gripper that a hand opens and closes: a stream of small steps towards what is wanted."""
+"""Gripper driven by teleoperation: a stream of small steps towards a target opening."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ def opening_of(
 
 
 class GripperDrive:
-    """Moves a gripper towards an opening at a steady speed, by its active controllers.
+    """Moves a gripper to a target opening at constant speed, by its active controllers.
 
     Args:
         node: Node of the commands.
@@ -121,25 +121,25 @@ class GripperDrive:
         return opening_of(measured, *self._ends)
 
     def toggle(self) -> None:
-        """Close the gripper if it is wanted open, or stands open before the first command."""
+        """Set the target to closed if it, or at first the gripper, is open; else to open."""
         if self.wanted is None:
             self._is_toggled = not self._is_toggled
         else:
             self.wanted = 0.0 if self.wanted > 0.5 else 1.0
 
     def halt(self) -> None:
-        """Go no further: what is commanded now is what is wanted."""
+        """Stop: make the present command the target."""
         self.wanted, self._is_toggled = self._commanded, False
 
     @property
     def is_done(self) -> bool:
-        """Whether it stands where it is wanted, as far as is commanded."""
+        """Whether the commands have reached the target opening."""
         if self._is_toggled:
             return False
         return self.wanted is None or self._commanded == self.wanted == self._sent
 
     def step(self, duration_s: float, measured: Mapping[str, float]) -> None:
-        """Command the next step towards the wanted opening.
+        """Command the next step towards the target opening.
 
         Args:
             duration_s: Time since the last step, s.

@@ -1,4 +1,4 @@
-"""From a hand's commands to messages: servo's, a base's velocity, the gripper, and the stop."""
+"""Conversion of an operator's commands to messages for servo, base, gripper and stop."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _NOTE_S = 5.0
 
 
 class HandDriver:
-    """Publishes what a hand asks for, and knows what became of it.
+    """Publishes an operator's commands, and monitors their effect.
 
     Without samples for `STALE_S` the hand counts as released. A release publishes zero three times.
     A hand that was silent until its lease ended, or whose servo node has gone, has to be let go and
@@ -111,7 +111,7 @@ class HandDriver:
 
     @property
     def status(self) -> str:
-        """Servo's status of the motion in words; empty if nothing slows it down."""
+        """Text of servo's status; empty if the motion is not slowed down."""
         return self.robot_state.status
 
     def tool(self) -> Transform | None:
@@ -119,7 +119,7 @@ class HandDriver:
         return self.robot_state.tool()
 
     def note(self, text: str) -> None:
-        """Show a text for some seconds."""
+        """Display a note for some seconds."""
         self._note = (text, time.monotonic() + _NOTE_S)
 
     @property
@@ -130,7 +130,7 @@ class HandDriver:
     # --- commands ---------------------------------------------------------------------------------
 
     def apply(self, command: HandCommand, speeds: tuple[float, ...]) -> None:
-        """Publish a hand's command; call it with each sample, from any one thread.
+        """Publish a command; call it with each sample, from any one thread.
 
         Args:
             command: What the hand asks for.
@@ -173,7 +173,7 @@ class HandDriver:
             self.on_action(action)
 
     def release(self) -> None:
-        """Take the hand as released: publish that nothing moves."""
+        """Release all inputs: publish zero motion."""
         with self._lock:
             self._is_held, self._target = False, None
             self._pause()
@@ -187,11 +187,11 @@ class HandDriver:
 
     @property
     def is_pulled(self) -> bool:
-        """Whether the tool moves to a pose that is held."""
+        """Whether the tool moves to a pose of the device."""
         return self._target is not None
 
     def pull(self, target: Transform | None) -> str:
-        """Move the tool to a pose for as long as it is held; return why not, empty if it moves.
+        """Move the tool to a pose while it is held; return why not, empty if it moves.
 
         Without a pose the hand lets go of what it moved by `pull` or `jog`.
 
@@ -218,7 +218,7 @@ class HandDriver:
         self._is_moving = True
 
     def jog(self, displacements: Mapping[str, float]) -> str:
-        """Move joints from where servo commands them; return why not, empty if they move.
+        """Move joints by displacements; return why not, empty if they move.
 
         Args:
             displacements: Displacements by joint, rad or m; empty to hold the arm as it is.
@@ -234,7 +234,7 @@ class HandDriver:
         return ""
 
     def take_over(self) -> None:
-        """Drive from now on, also if another node does."""
+        """Take the command lease, also from another node."""
         with self._lock:
             self._take()
 
@@ -244,7 +244,7 @@ class HandDriver:
         self._refusal = self._lease.take(self.device, by_force=True)
 
     def _may_move(self, *, wants: bool) -> bool:
-        """Return whether this hand drives: it takes the lease when it begins to hold something."""
+        """Return whether this node may drive; take the lease at the beginning of a motion."""
         if not wants:
             self._is_taken = False
             self._refusal = ""
@@ -283,7 +283,7 @@ class HandDriver:
         self._button.press()
 
     def close(self) -> None:
-        """Take the hand as released, and end its lease."""
+        """Release all inputs, and end the lease."""
         self.release()
         self._lease.release()
 
@@ -292,7 +292,7 @@ class HandDriver:
         self._button.release()
 
     def _act(self, action: str, steps: int) -> bool:
-        """Do what a button stands for; return whether it is the driver's to do."""
+        """Execute an action of a button; return whether the driver implements it."""
         if action in ("slower", "faster"):
             self._speed = max(0, min(steps - 1, self._speed + (1 if action == "faster" else -1)))
         elif action in ("base", "tip"):
@@ -319,7 +319,7 @@ class HandDriver:
         self._is_moving = False
 
     def _lose(self, reason: str) -> None:
-        """Let a hand go on only once it was let go."""
+        """Ignore the held inputs after the lease is lost, until they are released."""
         self._pause()
         self._target = None
         self._is_held, self._is_taken, self._refusal = False, True, reason
@@ -329,7 +329,7 @@ class HandDriver:
             self._lose("the hand was silent: let go, and press again")
 
     def _watch(self) -> None:
-        """Release a hand that has fallen silent, and go on with the gripper."""
+        """Release inputs without new samples, and continue the gripper's motion."""
         self.robot_state.ask_servo()
         self._find_base()
         with self._lock:
@@ -358,7 +358,7 @@ class HandDriver:
                 self._timer.timer_period_ns = _ns(_IDLE_S)
 
     def _find_base(self) -> None:
-        """Look for a mobile base from time to time, where no arm is driven."""
+        """Search for a mobile base from time to time, while no arm is driven."""
         now_s, robot = time.monotonic(), self.robot_state
         if self._base is not None:
             if robot.arm is not None and not self._base_topic:
@@ -387,7 +387,7 @@ class HandDriver:
 
     # Any: values of a JSON document.
     def state(self, speeds: tuple[float, ...]) -> Mapping[str, Any]:
-        """Return what a person has to see, as values for JSON.
+        """Return the state for the operator's display, as values for JSON.
 
         Args:
             speeds: Speed steps of the mapping.
@@ -419,7 +419,7 @@ class HandDriver:
 
     @property
     def problem(self) -> str:
-        """Why the robot cannot be driven, in words; empty if it can."""
+        """Reason why the robot cannot be driven; empty if it can."""
         if self._base is not None:
             return self._base.problem
         if self._base_topic:
@@ -428,7 +428,7 @@ class HandDriver:
 
     # Any: values of a JSON document.
     def _holder(self) -> Mapping[str, Any] | None:
-        """Return who drives, for JSON; None if nobody does."""
+        """Return the node that holds the command lease, for JSON; None if none does."""
         claim = self._lease.watch.holder
         if claim is None:
             return None

@@ -1,4 +1,4 @@
-"""Outputs of a hand's commands: the topics of a servo node, or those of a mobile base."""
+"""Outputs of an operator's commands: topics of a servo node, or of a mobile base."""
 
 from __future__ import annotations
 
@@ -46,13 +46,13 @@ class ServoOutput:
 
     @property
     def problem(self) -> str:
-        """Why nothing moves, in words; empty if a servo node listens."""
+        """Reason why nothing moves; empty if a servo node subscribes."""
         if self._twists.get_subscription_count():
             return ""
         return f"{self._servo} does not run: teleopctl launch servo.yaml"
 
     def _choose(self, kind: int, *, begins: bool) -> None:
-        """Choose the kind of commands at the beginning of a motion: another hand has chosen too."""
+        """Set servo's command type at the start of a motion; other nodes may have changed it."""
         if (kind != self._chosen or begins) and self._switch.service_is_ready():
             self._chosen = kind
             self._switch.call_async(self._kind.Request(command_type=kind))
@@ -85,7 +85,7 @@ class ServoOutput:
         self._twists.publish(self._twist)
 
     def halt(self) -> None:
-        """Publish that nothing moves, by commands of the kind of the last ones."""
+        """Publish zero motion, as commands of the last type."""
         arm = self._robot.arm
         if arm is not None and self._was_jog:
             self._publish_jog(arm, dict.fromkeys(arm.joints, 0.0))
@@ -165,7 +165,7 @@ class BaseOutput:
 
     @property
     def problem(self) -> str:
-        """Why nothing moves, in words; empty if a base listens."""
+        """Reason why nothing moves; empty if a base subscribes."""
         if self._publisher.get_subscription_count():
             return ""
         return f"nobody listens to {self.topic}: does the base's controller run?"

@@ -39,7 +39,7 @@ _CONTROLLER_BUTTON_COUNT = 21
 
 
 class _Publisher(Node, ABC):
-    """Node that publishes the state of a joystick, and waits for one where there is none.
+    """Node that publishes the state of a joystick, and waits until one is attached.
 
     Args:
         name: Name of the node.
@@ -83,7 +83,7 @@ class _Publisher(Node, ABC):
         """Return axes and buttons of a joystick in the order of the messages."""
 
     def destroy_node(self) -> None:
-        """End the reading, and destroy the node."""
+        """Stop reading, and destroy the node."""
         self._ending.set()
         self._thread.join()
         super().destroy_node()
@@ -105,7 +105,7 @@ class _Publisher(Node, ABC):
         self.get_logger().warning(f"{error.message}{hint}; waiting for it")
 
     def _publish_all(self, joystick: Joystick) -> None:
-        """Publish each change, and what stays the same at the repeat rate.
+        """Publish each change, and the unchanged state at the repeat rate.
 
         Raises:
             DeviceError: The joystick is gone.

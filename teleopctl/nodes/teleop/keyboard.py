@@ -1,4 +1,4 @@
-"""Executable ``teleop_keyboard``: steers a robot's gripper and joints by keys of the terminal."""
+"""Executable ``teleop_keyboard``: jogs a robot's gripper and joints by keys of the terminal."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ Stop:              space                q or Ctrl-C  quit
 
 
 class KeyboardTeleop(Node):
-    """Node that publishes what the keys of a terminal ask for to a servo node.
+    """Node that publishes commands to a servo node, by the keys of a terminal.
 
     Args:
         servo: Name of the servo node.
@@ -160,7 +160,7 @@ class KeyboardTeleop(Node):
         self._status = message.message if message.code else ""
 
     def _ask_servo(self) -> None:
-        """Ask the servo node for its scales, once it is there."""
+        """Request the speed scales of the servo node, once it is available."""
         if self._asked or not self._servo_parameters.services_are_ready():
             return
         self._asked = True
@@ -182,7 +182,7 @@ class KeyboardTeleop(Node):
     # --- keys -------------------------------------------------------------------------------------
 
     def on_key(self, key: Key) -> None:
-        """Take a key of the terminal; called on the thread that reads them."""
+        """Process a key of the terminal; called on the thread that reads them."""
         name = key.name
         if not key.is_released:
             if name == "q":
@@ -251,7 +251,7 @@ class KeyboardTeleop(Node):
             raise ExternalShutdownException
 
     def _choose(self, kind: int) -> None:
-        """Choose the kind of commands; MoveIt's servo takes no other, and none at the start."""
+        """Set servo's command type; MoveIt's servo accepts no other, and none at the start."""
         if kind != self._chosen and self._switch.service_is_ready():
             self._chosen = kind
             self._switch.call_async(self._kind.Request(command_type=kind))
@@ -284,7 +284,7 @@ class KeyboardTeleop(Node):
         self._twists.publish(self._twist)
 
     def stop(self) -> None:
-        """Publish that nothing moves any more, and end the lease."""
+        """Publish zero motion, and end the lease."""
         self._lease.release()
         for _ in range(_ZEROS):
             self._publish(frozenset())

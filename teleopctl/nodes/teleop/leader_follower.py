@@ -1,4 +1,4 @@
-"""An arm that follows a leader arm: by its joints, or by the pose of its gripper."""
+"""Follower arm: follows a leader arm by its joints, or by the pose of its gripper."""
 
 from __future__ import annotations
 
@@ -45,7 +45,7 @@ _OPENING_STEP = 0.01
 
 
 class ServoReference:
-    """Newest positions that servo commands, from the topics of the active controllers.
+    """Newest position commands of servo, from the topics of the active controllers.
 
     Args:
         node: Node of the subscriptions.
@@ -85,7 +85,7 @@ class ServoReference:
 
 
 class LeaderFollower:
-    """Moves an arm as a leader arm is moved, once it is engaged.
+    """Moves an arm with a leader arm, once it is engaged.
 
     Args:
         node: Node of the endpoints.
@@ -125,20 +125,20 @@ class LeaderFollower:
 
     @property
     def state(self) -> LeaderState:
-        """State of the following of the leader."""
+        """State of the follower."""
         if self._clutch.is_held:
             return LeaderState.FOLLOWING
         return LeaderState.RELEASED if self._following is None else self._following.state
 
     @property
     def is_engaged(self) -> bool:
-        """Whether the arm follows, or goes to the leader's pose."""
+        """Whether the arm follows the leader, or moves to the leader's pose."""
         return self.state is not LeaderState.RELEASED
 
     # --- engage and release -----------------------------------------------------------------------
 
     def engage(self) -> str:
-        """Begin to follow; return why not, empty if it does."""
+        """Start to follow; return why not, empty if it does."""
         try:
             self._engage()
         except TeleopctlError as error:
@@ -180,7 +180,7 @@ class LeaderFollower:
         self._following.engage(robot.measured, now_s)
 
     def release(self, reason: str = "") -> None:
-        """Follow no more, and let the arm come to rest."""
+        """Stop following, and let the arm come to rest."""
         if not self.is_engaged:
             return
         if self._following is not None:
@@ -192,7 +192,7 @@ class LeaderFollower:
             self._node.get_logger().warning(f"The arm follows no more: {reason}")
 
     def check(self) -> None:
-        """Release an arm whose leader is silent, or that is stopped; call it often."""
+        """Release the arm if the leader is silent or the robot stopped; call it often."""
         self._leader.ask_servo()
         self._seek_ends()
         if not self.is_engaged or self._sample is None:
@@ -205,7 +205,7 @@ class LeaderFollower:
     # --- samples ----------------------------------------------------------------------------------
 
     def receive(self, sample: HandSample) -> None:
-        """Take a sample of the leader, and move the arm if it follows."""
+        """Process a sample of the leader, and move the arm if it is engaged."""
         self._sample = sample
         if not self.is_engaged:
             return
@@ -268,7 +268,7 @@ class LeaderFollower:
             self._driver.set_gripper(opening)
 
     def _seek_ends(self) -> None:
-        """Begin to find where the leader's gripper is closed and open, by its shapes."""
+        """Start to compute the leader's closed and open gripper positions, by its shapes."""
         leader = self._leader
         if self._seeks_ends or self.mapping.gripper is not None or leader.arm is None:
             return

@@ -27,7 +27,7 @@ _FIELDS = {"x": "x", "y": "y", "z": "z", "yaw": "z", "pitch": "y", "roll": "x"}
 
 
 class TwistJoy(Node):
-    """Node that turns ``sensor_msgs/msg/Joy`` into velocity commands.
+    """Node that converts ``sensor_msgs/msg/Joy`` to velocity commands.
 
     Axes that are not in use have the number -1.
     """
@@ -117,7 +117,7 @@ def _is_pressed(joy: Any, button: int) -> bool:
 
 
 def main(args: list[str] | None = None) -> None:
-    """Turn gamepad messages into velocity commands until Ctrl-C or a shutdown."""
+    """Convert gamepad messages to velocity commands until Ctrl-C or a shutdown."""
     with (
         contextlib.suppress(KeyboardInterrupt, ExternalShutdownException),
         init(args=sys.argv if args is None else args),

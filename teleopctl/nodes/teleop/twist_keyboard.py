@@ -75,7 +75,7 @@ _SPEEDS = {
 
 
 class TwistKeyboard(Node):
-    """Node that publishes on ``cmd_vel`` how the last key of a terminal moves a mobile robot.
+    """Node that publishes velocities on ``cmd_vel`` by the keys of a terminal.
 
     Raises:
         UsageError: The parameter ``frame_id`` is set without ``stamped``.
@@ -109,7 +109,7 @@ class TwistKeyboard(Node):
         return f"currently:\tspeed {self._speed:.2f}\tturn {self._turn:.2f} "
 
     def on_key(self, key: str) -> None:
-        """Take a key of the terminal, and publish; called on the thread that reads them."""
+        """Process a key of the terminal, and publish; called on the thread that reads them."""
         if key in _SPEEDS:
             linear, angular = _SPEEDS[key]
             self._speed, self._turn = self._speed * linear, self._turn * angular
@@ -122,7 +122,7 @@ class TwistKeyboard(Node):
         self._publish()
 
     def stop(self) -> None:
-        """Publish a standstill."""
+        """Publish zero velocity."""
         self._motion = _STANDSTILL
         self._publish()
 

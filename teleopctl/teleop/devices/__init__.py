@@ -1,1 +1,1 @@
-"""teleopctl's own teleop devices, by which a hand steers a robot; see `teleopctl.teleop.device`."""
+"""teleopctl's own teleoperation devices; see `teleopctl.teleop.device`."""

@@ -17,7 +17,7 @@ _STILL = 0.05
 
 
 class Gamepad(TeleopDevice):
-    """A gamepad, by the names of the browsers' standard layout.
+    """A gamepad; axes and buttons have the names of the browsers' standard layout.
 
     Its node's parameters ``device_id``, ``device_name`` and ``dev`` choose it, as for ``joy_node``;
     without them it is the only one.
@@ -54,7 +54,7 @@ class Gamepad(TeleopDevice):
             self._thread.join()
 
     def inputs(self) -> frozenset[str]:
-        """Return the names of its axes and buttons; empty before they are known."""
+        """Return the names of the gamepad's axes and buttons; empty before they are known."""
         return frozenset() if self._first is None else self._first.inputs()
 
     def _open(self) -> Joystick:

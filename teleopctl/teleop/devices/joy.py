@@ -11,7 +11,7 @@ _DEPTH = 10
 
 
 class JoyTopic(TeleopDevice):
-    """Axes and buttons of the topic ``joy``, by their numbers as in ``teleop_twist_joy``."""
+    """Axes and buttons of the topic ``joy``, by their numbers, as in ``teleop_twist_joy``."""
 
     mapping = "joy"
 

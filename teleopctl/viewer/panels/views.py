@@ -1,4 +1,4 @@
-"""Views of the scene, pictures and films of what a browser sees."""
+"""Views of the scene, and screenshots and films of a browser's page."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Where a ray meets the surface of a robot: triangles of its links, and the nearest hit."""
+"""Intersection of a ray with the surface of a robot: triangles of its links, nearest hit."""
 
 from __future__ import annotations
 

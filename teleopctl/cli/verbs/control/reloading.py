@@ -49,7 +49,7 @@ def reload(
 
 
 class _NotReloadedError(RefusedError):
-    """Raised when the running code goes on.
+    """Raised when a controller is not reloaded and its old code still runs.
 
     Attributes:
         files: Paths of its files.

@@ -1,4 +1,4 @@
-"""The robot of a command: that of a file, or the one that runs."""
+"""Robot of a ``kinematics`` command: that of a file, or the running one."""
 
 import math
 import os
@@ -26,7 +26,7 @@ def render_nothing() -> None:
 
 
 class Words(NamedTuple):
-    """The words of a command line, sorted.
+    """Arguments of a command line, by kind.
 
     Attributes:
         file: Robot's file; None for the robot that runs.

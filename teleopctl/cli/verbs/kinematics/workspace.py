@@ -1,4 +1,4 @@
-"""``teleopctl kinematics workspace``: where the tool comes to, as numbers and as a picture."""
+"""``teleopctl kinematics workspace``: the tool's reachable positions, as numbers and picture."""
 
 from pathlib import Path
 

@@ -21,7 +21,7 @@ _NAME = re.compile("[a-zA-Z0-9][a-zA-Z0-9_-]+", re.ASCII)  # as REP 127 has it
 
 
 class PackageNotFoundError(KeyError):
-    """No source of packages knows the name."""
+    """Raised when no package of a name is found."""
 
     def __str__(self) -> str:
         # a KeyError would print its message with the quotes of a key

@@ -26,11 +26,11 @@ _PACKAGES = "packages"
 
 
 class InvalidResourceTypeNameError(ValueError):
-    """The name of a type of resources has a separator of paths in it."""
+    """Raised when the name of a resource type contains a path separator."""
 
 
 class InvalidResourceNameError(ValueError):
-    """The name of a resource has a separator of paths in it."""
+    """Raised when the name of a resource contains a path separator."""
 
 
 def get_resource(resource_type: str, resource_name: str) -> tuple[str, str]:

@@ -23,7 +23,7 @@ _IS_COLORED = sys.stdout.isatty() and "NO_COLOR" not in os.environ
 
 
 class bcolors:  # noqa: N801 -- spelt so there
-    """What begins and ends a colour on a terminal; empty where there is none."""
+    """ANSI escape sequences of colours; empty if standard output is no terminal."""
 
     MAGENTA = "\033[95m" if _IS_COLORED else ""
     OKBLUE = "\033[94m" if _IS_COLORED else ""
@@ -37,7 +37,7 @@ class bcolors:  # noqa: N801 -- spelt so there
 
 
 class ServiceNotFoundError(Exception):
-    """Nobody offers a service."""
+    """Raised when a service does not become available in time."""
 
 
 # Any: requests and responses of whatever service.
@@ -247,7 +247,7 @@ def get_parameter_from_param_files(
     parameter_files: Sequence[str],
     parameter_name: str,
 ) -> Any:
-    """Return what parameter files say of a controller for its manager; None for nothing.
+    """Return a manager's parameter of a controller from parameter files; None if there is none.
 
     Args:
         node: Not used; it is there.
@@ -271,7 +271,7 @@ def set_controller_parameters(
     parameter_name: str,
     parameter_value: Any,
 ) -> bool:
-    """Set a parameter that the controller manager has of a controller; False when it refuses."""
+    """Set a parameter of a controller at the controller manager; return False if it is rejected."""
     full_name = f"{controller_name}.{parameter_name}"
     request = SetParameters.Request()
     request.parameters = [Parameter(full_name, value=parameter_value).to_parameter_msg()]
@@ -293,7 +293,7 @@ def set_controller_parameters_from_param_files(
     parameter_files: Sequence[str],
     namespace: str | None = None,
 ) -> bool:
-    """Tell the controller manager a controller's parameter files, and what they say of its type.
+    """Set a controller's parameter files, and its type if they contain it, at the manager.
 
     Raises:
         InvalidFileError: A file is missing, or is no parameter file.

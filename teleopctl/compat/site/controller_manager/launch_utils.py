@@ -20,7 +20,7 @@ def generate_controllers_spawner_launch_description(
     *,
     controller_type: str | None = None,
 ) -> LaunchDescription:
-    """Return a description that starts controllers, with arguments for how.
+    """Return a launch description that spawns controllers, with launch arguments for the spawner.
 
     Args:
         controller_names: The controllers.
@@ -64,7 +64,7 @@ def generate_controllers_spawner_launch_description_from_dict(
     controller_info_dict: Mapping[str, _Files],
     extra_spawner_args: Sequence[SomeSubstitutionsType] = (),
 ) -> LaunchDescription:
-    """Return a description that starts controllers, each with its parameter files.
+    """Return a launch description that spawns controllers, each with its parameter files.
 
     Args:
         controller_info_dict: The parameter file, several of them or None, by controller.
@@ -88,7 +88,7 @@ def generate_load_controller_launch_description(
     *,
     controller_type: str | None = None,
 ) -> LaunchDescription:
-    """Return a description that starts one controller.
+    """Return a launch description that spawns one controller.
 
     Args:
         controller_name: The controller.
@@ -107,7 +107,7 @@ def generate_spawner_launch_description(
     controller_info_dict: Mapping[str, Mapping[str, Any]],
     extra_spawner_args: Sequence[SomeSubstitutionsType] = (),
 ) -> LaunchDescription:
-    """Return a description that starts controllers, each in its own way.
+    """Return a launch description that spawns controllers with options for each.
 
     Args:
         controller_info_dict: By controller: ``param_file`` (one or several), ``load_only``,

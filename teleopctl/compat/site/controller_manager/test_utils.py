@@ -16,7 +16,7 @@ _JOINT_STATES_WITHIN_S = 20.0
 
 
 def check_node_running(node: Node, node_name: str, timeout: float = 5.0) -> None:
-    """Wait for a node of a name.
+    """Wait until a node of this name is in the graph.
 
     Args:
         node: The node to look from.
@@ -37,7 +37,7 @@ def check_controllers_running(
     state: str = "active",
     timeout: float = 10.0,
 ) -> None:
-    """Wait for controllers, and until they are in a state.
+    """Wait until controllers are in a state, by default active.
 
     Args:
         node: The node to look from.
@@ -73,7 +73,7 @@ def check_controllers_running(
 
 
 def check_if_js_published(topic: str, joint_names: Iterable[str]) -> None:
-    """Wait for a JointState, and check which joints it has, in whatever order.
+    """Wait for a JointState, and check its joints, in any order.
 
     Args:
         topic: Where it comes.
@@ -92,7 +92,7 @@ def check_if_js_published(topic: str, joint_names: Iterable[str]) -> None:
 
 
 def _missing(wanted: Iterable[str], found: Callable[[], set[str]], timeout: float) -> list[str]:
-    """Return what is not found at the same time as the rest within some seconds."""
+    """Return the items that are not found within a timeout in seconds."""
     end = time.monotonic() + timeout
     while True:
         there = found()

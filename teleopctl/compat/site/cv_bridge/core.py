@@ -37,11 +37,11 @@ Pixels = npt.NDArray[Any]
 
 
 class CvBridgeError(TypeError):
-    """An image cannot be converted."""
+    """Raised when an image cannot be converted."""
 
 
 class CvBridge:
-    """Turns ``sensor_msgs/msg/Image`` into arrays of height, width and channels, and back."""
+    """Converter between ``sensor_msgs/msg/Image`` and arrays of height, width and channels."""
 
     def encoding_to_dtype_with_channels(self, encoding: str) -> tuple[str, int]:
         """Return numpy's name of an encoding's numbers, and how many there are per pixel.

@@ -1,4 +1,4 @@
-"""ROS 2's ``launch``: what Python launch files are written with.
+"""ROS 2's ``launch`` package, for Python launch files.
 
 The classes build what `teleopctl.launch` evaluates, as the text front ends do. Subclasses that
 bring an ``execute`` or a ``perform`` of their own are asked as in ROS 2.

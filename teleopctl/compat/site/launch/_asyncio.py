@@ -1,4 +1,4 @@
-"""Where the coroutines of Python launch files run: an event loop on a thread of its own."""
+"""Event loop on a background thread, for the coroutines of Python launch files."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ _Arguments = TypeVarTuple("_Arguments")
 
 
 class BackgroundLoop(asyncio.SelectorEventLoop):
-    """An event loop that runs from its beginning, and that any thread may give tasks."""
+    """Event loop on a thread of its own; any thread may add tasks."""
 
     def __init__(self) -> None:
         super().__init__()
@@ -30,39 +30,39 @@ class BackgroundLoop(asyncio.SelectorEventLoop):
         *args: *_Arguments,
         context: Context | None = None,
     ) -> asyncio.Handle:
-        """Have a function called; `create_task` does it by this."""
+        """Schedule a callback from any thread; `create_task` relies on it."""
         if threading.current_thread() is self._thread:
             return super().call_soon(callback, *args, context=context)
         return self.call_soon_threadsafe(callback, *args, context=context)
 
     def end(self) -> None:
-        """Stop it."""
+        """Stop the loop and join its thread."""
         self.call_soon_threadsafe(self.stop)
         self._thread.join()
         self.close()
 
 
 class Awaited:
-    """A future that a launch waits for.
+    """Task of a launch that waits for an asyncio future.
 
     Args:
         future: The future, of any loop.
-        doing: What it is, for an error that says nothing of that.
+        doing: Description for exceptions without a text.
     """
 
-    # Any: nobody cares for what it gives.
+    # Any: the result is not used.
     def __init__(self, future: asyncio.Future[Any], doing: str) -> None:
         self._future = future
         self._doing = doing
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Wait for it, and report its end."""
+        """Wait for the future, and report its end."""
         when_done(self._future, lambda error: report(told(error, self._doing)))
 
 
-# Any: nobody cares for what it gives.
+# Any: the result is not used.
 def when_done(future: asyncio.Future[Any], call: Callable[[BaseException | None], None]) -> None:
-    """Have a function called with a future's exception, or None, once it is done."""
+    """Call a function with a future's exception, or None, once it is done."""
 
     def is_done(future: asyncio.Future[Any]) -> None:
         call(None if future.cancelled() else future.exception())
@@ -71,7 +71,7 @@ def when_done(future: asyncio.Future[Any], call: Callable[[BaseException | None]
 
 
 def told(error: BaseException | None, doing: str) -> TeleopctlError | None:
-    """Return what a launch says of a coroutine's exception."""
+    """Return the launch error for a coroutine's exception; None for none and for cancellation."""
     if error is None or isinstance(error, CancelledError | asyncio.CancelledError):
         return None
     return blamed(error if isinstance(error, Exception) else RuntimeError(repr(error)), doing)

@@ -1,4 +1,4 @@
-"""The launch variables with what ROS 2 keeps among them."""
+"""Launch configurations, with the global parameters and remappings that ROS 2 stores there."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _PARAMETERS, _REMAPS = "global_params", "ros_remaps"
 
 # Any: launch files keep what they like there.
 class Configurations(MutableMapping[str, Any]):
-    """Launch variables by name; parameters and remappings of every node are two of them.
+    """Launch configurations by name, including the global parameters and remappings.
 
     Args:
         launch: The launch.
@@ -68,7 +68,7 @@ class Configurations(MutableMapping[str, Any]):
 
     # Any: launch files keep what they like there.
     def copy(self) -> dict[str, Any]:
-        """Return them as they are now."""
+        """Return a copy of the current values."""
         return dict(self)
 
     # Any: launch files keep what they like there.

@@ -1,4 +1,4 @@
-"""From the entities of Python launch files to the steps of the model."""
+"""Conversion of the entities of Python launch files to steps of `teleopctl.launch`."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ from .launch_description_entity import LaunchDescriptionEntity
 
 # object: whatever a user hands over, which may be wrong.
 def steps(entities: object) -> tuple[model.Step, ...]:
-    """Return entities, one or several or None, as the model has them.
+    """Return one entity, several or None as steps of `teleopctl.launch`.
 
     Raises:
         TypeError: There is something else among them.
@@ -52,7 +52,7 @@ def _place(entity: LaunchDescriptionEntity) -> model.Place:
 
 
 def _does_it_itself(kind: type[Action]) -> bool:
-    """Tell whether a class has a method that is nearer to it than what the model does for it."""
+    """Return whether a class overrides `execute` or `visit` below its `model_action`."""
 
     def distance(name: str) -> int:
         return next(at for at, base in enumerate(kind.__mro__) if name in vars(base))
@@ -62,12 +62,12 @@ def _does_it_itself(kind: type[Action]) -> bool:
 
 @dataclass(frozen=True, slots=True)
 class _Visited(model.Action):
-    """What a user's own entity does."""
+    """Action of `teleopctl.launch` that visits a user's entity."""
 
     entity: LaunchDescriptionEntity
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Visit it, and what it gives."""
+        """Visit the entity, and run the entities that it returns."""
         if launch.is_trial:
             return
         try:
@@ -80,7 +80,7 @@ class _Visited(model.Action):
 
 
 def condition_of(condition: Condition) -> ModelCondition:
-    """Return a condition as the model has it."""
+    """Return a condition as one of `teleopctl.launch`."""
     known = condition.model_condition()
     if known is not None:
         return known
@@ -89,17 +89,17 @@ def condition_of(condition: Condition) -> ModelCondition:
 
 @dataclass(frozen=True, slots=True)
 class _Predicate:
-    """A condition as a text: whether it holds."""
+    """Text that is ``true`` if a condition holds, else ``false``."""
 
     condition: Condition
 
     @property
     def source(self) -> str:
-        """The condition in words."""
+        """Readable form of the condition."""
         return self.condition.describe()
 
     def evaluate(self, context: object) -> str:
-        """Ask it."""
+        """Evaluate the condition."""
         try:
             return "true" if self.condition.evaluate(LaunchContext.of(context)) else "false"
         except Exception as error:

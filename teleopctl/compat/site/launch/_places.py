@@ -1,4 +1,4 @@
-"""Where in a user's file something stands, and which of its lines is to blame."""
+"""Line of a user's launch file that created an entity or raised an error."""
 
 from __future__ import annotations
 
@@ -20,7 +20,7 @@ def _is_a_users(file: str) -> bool:
 
 
 def here() -> Place:
-    """Return the innermost line that is being carried out and that a user wrote."""
+    """Return the innermost line of a user's file on the call stack."""
     frame = sys._getframe(1)  # noqa: SLF001 -- inspect.stack reads every file on the way
     while frame.f_back is not None and not _is_a_users(frame.f_code.co_filename):
         frame = frame.f_back

@@ -1,4 +1,4 @@
-"""Texts with substitutions: from those of Python launch files to those of the model."""
+"""Conversion of texts with substitutions to templates of `teleopctl.launch`."""
 
 from __future__ import annotations
 
@@ -22,17 +22,17 @@ from .substitution import Substitution
 
 @dataclass(frozen=True, slots=True)
 class Performed:
-    """A substitution with a ``perform`` of its own."""
+    """Computed text of a substitution that has a ``perform`` of its own."""
 
     substitution: Substitution
 
     @property
     def source(self) -> str:
-        """The substitution in words."""
+        """Readable form of the substitution."""
         return self.substitution.describe()
 
     def evaluate(self, context: object) -> str:
-        """Perform it."""
+        """Perform the substitution."""
         assert isinstance(context, Evaluated)
         try:
             return str(self.substitution.perform(LaunchContext.of(context)))
@@ -42,7 +42,7 @@ class Performed:
 
 # object: whatever a user hands over, which may be wrong.
 def template(text: object) -> Template:
-    """Return a text, a substitution, or several of them in a row as the model has them.
+    """Return a text, a substitution, or a sequence of them as a template.
 
     Raises:
         TypeError: It is something else.
@@ -68,7 +68,7 @@ def template(text: object) -> Template:
 
 
 def optional(text: object) -> Template | None:
-    """Return a text as the model has it, None for None; numbers and truth values as their text."""
+    """Return a text, number or truth value as a template; None for None."""
     if text is None:
         return None
     if isinstance(text, bool):
@@ -78,7 +78,7 @@ def optional(text: object) -> Template | None:
 
 # Any: names are whatever text a dictionary can have. object: texts, truth values and numbers.
 def pairs(entries: Mapping[Any, object] | None) -> tuple[tuple[Template, Template], ...]:
-    """Return names and values, of which there may be none, as the model has them."""
+    """Return names and values as templates; an empty tuple for None."""
     return tuple(
         (template(name), optional(value) or literal("")) for name, value in (entries or {}).items()
     )
@@ -86,6 +86,6 @@ def pairs(entries: Mapping[Any, object] | None) -> tuple[tuple[Template, Templat
 
 # object: texts, truth values and numbers, or None.
 def given(**texts: object) -> tuple[tuple[str, Template], ...]:
-    """Return those of some named texts that are there, as the model has them."""
+    """Return the named texts that are not None, as templates."""
     found = ((name, optional(text)) for name, text in texts.items())
     return tuple((name, text) for name, text in found if text is not None)

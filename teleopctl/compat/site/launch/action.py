@@ -16,12 +16,12 @@ if TYPE_CHECKING:
 
 
 class Action(LaunchDescriptionEntity):
-    """Something that is done when a launch is evaluated.
+    """Base class of launch actions.
 
-    A subclass brings `execute`; those of ROS 2 bring `model_action`, what the model does for them.
+    A subclass overrides `execute`; ROS 2's own actions override `model_action` instead.
 
     Args:
-        condition: Has to hold when it is done.
+        condition: The action is executed only if it holds.
     """
 
     def __init__(self, *, condition: Condition | None = None) -> None:
@@ -31,32 +31,32 @@ class Action(LaunchDescriptionEntity):
     # Any: the entity and the parser of a text front end; the words that the class takes.
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
-        """Return the class and its words, from what stands in a text; a subclass adds its own."""
+        """Return the class and its constructor arguments; a subclass adds its own."""
         return cls, parser.words_of(cls, entity)
 
     @property
     def condition(self) -> Condition | None:
-        """What has to hold when it is done, or None."""
+        """Condition under which the action is executed, or None."""
         return self._condition
 
     def describe(self) -> str:
-        """Return the action in words."""
+        """Return a readable form of the action."""
         return repr(self)
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return what stands in it and is always visited."""
+        """Return the entities that the action contains and that are always visited."""
         return self.get_sub_entities() if self._condition is None else []
 
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return what stands in it and is visited under a condition, with that condition."""
+        """Return the entities visited under a condition, with the condition's description."""
         if self._condition is None:
             return []
         return [(f"Conditionally included by {self.describe()}", self.get_sub_entities())]
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Do it where its condition holds, and return what is to be visited in its place."""
+        """Execute the action if its condition holds; return the entities to visit next."""
         if self._condition is not None and not self._condition.evaluate(context):
             return None
         try:
@@ -65,7 +65,7 @@ class Action(LaunchDescriptionEntity):
             self.done(context)
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Do it, and return what is to be visited in its place."""
+        """Execute the action; return the entities to visit next."""
         try:
             with context.launch.user_code():
                 context.launch.run_action(self.model_action())
@@ -77,7 +77,7 @@ class Action(LaunchDescriptionEntity):
         return None
 
     def done(self, context: LaunchContext) -> None:
-        """Tell those who want to know that it has been done; it is called when it was visited."""
+        """Emit `ExecutionComplete`, once the action's future is done if it has one."""
         future = self.get_asyncio_future()
         if future is None:
             self.tell_completion(context)
@@ -88,7 +88,7 @@ class Action(LaunchDescriptionEntity):
         context.add_completion_future(future)
 
     def tell_completion(self, context: LaunchContext) -> None:
-        """Tell those who want to know that nothing of it goes on any more."""
+        """Emit `ExecutionComplete` if an event handler matches it."""
         from .events.execution_complete import ExecutionComplete
 
         event = ExecutionComplete(action=self)
@@ -96,7 +96,7 @@ class Action(LaunchDescriptionEntity):
             context.emit_event_sync(event)
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it: nothing, unless a subclass says more."""
+        """Return the corresponding action of `teleopctl.launch`; by default one without effect."""
         return _NOTHING
 
 

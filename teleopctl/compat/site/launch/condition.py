@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class Condition:
-    """Decides whether an action is done.
+    """Condition of an action; evaluates a predicate.
 
     Args:
         predicate: Called with the launch's context.
@@ -22,13 +22,13 @@ class Condition:
         self._predicate = predicate
 
     def describe(self) -> str:
-        """Return the condition in words."""
+        """Return a readable form of the condition."""
         return repr(self)
 
     def model_condition(self) -> ModelCondition | None:
-        """Return the condition as the model has it; None where only `evaluate` knows."""
+        """Return the corresponding condition of `teleopctl.launch`; None if there is none."""
         return None
 
     def evaluate(self, context: LaunchContext) -> bool:
-        """Tell whether it holds; one without a predicate does not."""
+        """Return whether the condition holds; False without a predicate."""
         return self._predicate is not None and self._predicate(context)

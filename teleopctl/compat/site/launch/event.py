@@ -9,7 +9,7 @@ from teleopctl.launch import Launch
 
 
 class Event:
-    """Something that happens while a launch runs.
+    """Base class of launch events.
 
     Attributes:
         name: Its name, with dots.
@@ -18,19 +18,19 @@ class Event:
     name = "launch.Event"
 
     def happen(self, launch: Launch) -> None:
-        """Make it happen; those that the model has are told to it in its own words."""
+        """Emit the event; those that `teleopctl.launch` has too are emitted as its own."""
         launch.emit(self)
 
 
 @singledispatch
 def event_of(event: object, launch: Launch) -> Event:  # noqa: ARG001 -- for those of the model
-    """Return what has happened as a Python launch file is told it."""
+    """Return the event of a Python launch file for one of `teleopctl.launch`."""
     # A user's own, which need not be of that class.
     return cast(Event, event)
 
 
 def emit(event: Event, launch: Launch) -> None:
-    """Make an event of a Python launch file happen."""
+    """Emit an event of a Python launch file."""
     if isinstance(event, Event):
         event.happen(launch)
     else:

@@ -18,11 +18,11 @@ if TYPE_CHECKING:
 
 
 class BaseEventHandler:
-    """Answers events.
+    """Base class of event handlers.
 
     Args:
-        matcher: Tells whether an event is to be answered.
-        handle_once: Whether only the first one is.
+        matcher: Returns whether the handler matches an event.
+        handle_once: Whether only the first matching event is handled.
     """
 
     def __init__(self, *, matcher: Callable[[Event], bool], handle_once: bool = False) -> None:
@@ -32,34 +32,34 @@ class BaseEventHandler:
 
     @property
     def handle_once(self) -> bool:
-        """Whether only the first event is answered."""
+        """Whether only the first matching event is handled."""
         return self._handle_once
 
     @property
     def handler_description(self) -> str | None:
-        """What is done, in words, where a subclass says so."""
+        """Description of what the handler does, or None."""
         return None
 
     @property
     def matcher_description(self) -> str | None:
-        """Which events are answered, in words, where a subclass says so."""
+        """Description of the events that the handler matches, or None."""
         return None
 
     @property
     def wants_output(self) -> bool:
-        """Whether it may answer what processes write."""
+        """Whether the handler may match events of process output."""
         return True
 
     def model_handler(self) -> model.Handler:
-        """Return the handler as the model has it; always the same one."""
+        """Return the corresponding handler of `teleopctl.launch`, the same object each time."""
         return self._handler
 
     def matches(self, event: Event) -> bool:
-        """Tell whether an event is to be answered."""
+        """Return whether the handler matches an event."""
         return self._matcher(event)
 
     def describe(self) -> tuple[str, list[SomeEntitiesType]]:
-        """Return when it acts in words, and what it does then."""
+        """Return a readable form of the handler, and its entities."""
         return (
             f"{type(self).__name__}(matcher='{self.matcher_description}', "
             f"handler='{self.handler_description}', handle_once={self._handle_once})",
@@ -67,11 +67,11 @@ class BaseEventHandler:
         )
 
     def in_words(self) -> str:
-        """Return when it acts, for somebody who reads what a launch is going to do."""
+        """Return a readable form of the handler, for a dry run."""
         return self.describe()[0]
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
-        """Answer an event; a subclass's own `handle` calls this one first."""
+        """Handle an event; a subclass's `handle` calls this one first."""
         context.extend_locals({"event": event})
         if self._handle_once:
             context.unregister_event_handler(self)
@@ -79,12 +79,12 @@ class BaseEventHandler:
 
 
 class EventHandler(BaseEventHandler):
-    """Answers events by entities.
+    """Event handler that returns fixed entities.
 
     Args:
-        matcher: Tells whether an event is to be answered.
-        entities: What is done.
-        handle_once: Whether only the first one is answered.
+        matcher: Returns whether the handler matches an event.
+        entities: Entities that are visited on an event.
+        handle_once: Whether only the first matching event is handled.
     """
 
     def __init__(
@@ -99,43 +99,43 @@ class EventHandler(BaseEventHandler):
 
     @property
     def entities(self) -> SomeEntitiesType | None:
-        """What is done."""
+        """Entities that are visited on an event."""
         return self._entities
 
     def describe(self) -> tuple[str, list[SomeEntitiesType]]:
-        """Return when it acts in words, and what it does then."""
+        """Return a readable form of the handler, and its entities."""
         entities = self._entities
         listed = list(entities) if isinstance(entities, Iterable) else [entities]
         return super().describe()[0], [entity for entity in listed if entity is not None]
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
-        """Return what is done."""
+        """Return the entities to visit."""
         super().handle(event, context)
         return self._entities
 
 
 class _ModelHandler:
-    """A handler of a Python launch file as the model has it."""
+    """Adapter of an event handler to `teleopctl.launch`."""
 
     def __init__(self, handler: BaseEventHandler) -> None:
         self._handler = handler
 
     @property
     def wants_output(self) -> bool:
-        """Whether it may answer what processes write."""
+        """Whether the handler may match events of process output."""
         return self._handler.wants_output
 
     def dry_run(self) -> tuple[str, tuple[model.Step, ...]] | None:
-        """Say when it acts and what it does then, as far as that is known before."""
+        """Return a description and the steps for a dry run; None if there are no entities."""
         _, entities = self._handler.describe()
         return (self._handler.in_words(), steps(entities)) if entities else None
 
     def answers(self, event: object, launch: model.Launch) -> bool:
-        """Whether it would respond to an event."""
+        """Return whether the handler matches an event."""
         return self._handler.matches(event_of(event, launch))
 
     def respond(self, event: object, launch: model.Launch) -> tuple[model.Step, ...]:
-        """Return what is to be done on an event."""
+        """Return the steps to run on an event."""
         if isinstance(event, ProcessOutput) and not self._handler.wants_output:
             return ()
         told = event_of(event, launch)

@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 
 class InvalidLaunchFileError(Exception):
-    """A file is no launch file.
+    """Raised when a file is not a valid launch file.
 
     Args:
         extension: The ending of its name, where that is one of launch files.
@@ -32,4 +32,4 @@ class InvalidLaunchFileError(Exception):
 
 
 class InvalidFrontendLaunchFileError(InvalidLaunchFileError):
-    """A file is no launch file that is a text."""
+    """Raised when an XML or YAML file is not a valid launch file."""

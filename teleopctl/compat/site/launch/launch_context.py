@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 
 class _Substitution(Protocol):
-    """What stands for a text."""
+    """Protocol of substitutions."""
 
     def perform(self, context: LaunchContext, /) -> str:
         """Return the text."""
@@ -36,17 +36,17 @@ class _Substitution(Protocol):
 
 
 class _EventHandler(Protocol):
-    """What answers events."""
+    """Protocol of event handlers."""
 
     def model_handler(self) -> Handler:
-        """Return it as the model has it."""
+        """Return the corresponding handler of `teleopctl.launch`."""
         ...
 
 
 class LaunchContext:
-    """What actions, substitutions and conditions look at: a launch that is being evaluated.
+    """State of a launch under evaluation, for actions, substitutions and conditions.
 
-    One that is made without a launch is for trying things out.
+    A context without a launch serves for experiments and tests.
 
     Args:
         argv: Words of the command line.
@@ -57,11 +57,11 @@ class LaunchContext:
         state = State({}, Path())
         builder = ProcessBuilder(state, LaunchRequest(file=""))
         self.begin(Evaluation(state, builder), list(argv or ()), noninteractive)
-        # Whoever has it does with the environment what it likes, between its calls.
+        # The caller may change the environment between calls.
         self.launch.begin_user_code()
 
     def begin(self, launch: Evaluation, argv: list[str], noninteractive: bool) -> None:
-        """Stand for a launch."""
+        """Initialise the context for a launch."""
         self.launch = launch
         launch.context.shown_as = self
         self.argv = argv
@@ -74,14 +74,14 @@ class LaunchContext:
 
     @classmethod
     def of(cls, context: object) -> LaunchContext:
-        """Return the one that stands for an evaluation's state."""
+        """Return the context of an evaluation's state."""
         assert isinstance(context, State)
         assert context.launch is not None
         return cls.with_launch(context.launch)
 
     @classmethod
     def with_launch(cls, launch: Launch) -> LaunchContext:
-        """Return the one that stands for a launch."""
+        """Return the context of a launch, created at the first call."""
         assert isinstance(launch, Evaluation)
         known = launch.context.shown_as
         if not isinstance(known, cls):
@@ -92,27 +92,27 @@ class LaunchContext:
         return known
 
     def text(self, text: Template) -> str:
-        """Evaluate a text of the model."""
+        """Return the value of a template."""
         return self.launch.text(text)
 
     def perform_substitution(self, substitution: _Substitution) -> str:
-        """Return the text that a substitution stands for."""
+        """Return the value of a substitution."""
         return substitution.perform(self)
 
     # Any: launch files keep what they like there.
     @property
     def launch_configurations(self) -> MutableMapping[str, Any]:
-        """Launch variables by name; what is set here is seen by what follows."""
+        """Launch configurations by name; changes apply to the entities that follow."""
         return Configurations(self.launch)
 
     @property
     def environment(self) -> MutableMapping[str, str]:
-        """The environment as processes will see it; what is set here is seen by what follows."""
+        """Environment of processes; changes apply to the entities that follow."""
         return os.environ
 
     # Any: as in ROS 2.
     def get_locals_as_dict(self) -> dict[str, Any]:
-        """Return what is known at this place, by name."""
+        """Return the local and global variables of the context by name."""
         found: dict[str, Any] = {}
         if self.launch.file != Path():
             found["current_launch_file_path"] = str(self.launch.file)
@@ -123,15 +123,15 @@ class LaunchContext:
 
     @property
     def locals(self) -> _Locals:
-        """What is known at this place, as attributes."""
+        """Local and global variables of the context, as attributes."""
         return _Locals(self.get_locals_as_dict())
 
     def extend_globals(self, extensions: dict[str, Any]) -> None:
-        """Add to what is known everywhere."""
+        """Add global variables."""
         self._globals.update(extensions)
 
     def extend_locals(self, extensions: dict[str, Any]) -> None:
-        """Add to what is known here."""
+        """Add local variables."""
         self._locals.update(extensions)
 
     # These three pairs are what ROS 2's own actions use, and actions like them.
@@ -165,7 +165,7 @@ class LaunchContext:
 
     @contextmanager
     def locals_kept(self) -> Iterator[None]:
-        """Forget at the end of the block what it adds to what is known here."""
+        """Remove at the end of the block the local variables that are added in it."""
         outer, self._locals = self._locals, dict(self._locals)
         try:
             yield
@@ -174,12 +174,12 @@ class LaunchContext:
 
     @property
     def is_shutdown(self) -> bool:
-        """Whether the launch ends."""
+        """Whether the launch is shutting down."""
         return self.launch.is_ending
 
     @property
     def asyncio_loop(self) -> asyncio.AbstractEventLoop | None:
-        """The event loop of the launch's coroutines, which runs on a thread beside it.
+        """Event loop of the launch's coroutines, on a thread of its own.
 
         None for a context that is there for trying things out.
         """
@@ -193,43 +193,43 @@ class LaunchContext:
         self._loop = loop
 
     def end_loop(self) -> None:
-        """Stop the event loop, where there is one of the launch's own."""
+        """Stop the event loop, if the launch started it."""
         from ._asyncio import BackgroundLoop
 
         if isinstance(self._loop, BackgroundLoop):
             self._loop.end()
         self._loop = None
 
-    # Any: nobody cares for what it gives.
+    # Any: the result of the future is not used.
     def add_completion_future(self, completion_future: asyncio.Future[Any]) -> None:
-        """Let the launch wait for something before it ends."""
+        """Add a future that the launch waits for before it ends."""
         from ._asyncio import Awaited
 
         self.launch.work(Awaited(completion_future, "a completion future"))
 
     def would_handle_event(self, event: Event) -> bool:
-        """Tell whether a handler would answer an event."""
+        """Return whether a registered handler matches an event."""
         return self.launch.has_handler_for(event)
 
     def register_event_handler(self, event_handler: _EventHandler, append: bool = False) -> None:
-        """Let a handler answer events: before those that are there, or after them."""
+        """Register an event handler, before the others or after them."""
         self.launch.register(event_handler.model_handler(), last=append)
 
     def unregister_event_handler(self, event_handler: _EventHandler) -> None:
-        """Let a handler answer no more events."""
+        """Unregister an event handler."""
         self.launch.unregister(event_handler.model_handler())
 
     def emit_event_sync(self, event: Event) -> None:
-        """Make an event happen once this is done."""
+        """Queue an event; it is handled after the current step."""
         emit(event, self.launch)
 
     async def emit_event(self, event: Event) -> None:
-        """Make an event happen once this is done."""
+        """Queue an event; it is handled after the current step."""
         self.emit_event_sync(event)
 
 
 class _Locals:
-    """What is known at a place, as attributes."""
+    """Variables of a context, as attributes."""
 
     # Any: as in ROS 2.
     def __init__(self, known: dict[str, Any]) -> None:

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class LaunchDescription(LaunchDescriptionEntity):
-    """What a launch file describes: entities in their order.
+    """A launch file's entities in their order.
 
     Args:
         initial_entities: Those that it begins with.
@@ -37,16 +37,16 @@ class LaunchDescription(LaunchDescriptionEntity):
 
     @property
     def deprecated(self) -> bool:
-        """Whether it should not be used any more."""
+        """Whether the description is deprecated."""
         return self._deprecated_reason is not None
 
     @property
     def deprecated_reason(self) -> str | None:
-        """Why it should not be used any more, or None."""
+        """Reason of the deprecation, or None."""
         return self._deprecated_reason
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
-        """Return the entities, with a warning where there is a reason not to use them."""
+        """Return the entities, and log a warning if the description is deprecated."""
         known = context.get_locals_as_dict()
         if "current_launch_file_path" in known:
             file = known["current_launch_file_path"]
@@ -54,7 +54,7 @@ class LaunchDescription(LaunchDescriptionEntity):
         return self.with_warning("deprecated launch description")
 
     def with_warning(self, words: str) -> list[LaunchDescriptionEntity]:
-        """Return the entities, behind a warning where there is a reason not to use them.
+        """Return the entities, after a warning if the description is deprecated.
 
         Args:
             words: What the warning begins with.
@@ -70,7 +70,7 @@ class LaunchDescription(LaunchDescriptionEntity):
         return self._entities
 
     def describe(self) -> str:
-        """Return the description in words."""
+        """Return a readable form of the description."""
         return repr(self)
 
     def add_entity(self, entity: LaunchDescriptionEntity) -> None:
@@ -84,7 +84,7 @@ class LaunchDescription(LaunchDescriptionEntity):
     def get_launch_arguments(
         self, conditional_inclusion: bool = False
     ) -> list[DeclareLaunchArgument]:
-        """Return the launch arguments that are declared here and in what is included.
+        """Return the launch arguments that are declared here and in included descriptions.
 
         Args:
             conditional_inclusion: Whether they are to be marked as such that may not be visited.
@@ -97,7 +97,7 @@ class LaunchDescription(LaunchDescriptionEntity):
     def get_launch_arguments_with_include_launch_description_actions(
         self, conditional_inclusion: bool = False
     ) -> list[tuple[DeclareLaunchArgument, list[LaunchDescriptionEntity] | None]]:
-        """Return the launch arguments, each with the includes that lead to it, None for none."""
+        """Return the launch arguments, each with the includes that lead to it, or None."""
         from .actions.declare_launch_argument import DeclareLaunchArgument
         from .actions.reset_launch_configurations import ResetLaunchConfigurations
 
@@ -111,7 +111,7 @@ class LaunchDescription(LaunchDescriptionEntity):
         ) -> None:
             for entity in entities:
                 if isinstance(entity, ResetLaunchConfigurations):
-                    return  # what stands behind it is given by nobody outside
+                    return  # arguments of later entities cannot be set from outside
                 if isinstance(entity, DeclareLaunchArgument) and entity.name not in found:
                     entity._conditionally_included = conditional or entity.condition is not None  # noqa: SLF001 -- the original's name
                     found[entity.name] = (entity, under or None)

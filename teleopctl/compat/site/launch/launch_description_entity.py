@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class LaunchDescriptionEntity:
-    """What a launch description consists of.
+    """Base class of actions and launch descriptions.
 
     Attributes:
         defined_at: The line where it was made.
@@ -27,28 +27,28 @@ class LaunchDescriptionEntity:
         self.defined_at = here()
 
     def visit(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:  # noqa: ARG002 -- for subclasses
-        """Do it, and return what is to be visited in its place."""
+        """Visit the entity; return the entities to visit next."""
         return None
 
     def describe(self) -> str:
-        """Return the entity in words; a subclass brings it."""
+        """Return a readable form of the entity; a subclass implements it."""
         raise NotImplementedError("LaunchDescriptionEntity.describe() is not implemented")
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return what stands in it."""
+        """Return the contained entities."""
         return []
 
     def describe_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return what stands in it and is always visited."""
+        """Return the contained entities that are always visited."""
         return self.get_sub_entities()
 
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return what stands in it and is visited under a condition, with that condition."""
+        """Return the entities visited under a condition, with the condition's description."""
         return []
 
-    # Any: nobody cares for what it gives.
+    # Any: the result is not used.
     def get_asyncio_future(self) -> asyncio.Future[Any] | None:
-        """Return what tells of its end, where it goes on after it has been visited."""
+        """Return the future that ends with the entity, or None if it ends when it is visited."""
         return None

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class LaunchDescriptionSource:
-    """Where a launch description comes from: a description, or a file.
+    """Source of a launch description: the description itself, or a file.
 
     Args:
         launch_description: The description, or None to read it from the file.
@@ -42,23 +42,23 @@ class LaunchDescriptionSource:
 
     @property
     def location(self) -> str:
-        """The path of the file; in words before it is evaluated."""
+        """Path of the file; a readable form of it before evaluation."""
         if self._expanded is None:
             return " + ".join(str(part) for part in self._location)
         return self._expanded
 
     @property
     def method(self) -> str:
-        """What the file is, in words."""
+        """Kind of the file, in words."""
         return self._method
 
     @property
     def launch_description(self) -> LaunchDescription | None:
-        """The description where it was given or has been read, else None."""
+        """The description if it was given or has been read, else None."""
         return self._launch_description
 
     def get_launch_description(self, context: LaunchContext) -> LaunchDescription:
-        """Return the description, read from the file where it was not given.
+        """Return the description, read from the file if necessary.
 
         Raises:
             RuntimeError: There is neither.
@@ -70,7 +70,7 @@ class LaunchDescriptionSource:
         return self._launch_description
 
     def try_get_launch_description_without_context(self) -> LaunchDescription | None:
-        """Return the description where its file can be told without a launch, else None."""
+        """Return the description if its path needs no launch context, else None."""
         if self._launch_description is not None:
             return self._launch_description
         try:
@@ -80,7 +80,7 @@ class LaunchDescriptionSource:
             return None
 
     def _get_launch_description(self, location: str) -> LaunchDescription:
-        """Read a file; a subclass does."""
+        """Read a file; a subclass implements it."""
         raise RuntimeError(
             "LaunchDescriptionSource.get_launch_description(): "
             f"called without launch description being set, for {location}"

@@ -14,10 +14,10 @@ from .utilities import normalize_to_list_of_entities, normalize_to_list_of_subst
 
 
 class LaunchIntrospector:
-    """Tells what a launch description consists of."""
+    """Formats a launch description as a tree of text."""
 
     def format_launch_description(self, launch_description: LaunchDescription) -> str:
-        """Return a description as a tree."""
+        """Return the tree of a launch description."""
         return "\n".join([str(launch_description), *_tree(launch_description.entities)])
 
 

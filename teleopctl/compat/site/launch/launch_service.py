@@ -31,7 +31,7 @@ if TYPE_CHECKING:
 
 
 class LaunchService:
-    """Launches descriptions from a program of one's own.
+    """Runs launch descriptions in the calling program.
 
     Args:
         argv: Words of the command line, for the context.
@@ -64,33 +64,33 @@ class LaunchService:
 
     @property
     def context(self) -> LaunchContext:
-        """What the descriptions are evaluated with."""
+        """Context of the launch."""
         return self._context
 
     @property
     def event_loop(self) -> asyncio.AbstractEventLoop | None:
-        """The event loop of the launch's coroutines; None where nothing runs."""
+        """Event loop of the launch's coroutines; None while no launch runs."""
         return self._context.asyncio_loop if self._runs else None
 
     @property
     def task(self) -> asyncio.Task[int] | None:
-        """The task that runs the launch, where one does."""
+        """Task that runs the launch, or None."""
         return self._task
 
     def _is_idle(self) -> bool:
-        """Tell whether nothing goes on; tests of what a launch has left ask for that."""
+        """Return whether no launch runs; ``launch``'s tests read it."""
         return not self._runs
 
     def emit_event(self, event: Event) -> None:
-        """Make an event happen, at once or when the launch runs; any thread may do this."""
+        """Emit an event, now or when the launch runs. Thread-safe."""
         emit(event, self._evaluation)
 
     def include_launch_description(self, launch_description: LaunchDescription) -> None:
-        """Launch a description, at once or when the launch runs; any thread may do this."""
+        """Include a launch description, now or when the launch runs. Thread-safe."""
         self.emit_event(IncludeLaunchDescription(launch_description))
 
     def run(self, *, shutdown_when_idle: bool = True) -> int:
-        """Launch, and return when everything has ended.
+        """Run the launch until all processes have ended.
 
         Args:
             shutdown_when_idle: Whether it ends when nothing is left; else `shutdown` has to end it.
@@ -108,7 +108,7 @@ class LaunchService:
         return self._run(shutdown_when_idle)
 
     async def run_async(self, *, shutdown_when_idle: bool = True) -> int:
-        """Launch beside other tasks; see `run`. A cancelled task ends the launch."""
+        """Run the launch in the current event loop; see `run`. Cancelling shuts it down."""
         import asyncio
 
         self._task, self._thread = asyncio.current_task(), threading.get_ident()
@@ -147,7 +147,7 @@ class LaunchService:
 
     # Any, twice: what a coroutine may be sent and what it may yield.
     def shutdown(self, force_sync: bool = False) -> Coroutine[Any, Any, None] | None:
-        """End the launch, where it runs; any thread may do this.
+        """Shut the launch down, if it runs. Thread-safe.
 
         Args:
             force_sync: Whether nothing is wanted that could be awaited.
@@ -164,7 +164,7 @@ class LaunchService:
 
 
 class _Done(Coroutine[Any, Any, None]):
-    """A coroutine that is at its end, and that nobody need await."""
+    """Completed coroutine, the return value of `shutdown`; awaiting it has no effect."""
 
     # Any, in what follows: what a coroutine is sent, raises and yields.
     def send(self, value: Any, /) -> Any:  # noqa: ARG002 -- the original's signature
@@ -174,24 +174,24 @@ class _Done(Coroutine[Any, Any, None]):
         raise error[0]
 
     def close(self) -> None:
-        """Do nothing: it is closed."""
+        """Do nothing: the coroutine is closed."""
 
     def __await__(self) -> Generator[Any, Any, None]:
         yield from ()
 
 
 class _Stay:
-    """What goes on until the launch is told to end."""
+    """Task that keeps a launch running until it is shut down."""
 
     def __init__(self) -> None:
         self._report: Callable[[TeleopctlError | None], None] | None = None
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Go on."""
+        """Start the task."""
         self._report = report
 
     def end(self, *_: object) -> None:
-        """End."""
+        """End the task."""
         if self._report is not None:
             self._report(None)
             self._report = None

@@ -13,21 +13,21 @@ if TYPE_CHECKING:
 
 
 class Substitution:
-    """A text that is known only when the launch is evaluated.
+    """Text that is evaluated by the launch.
 
-    A subclass brings `perform`; those of ROS 2 bring `template`, what they are in a text.
+    A subclass overrides `perform`; ROS 2's own substitutions override `template` instead.
     """
 
     def template(self) -> Template | None:
-        """Return the substitution as the model has it; None where only `perform` knows."""
+        """Return the substitution as a template; None if only `perform` implements it."""
         return None
 
     def describe(self) -> str:
-        """Return the substitution in words."""
+        """Return a readable form of the substitution."""
         return repr(self)
 
     def perform(self, context: LaunchContext) -> str:
-        """Return the text that it stands for.
+        """Return the substitution's value.
 
         Raises:
             SubstitutionFailure: It cannot be evaluated.
@@ -44,7 +44,7 @@ class Substitution:
 
 
 class KnownSubstitution(Substitution):
-    """One of ROS 2's own, which the text front ends have under a name of their own.
+    """Base class of ROS 2's own substitutions, which XML and YAML launch files have by a name.
 
     Attributes:
         parameters: What its arguments in a text are called, in order.
@@ -57,7 +57,7 @@ class KnownSubstitution(Substitution):
     # Any: each one takes words of its own.
     @classmethod
     def parse(cls, data: Sequence[Any]) -> tuple[type[Substitution], dict[str, Any]]:
-        """Return the class and its arguments, from those that stand in a text.
+        """Return the class and its constructor arguments, parsed from a launch file.
 
         Raises:
             TypeError: There are too few or too many of them.
@@ -70,12 +70,12 @@ class KnownSubstitution(Substitution):
 
 
 def in_words(substitutions: Iterable[Substitution]) -> str:
-    """Return substitutions in a row in words."""
+    """Return a readable form of a sequence of substitutions."""
     return " + ".join(substitution.describe() for substitution in substitutions)
 
 
 def call(name: str, *arguments: Template, source: str | None = None) -> Template:
-    """Return the text that is one substitution of the model.
+    """Return a template that consists of one substitution.
 
     Args:
         name: What stands behind ``$(`` in a text.

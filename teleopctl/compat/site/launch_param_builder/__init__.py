@@ -1,4 +1,4 @@
-"""``launch_param_builder``: parameters of a launch file, from the files of a package."""
+"""``launch_param_builder``: node parameters from the files of a package, for launch files."""
 
 from .launch_param_builder import ParameterBuilder
 from .utils import (

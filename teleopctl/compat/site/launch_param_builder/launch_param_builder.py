@@ -12,7 +12,7 @@ from .utils import load_file, load_xacro, load_yaml
 
 
 class ParameterBuilder:
-    """Gathers parameters; each method returns the builder.
+    """Builder of a parameter dictionary; each method returns the builder.
 
     Args:
         package_name: The package that paths of files are relative to.
@@ -27,7 +27,7 @@ class ParameterBuilder:
         self._parameters: dict[str, Any] = {}
 
     def yaml(self, file_path: Path | str, parameter_namespace: str | None = None) -> Self:
-        """Add what a YAML file holds, all of it below a name where one is given."""
+        """Add the parameters of a YAML file, optionally below a name."""
         into = self._parameters
         if parameter_namespace:
             into = into.setdefault(parameter_namespace, {})
@@ -41,7 +41,7 @@ class ParameterBuilder:
     def xacro_parameter(
         self, parameter_name: str, file_path: Path | str, mappings: Mapping[str, str] | None = None
     ) -> Self:
-        """Add a parameter whose value is a xacro file, expanded."""
+        """Add a parameter whose value is the expansion of a xacro file."""
         return self.parameter(parameter_name, load_xacro(self._package_path / file_path, mappings))
 
     # Any: a value of any kind.
@@ -55,5 +55,5 @@ class ParameterBuilder:
         return self.parameter(parameter_name, str(self._package_path / file_path))
 
     def to_dict(self) -> dict[str, Any]:
-        """Return all of them by name."""
+        """Return all parameters by name."""
         return self._parameters

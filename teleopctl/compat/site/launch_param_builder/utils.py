@@ -17,7 +17,7 @@ ParameterValueType = (
 
 
 class ParameterBuilderFileNotFoundError(KeyError):
-    """A file that parameters are to come from does not exist."""
+    """Raised when a parameter file does not exist."""
 
     def __str__(self) -> str:
         # A KeyError would print its message with the quotes of a key.
@@ -25,7 +25,7 @@ class ParameterBuilderFileNotFoundError(KeyError):
 
 
 def raise_if_file_not_found(file_path: Path | str) -> None:
-    """Make sure that a file exists.
+    """Raise if a file does not exist.
 
     Raises:
         ParameterBuilderFileNotFoundError: It does not.
@@ -46,7 +46,7 @@ def load_file(file_path: Path | str) -> str:
 
 # Any: what a YAML file holds.
 def load_yaml(file_path: Path | str) -> Any:
-    """Return what a YAML file holds.
+    """Return the content of a YAML file.
 
     Raises:
         ParameterBuilderFileNotFoundError: It does not exist.
@@ -58,7 +58,7 @@ def load_yaml(file_path: Path | str) -> Any:
 
 
 def load_xacro(file_path: Path | str, mappings: Mapping[str, str] | None = None) -> str:
-    """Return a xacro file, or a plain XML one, expanded.
+    """Return the expansion of a xacro file.
 
     Args:
         file_path: The file.
@@ -73,7 +73,7 @@ def load_xacro(file_path: Path | str, mappings: Mapping[str, str] | None = None)
 
 
 def get_path(package_name: str, file_path: str) -> str:
-    """Return the path of a file of a package; it need not exist.
+    """Return the path of a file of a package, whether it exists or not.
 
     Raises:
         PackageNotFoundError: The package is unknown.

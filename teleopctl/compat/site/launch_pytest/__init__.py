@@ -1,4 +1,4 @@
-"""ROS 2's ``launch_pytest``: pytest functions beside processes that a launch description starts."""
+"""ROS 2's ``launch_pytest``: pytest functions that run with a launch description."""
 
 from . import actions, tools
 from .fixture import fixture

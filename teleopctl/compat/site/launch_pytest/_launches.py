@@ -1,4 +1,4 @@
-"""Launches of fixtures: how they are to run, and how they end."""
+"""Launches of pytest fixtures: settings, start and end."""
 
 from __future__ import annotations
 
@@ -15,12 +15,12 @@ SCOPES = ("function", "class", "module", "package", "session")
 
 @dataclass(frozen=True, slots=True)
 class LaunchFixture:
-    """What is known of a fixture that returns a launch description.
+    """Settings of a fixture that returns a launch description.
 
     Attributes:
         name: The fixture's name.
         scope: The fixture's scope.
-        shutdown_when_idle: Whether its launch ends when nothing is left.
+        shutdown_when_idle: Whether its launch ends when no process is left.
         auto_shutdown: Whether its launch is ended when the tests beside it have run.
     """
 
@@ -40,14 +40,14 @@ _running: WeakKeyDictionary[LaunchService, tuple[asyncio.Task[int], bool]] = Wea
 def begin(
     service: LaunchService, fixture: LaunchFixture, loop: asyncio.AbstractEventLoop
 ) -> asyncio.Task[int]:
-    """Launch what a service has been given, beside other tasks of a loop."""
+    """Start the launch of a service as a task of an event loop."""
     task = loop.create_task(service.run_async(shutdown_when_idle=fixture.shutdown_when_idle))
     _running[service] = (task, fixture.auto_shutdown)
     return task
 
 
 def finish(service: LaunchService) -> None:
-    """Wait for the end of a launch, where it runs, and end it where that is to be done.
+    """Wait for the end of a launch, and shut it down first if its fixture requests that.
 
     Raises:
         AssertionError: Something of the launch itself has failed.

@@ -1,4 +1,4 @@
-"""``launch_pytest.fixture``: the fixture that is a launch, and those that come with it."""
+"""``launch_pytest.fixture``: fixtures of launches, their services, contexts and event loops."""
 
 from __future__ import annotations
 
@@ -18,11 +18,11 @@ _overridable: dict[Any, str] = {}
 
 # Any: what pytest makes of a function.
 def get_launch_service_fixture(*, scope: Any = "function", overridable: bool = True) -> Any:
-    """Return a fixture that is a launch service."""
+    """Return a fixture that provides a launch service."""
 
     @pytest.fixture(scope=scope)
     def launch_service(event_loop: asyncio.AbstractEventLoop) -> Iterator[LaunchService]:  # noqa: ARG001 -- which ends after it
-        """Runs the launch that a test uses."""
+        """Launch service of the test's launch."""
         service = LaunchService()
         yield service
         finish(service)
@@ -31,22 +31,22 @@ def get_launch_service_fixture(*, scope: Any = "function", overridable: bool = T
 
 
 def get_launch_context_fixture(*, scope: Any = "function", overridable: bool = True) -> Any:
-    """Return a fixture that is the context of the launch service."""
+    """Return a fixture that provides the context of the launch service."""
 
     @pytest.fixture(scope=scope)
     def launch_context(launch_service: LaunchService) -> LaunchContext:
-        """What the launch that a test uses is evaluated with."""
+        """Launch context of the test's launch."""
         return launch_service.context
 
     return _made(launch_context, scope, overridable)
 
 
 def get_event_loop_fixture(*, scope: Any = "function", overridable: bool = True) -> Any:
-    """Return a fixture that is an event loop."""
+    """Return a fixture that provides an event loop."""
 
     @pytest.fixture(scope=scope)
     def event_loop() -> Iterator[asyncio.AbstractEventLoop]:
-        """Runs what a test awaits."""
+        """Event loop of the test and its launch."""
         loop = asyncio.new_event_loop()
         asyncio.set_event_loop(loop)
         yield loop
@@ -77,7 +77,7 @@ def fixture(
     auto_shutdown: bool = True,
     **kwargs: Any,
 ) -> Any:
-    """Make a fixture of a function that returns a launch description, alone or first in a tuple.
+    """Turn a function that returns a launch description, alone or first in a tuple, into a fixture.
 
     The fixture's launch runs when the fixture is there, and its ``ReadyToTest``, where it has one,
     has been reached. In the function's module, ``launch_service``, ``launch_context`` and

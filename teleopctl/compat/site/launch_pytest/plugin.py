@@ -38,7 +38,7 @@ _MARK = "_launch_test"
 
 
 class LaunchTestWarning(pytest.PytestWarning):
-    """A function that is marked with ``launch`` is not run."""
+    """Warning about a function with the ``launch`` mark that is not run."""
 
 
 # Any: what fixtures return.
@@ -46,7 +46,7 @@ class LaunchTestWarning(pytest.PytestWarning):
 def pytest_fixture_setup(
     fixturedef: pytest.FixtureDef[Any], request: pytest.FixtureRequest
 ) -> Generator[None, Any, Any]:
-    """Launch what a fixture has returned, and go on when it is ready for tests."""
+    """Start the launch of a fixture, and wait until it is ready for tests."""
     fixture = known.get(getattr(fixturedef.func, "__func__", fixturedef.func))
     if fixture is None:
         return (yield)
@@ -103,7 +103,7 @@ def _wait_until_ready(
 def pytest_pycollect_makeitem(
     collector: pytest.Module | pytest.Class, name: str, obj: Any
 ) -> list[pytest.Item | pytest.Collector] | None:
-    """Collect a function that is marked with ``launch``."""
+    """Collect a function with the ``launch`` mark."""
     if not inspect.isfunction(obj) or not collector.funcnamefilter(name):
         return None
     own = [mark for mark in getattr(obj, "pytestmark", []) if mark.name == "launch"]
@@ -135,7 +135,7 @@ def pytest_pycollect_makeitem(
         tests[name] = _replaced(function, run, fixture)
     items: list[pytest.Item | pytest.Collector] = []
     for called, test in tests.items():
-        # pytest asks the module for it by its name once more.
+        # pytest looks the function up in the module by its name again.
         setattr(collector.obj, called, test)
         made = collector.ihook.pytest_pycollect_makeitem(collector=collector, name=called, obj=test)
         items += made or []
@@ -145,7 +145,7 @@ def pytest_pycollect_makeitem(
 def _replaced(
     function: Callable[..., Any], run: Callable[..., None], fixture: LaunchFixture | None
 ) -> Callable[..., None]:
-    """Return a plain function that asks for what another one asks for, and for the launch."""
+    """Return a plain test function that requests the launch's fixtures in addition to its own."""
     asked = inspect.signature(function).parameters
     also = _ALSO_ASKED_FOR if fixture is not None else ()
     further = [
@@ -166,7 +166,7 @@ def _replaced(
 
 
 def _skipped(_: Callable[..., Any]) -> None:
-    """Stand for what is never called."""
+    """Do nothing: placeholder of a step that is never called."""
 
 
 def _refused(_: Callable[..., Any], **__: Any) -> None:
@@ -194,7 +194,7 @@ def _run_whole(
 
 
 class _Halves:
-    """A test that yields: what stands before that, and what stands behind it.
+    """A test that yields, as two steps: before the ``yield`` and after it.
 
     Args:
         function: The test.
@@ -215,7 +215,7 @@ class _Halves:
         launch_service: LaunchService,
         event_loop: asyncio.AbstractEventLoop,
     ) -> None:
-        """Run what stands before the ``yield``, and the rest where the launch ends with it."""
+        """Run the test up to the ``yield``, and the rest if the launch ends with it."""
         generator = call()
         if self._next(generator, event_loop) is _END:
             pytest.fail("a launch test that is a generator must yield once", pytrace=False)
@@ -233,7 +233,7 @@ class _Halves:
         launch_service: LaunchService,
         event_loop: asyncio.AbstractEventLoop,
     ) -> None:
-        """Run what stands behind the ``yield``."""
+        """Run the test from the ``yield`` on."""
         generator = self._halted.pop(_values(request), None)
         if generator is None:
             pytest.skip("shutdown test skipped because the test failed before")
@@ -264,7 +264,7 @@ def _values(request: pytest.FixtureRequest) -> str:
 
 @pytest.hookimpl(trylast=True)
 def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
-    """Move tests of what a launch has left behind the others of their fixture."""
+    """Move tests of a shut-down launch behind the other tests of their fixture."""
     items[:] = _in_order(items)
 
 
@@ -287,7 +287,7 @@ def _in_order(items: Iterable[pytest.Item]) -> Iterator[pytest.Item]:
 
 
 def _group(item: pytest.Item) -> tuple[object, bool]:
-    """Return what tests with the same launch have in common, and whether one comes behind it."""
+    """Return a key that tests of one launch share, and whether the test runs after its shutdown."""
     mark = item.get_closest_marker("launch")
     fixture = known.get(mark.kwargs.get("fixture")) if mark is not None else None
     if mark is None or fixture is None or fixture.scope == "function":

@@ -1,4 +1,4 @@
-"""ROS 2's ``launch_ros``: nodes, their parameters and their packages in Python launch files."""
+"""ROS 2's ``launch_ros``: nodes, parameters and packages in Python launch files."""
 
 from importlib import import_module
 from types import ModuleType

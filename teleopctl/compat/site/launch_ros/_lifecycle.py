@@ -1,4 +1,4 @@
-"""The link between a launch and one of its lifecycle nodes."""
+"""Events and requests of a lifecycle node in a launch."""
 
 from __future__ import annotations
 
@@ -24,7 +24,7 @@ _LOOK_AT_THE_END_EVERY_S = 1.0
 
 
 class NamedNode(Protocol):
-    """An action that stands for a node."""
+    """Protocol of actions that start a node."""
 
     @property
     def node_name(self) -> str:
@@ -33,13 +33,13 @@ class NamedNode(Protocol):
 
 
 class LifecycleLink:
-    """Tells a launch of a node's transitions, and the node which transitions are asked for.
+    """Event handler that emits a lifecycle node's transitions and requests transitions from it.
 
-    A thread asks for them, one after the other.
+    A thread requests the transitions one after the other.
 
     Args:
         entity: The node.
-        plan: Its process, from whose start on it listens to the node; None where `begin` says so.
+        plan: Its process, at whose start it subscribes to the node; None if `begin` is called.
         launch: The launch.
     """
 
@@ -56,14 +56,14 @@ class LifecycleLink:
         self._requests: SimpleQueue[int | None] = SimpleQueue()
 
     def dry_run(self) -> None:
-        """Say nothing: what nodes do is not known before."""
+        """Return None: the node's transitions are not known before the launch."""
 
     def answers(self, event: object, _launch: Launch) -> bool:
-        """Whether it would respond to an event."""
+        """Return whether the handler matches an event."""
         return isinstance(event, ChangeState) and event.lifecycle_node_matcher(self._entity)
 
     def respond(self, event: object, launch: Launch) -> tuple[Step, ...]:
-        """Listen to the node from its start on, and ask it for a transition where it is meant."""
+        """Subscribe to the node when its process starts; queue a requested transition."""
         if isinstance(event, ProcessStarted) and event.plan.name == self._process:
             self.begin()
         elif isinstance(event, ShutdownBegan):
@@ -77,7 +77,7 @@ class LifecycleLink:
         return ()
 
     def begin(self) -> None:
-        """Listen to the node from now on."""
+        """Start the thread that subscribes to the node and requests transitions. Idempotent."""
         if not self._listens:
             self._listens = True
             # The launch does not wait for the thread, which may wait for the node.
@@ -91,7 +91,7 @@ class LifecycleLink:
                     name = ChangeState.valid_transitions[transition]
                     text = f"Failed to make transition '{name}' for LifecycleNode '{self._name}'"
                     self._launch.emit(_Failed(self, text))
-        except Exception as error:  # noqa: BLE001 -- there is nobody else to tell it
+        except Exception as error:  # noqa: BLE001 -- reported by the launch
             if not self._ending.is_set():
                 self._launch.emit(_Failed(self, f"LifecycleNode '{self._name}': {error}"))
 
@@ -110,7 +110,7 @@ class LifecycleLink:
         self._launch.emit(StateTransition(action=self._entity, msg=message))
 
     def _makes(self, transition: int, client: _Client) -> bool:
-        """Tell whether the node makes a transition; who ends does not care."""
+        """Request a transition; return whether it succeeded, or True if the launch ends."""
         while not client.wait_for_service(timeout_sec=_LOOK_AT_THE_END_EVERY_S):
             if self._ending.is_set():
                 return True
@@ -128,7 +128,7 @@ class LifecycleLink:
 
 @dataclass(frozen=True, slots=True)
 class _Failed:
-    """What the thread has to tell the person in front of the terminal."""
+    """Event with the error text of a failed transition."""
 
     link: LifecycleLink
     text: str

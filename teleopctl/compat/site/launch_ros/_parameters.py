@@ -1,4 +1,4 @@
-"""Parameters of Python launch files as the model has them."""
+"""Conversion of parameters of Python launch files to those of `teleopctl.launch`."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Which action of launch_ros an entry of a text is, and with which words."""
+"""Constructor arguments of the actions in ``launch_ros`` for steps of launch files."""
 
 from __future__ import annotations
 

@@ -26,7 +26,7 @@ _SCALARS = (bool, int, float, str)
 
 
 def type_name(value_type: object) -> str | None:
-    """Return the name that the model has for the type of a parameter; None for None.
+    """Return the type name in `teleopctl.launch` of a parameter's type; None for None.
 
     Raises:
         TypeError: No parameter has that type.
@@ -42,7 +42,7 @@ def type_name(value_type: object) -> str | None:
 
 
 class ParameterValue:
-    """The value of a parameter, with its type where substitutions give it.
+    """Value of a parameter, with the type to which its substitutions are converted.
 
     Args:
         value: A value, substitutions, or a list of them.
@@ -66,12 +66,12 @@ class ParameterValue:
 
     @property
     def value(self) -> Any:
-        """The value, with substitutions as long as it has not been evaluated."""
+        """Value; substitutions before evaluation."""
         return self.normalized if self._evaluated is None else self._evaluated
 
     @property
     def value_type(self) -> Any:
-        """Its type, or None."""
+        """Type of the value, or None."""
         return self._value_type
 
     def evaluate(self, context: LaunchContext) -> Any:
@@ -85,7 +85,7 @@ class ParameterValue:
 
 
 class Parameter:
-    """A parameter by itself.
+    """A parameter with its name.
 
     Args:
         name: Its name.
@@ -110,21 +110,21 @@ class Parameter:
 
     @property
     def name(self) -> list[Substitution] | str:
-        """Its name: substitutions as long as it has not been evaluated."""
+        """Name; substitutions before evaluation."""
         return self.normalized_name if self._evaluated is None else self._evaluated[0]
 
     @property
     def value(self) -> Any:
-        """Its value, with substitutions as long as it has not been evaluated."""
+        """Value; substitutions before evaluation."""
         return self.parameter_value.value
 
     @property
     def value_type(self) -> Any:
-        """Its type, or None."""
+        """Type of the value, or None."""
         return self.parameter_value.value_type
 
     def evaluate(self, context: LaunchContext) -> tuple[str, Any]:
-        """Return name and value; once evaluated, they stay the same.
+        """Return name and value; later calls return the same.
 
         Raises:
             ValueError: The value turns out not to be of its type.
@@ -136,7 +136,7 @@ class Parameter:
 
 
 class ParameterFile:
-    """A parameter file.
+    """Parameter file of a node.
 
     Args:
         param_file: The file.
@@ -169,17 +169,17 @@ class ParameterFile:
 
     @property
     def param_file(self) -> os.PathLike[str] | list[Substitution]:
-        """The file: once it is evaluated, the one to read."""
+        """Path of the file; after evaluation, of the file to read."""
         return self.given if self._evaluated is None else self._evaluated[0]
 
     # Any: a truth value, or a list of substitutions.
     @property
     def allow_substs(self) -> Any:
-        """Whether substitutions in it are evaluated, known once it is evaluated."""
+        """Whether substitutions in the file are evaluated; a truth value after evaluation."""
         return self.allows if self._evaluated is None else self._evaluated[1]
 
     def evaluate(self, context: LaunchContext) -> Path:
-        """Return the file to read, which is a temporary one where substitutions are evaluated.
+        """Return the path of the file to read: a temporary one if substitutions are evaluated.
 
         A launch does this itself for the nodes that it starts, in a file among its logs.
 
@@ -197,7 +197,7 @@ class ParameterFile:
         return self._evaluated[0]
 
     def cleanup(self) -> None:
-        """Remove the temporary file, where there is one."""
+        """Remove the temporary file, if there is one."""
         if self._remove is not None:
             self._remove()
             self._remove = self._evaluated = None

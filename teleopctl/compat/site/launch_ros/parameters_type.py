@@ -1,4 +1,4 @@
-"""``launch_ros.parameters_type``: what parameters are given as, and what becomes of them."""
+"""``launch_ros.parameters_type``: types of the parameters of a node in a launch file."""
 
 from collections.abc import Mapping, Sequence
 from os import PathLike

@@ -1,4 +1,4 @@
-"""``launch_ros.ros_adapters``: the node that a launch has of its own."""
+"""``launch_ros.ros_adapters``: node of a launch for its own subscriptions and service calls."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from rclpy.node import Node
 
 
 class ROSAdapter:
-    """A node of the launch itself, ``launch_ros_PID``, which works in a thread.
+    """Node ``launch_ros_PID`` of a launch, spun in a thread.
 
     Args:
         argv: Arguments of ROS, such as remappings.
@@ -32,7 +32,7 @@ class ROSAdapter:
             self.start()
 
     def start(self) -> None:
-        """Make the node.
+        """Create the node, and start to spin it.
 
         Raises:
             RuntimeError: It is there.
@@ -48,7 +48,7 @@ class ROSAdapter:
         self._thread.start()
 
     def shutdown(self) -> None:
-        """End the node.
+        """Destroy the node, and end its thread.
 
         Raises:
             RuntimeError: There is none.
@@ -63,7 +63,7 @@ class ROSAdapter:
 
     @property
     def argv(self) -> list[str]:
-        """Arguments of ROS."""
+        """ROS arguments of the node."""
         return self._argv
 
     @property
@@ -78,12 +78,12 @@ class ROSAdapter:
 
     @property
     def ros_executor(self) -> SingleThreadedExecutor | None:
-        """What it works in, or None."""
+        """Executor of the node, or None."""
         return self._executor
 
 
 class _Shared:
-    """The adapter of a launch, made when it is first asked for, by any thread."""
+    """Adapter of a launch, created at its first use. Thread-safe."""
 
     def __init__(self) -> None:
         self._lock = Lock()
@@ -91,7 +91,7 @@ class _Shared:
         self._has_ended = False
 
     def adapter(self) -> ROSAdapter:
-        """Return it.
+        """Return the adapter, created if necessary.
 
         Raises:
             RuntimeError: The launch has ended.
@@ -104,15 +104,15 @@ class _Shared:
             return self._adapter
 
     def end(self) -> None:
-        """End it; there will be none any more."""
+        """Shut the adapter down; later calls of `adapter` raise."""
         with self._lock:
             if self._adapter is not None and not self._has_ended:
                 self._adapter.shutdown()
             self._has_ended = True
 
-    # The event tells nothing that matters here.
+    # The event is not used.
     def on_shutdown(self, _event: object, _context: object) -> None:
-        """End it beside everything else."""
+        """Shut the adapter down in a thread, without blocking the launch."""
         Thread(target=self.end, name="launch_ros_end").start()
 
 
@@ -120,7 +120,7 @@ _shared: WeakKeyDictionary[LaunchContext, _Shared] = WeakKeyDictionary()
 
 
 def shared_adapter(context: LaunchContext) -> _Shared:
-    """Return what makes and ends the adapter of a launch."""
+    """Return the holder of a launch's adapter, created if necessary."""
     if context not in _shared:
         _shared[context] = shared = _Shared()
         context.register_event_handler(OnShutdown(on_shutdown=shared.on_shutdown))
@@ -128,12 +128,12 @@ def shared_adapter(context: LaunchContext) -> _Shared:
 
 
 def get_ros_adapter(context: LaunchContext) -> ROSAdapter:
-    """Return the adapter of a launch; it is made when it is first asked for."""
+    """Return the adapter of a launch, created if necessary."""
     return shared_adapter(context).adapter()
 
 
 def get_ros_node(context: LaunchContext) -> Node:
-    """Return the node of a launch; it is made when it is first asked for."""
+    """Return the node of a launch, created if necessary."""
     node = get_ros_adapter(context).ros_node
     assert node is not None
     return node

@@ -1,4 +1,4 @@
-"""Attributes by which what a test file decorates is known."""
+"""Attributes that mark the decorated functions and classes of a test file."""
 
 IS_AFTER_SHUTDOWN = "__post_shutdown_test__"
 """Of a class: its tests run when all processes have ended."""

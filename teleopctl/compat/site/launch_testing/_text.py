@@ -1,4 +1,4 @@
-"""Whether a text or lines are as expected."""
+"""Matching of expected texts and lines in output."""
 
 from __future__ import annotations
 
@@ -18,18 +18,18 @@ _ESCAPE_SEQUENCE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-Z\\-_])")
 
 
 def without_escape_sequences(text: str) -> str:
-    """Return a text as it reads on a terminal without colours."""
+    """Return a text without the escape sequences of a terminal."""
     return _ESCAPE_SEQUENCE.sub("", text)
 
 
 def normalize_lineseps(lines: str) -> str:
-    r"""Return a text whose lines all end with ``\n``, also where it was meant for a terminal."""
+    r"""Return a text with the line ends of any platform replaced by ``\n``."""
     return lines.replace(os.linesep, "\n").replace("\r\n", "\n")
 
 
 # Any: texts, patterns, or lists of them.
 def build_text_match(expected_text: Any, *, strict: bool = False) -> Callable[..., Span | None]:
-    """Return a function that finds what is expected in a text, behind an index.
+    """Return a function that finds an expected text in a text, from an index on.
 
     Args:
         expected_text: A text, a pattern, or several of them in their order.
@@ -66,7 +66,7 @@ def _text_in_text(expected: str, strict: bool) -> _Match[str]:
 
 # Any: texts, patterns, or lists of them.
 def build_line_match(expected_lines: Any, *, strict: bool = False) -> Callable[..., Span | None]:
-    """Return a function that finds what is expected in a list of lines, behind an index.
+    """Return a function that finds expected lines in a list of lines, from an index on.
 
     Args:
         expected_lines: A part of a line, a pattern of its beginning, or several in their order.

@@ -11,7 +11,7 @@ _Case = TypeVar("_Case", bound=type)
 
 
 def post_shutdown_test() -> Callable[[_Case], _Case]:
-    """Mark a class of tests that are to run when all processes have ended."""
+    """Mark a test class to run after all processes have exited."""
 
     def mark(test_class: _Case) -> _Case:
         if not isinstance(test_class, type):

@@ -1,4 +1,4 @@
-"""``launch_testing.io_handler``: what processes have written."""
+"""``launch_testing.io_handler``: recorded output of processes."""
 
 from __future__ import annotations
 
@@ -14,18 +14,18 @@ from .util import NoMatchingProcessException, resolveProcesses
 
 
 class IoHandler:
-    """What processes have written, in the order in which it came."""
+    """Recorded output of processes, in order of arrival."""
 
     def __init__(self) -> None:
         self._all: list[ProcessIO] = []
         self._by_name: dict[str, list[ProcessIO]] = {}
 
     def track(self, process_name: str) -> None:
-        """Make a process known that has written nothing yet."""
+        """Add a process without output."""
         self._by_name.setdefault(process_name, [])
 
     def append(self, process_io: ProcessIO) -> None:
-        """Take in what a process has written."""
+        """Append output of a process."""
         self._all.append(process_io)
         self._by_name.setdefault(process_io.process_name, []).append(process_io)
 
@@ -34,7 +34,7 @@ class IoHandler:
 
     # Any: the actions are those of the events.
     def processes(self) -> list[Any]:
-        """Return the actions of the processes that have written something."""
+        """Return the actions of the recorded processes."""
         return [events[0].action for events in self._by_name.values() if events]
 
     def process_names(self) -> KeysView[str]:
@@ -42,7 +42,7 @@ class IoHandler:
         return self._by_name.keys()
 
     def __getitem__(self, key: str | ExecuteLocal) -> list[ProcessIO]:
-        """Return what a process has written, which its action or its name tells."""
+        """Return the output of a process, by its action or name."""
         if isinstance(key, str):
             return list(self._by_name[key])
         details = key.process_details
@@ -52,7 +52,7 @@ class IoHandler:
 
 
 class ActiveIoHandler:
-    """An `IoHandler` for several threads, with which tests wait for what processes write."""
+    """Thread-safe `IoHandler` on which tests can wait."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -60,22 +60,22 @@ class ActiveIoHandler:
 
     @property
     def io_event(self) -> threading.Condition:
-        """Notified whenever something was written."""
+        """Condition that is notified at each output."""
         return self._changed
 
     @property
     def io_handler(self) -> IoHandler:
-        """The same, for who is alone with it."""
+        """The wrapped `IoHandler`, without lock."""
         return self._handler
 
     def track(self, process_name: str) -> None:
-        """Make a process known that has written nothing yet."""
+        """Add a process without output."""
         with self._changed:
             self._handler.track(process_name)
             self._changed.notify_all()
 
     def append(self, process_io: ProcessIO) -> None:
-        """Take in what a process has written."""
+        """Append output of a process."""
         with self._changed:
             self._handler.append(process_io)
             self._changed.notify_all()
@@ -86,7 +86,7 @@ class ActiveIoHandler:
 
     # Any: the actions are those of the events.
     def processes(self) -> list[Any]:
-        """Return the actions of the processes that have written something."""
+        """Return the actions of the recorded processes."""
         with self._changed:
             return self._handler.processes()
 
@@ -96,13 +96,13 @@ class ActiveIoHandler:
             return list(self._handler.process_names())
 
     def __getitem__(self, key: str | ExecuteLocal) -> list[ProcessIO]:
-        """Return what a process has written, which its action or its name tells."""
+        """Return the output of a process, by its action or name."""
         with self._changed:
             return self._handler[key]
 
     # Any: the words of `waitFor`.
     def assertWaitFor(self, *args: Any, **kwargs: Any) -> None:  # noqa: N802 -- the original's name
-        """Wait until something was written; see `waitFor`.
+        """Assert that an output appears within a timeout; see `waitFor`.
 
         Raises:
             AssertionError: It was not by then.
@@ -122,7 +122,7 @@ class ActiveIoHandler:
         strip_ansi_escape_sequences: bool = True,
         stream: str = "stderr",
     ) -> bool:
-        """Wait until something was written, and tell whether it was.
+        """Wait until an output appears; return whether it did.
 
         Args:
             expected_output: A text, a pattern, or several of them in their order.

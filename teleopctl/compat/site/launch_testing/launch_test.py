@@ -16,7 +16,7 @@ from .test_runner import LaunchTestRunner
 
 
 def add_arguments(parser: argparse.ArgumentParser) -> None:
-    """Tell a parser which words the command takes."""
+    """Add the command's arguments to a parser."""
     parser.add_argument("launch_test_file", help="The file with generate_test_description().")
     parser.add_argument("--package-name", help="Package of the test, in the xUnit report.")
     parser.add_argument(
@@ -36,7 +36,7 @@ def run(
     args: argparse.Namespace,
     test_runner_cls: type[LaunchTestRunner] = LaunchTestRunner,
 ) -> int:
-    """Run the tests of a file, as `run_file` does; a file that is not there is a usage error."""
+    """Run the tests of a file as `run_file` does; a missing file is a usage error."""
     if not Path(args.launch_test_file).is_file():
         parser.error(f"Test file '{args.launch_test_file}' does not exist")
     return run_file(
@@ -60,7 +60,7 @@ def run_file(
     xml_path: str | None = None,
     test_runner_cls: type[LaunchTestRunner] = LaunchTestRunner,
 ) -> int:
-    """Run the tests of a file, and return 0 where all have passed, else 1.
+    """Run the tests of a file; return 0 if all have passed, else 1.
 
     Args:
         file: Has ``generate_test_description`` and classes of tests.
@@ -98,13 +98,13 @@ def _module(name: str, file: Path) -> ModuleType:
 
 
 def main() -> None:
-    """Run the command, and exit: 0, 1 where tests have failed, 2 where they could not be run."""
+    """Run the command, and exit: 0, 1 if tests have failed, 2 if they could not be run."""
     parser = argparse.ArgumentParser(prog="launch_test", description="Test a launch description.")
     add_arguments(parser)
     args = parser.parse_args()
     try:
         status = run(parser, args)
-    except Exception as error:  # noqa: BLE001 -- a stranger's file, whose mistake this tells
+    except Exception as error:  # noqa: BLE001 -- reports any error of the user's file
         parser.error(str(error))
     sys.exit(status)
 

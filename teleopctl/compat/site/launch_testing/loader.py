@@ -1,4 +1,4 @@
-"""``launch_testing.loader``: the tests of a module, and the launches that they run in."""
+"""``launch_testing.loader``: test runs of a module: its launch descriptions and their tests."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ Description = Callable[..., Any]
 
 
 class TestRun:
-    """One launch and its tests.
+    """A launch description with its tests.
 
     Args:
         name: What it is called in reports.
@@ -68,13 +68,13 @@ class TestRun:
 
     @property
     def markers(self) -> dict[str, Any]:
-        """The marks of the function, such as ``keep_alive``."""
+        """Markers of the function, such as ``keep_alive``."""
         return getattr(self.test_description_function, MARKERS, {})
 
     def normalized_test_description(
         self, *, ready_fn: Callable[[], object]
     ) -> tuple[LaunchDescription, dict[str, Any]]:
-        """Make the launch description, and return it with the further arguments for tests.
+        """Return a new launch description, and the further arguments for the tests.
 
         Args:
             ready_fn: Called when its ``ReadyToTest`` is reached.
@@ -94,7 +94,7 @@ class TestRun:
         return description, context
 
     def get_launch_description(self) -> LaunchDescription:
-        """Return a launch description to look at, not to launch."""
+        """Return a launch description for inspection, not for launching."""
         return self.normalized_test_description(ready_fn=lambda: None)[0]
 
     def bind(
@@ -103,7 +103,7 @@ class TestRun:
         injected_attributes: Mapping[str, Any],
         injected_args: Mapping[str, Any],
     ) -> None:
-        """Give tests what they ask for by the names of their arguments.
+        """Pass fixtures to tests, by the names of their arguments.
 
         Args:
             tests: The tests.
@@ -132,7 +132,7 @@ class TestRun:
 
 
 def ready_to_test_actions(entities: Iterable[LaunchDescriptionEntity]) -> Iterator[ReadyToTest]:
-    """Yield each ``ReadyToTest`` among entities, and in what they contain."""
+    """Yield the ``ReadyToTest`` actions among entities and below them."""
     for entity in entities:
         if isinstance(entity, ReadyToTest):
             yield entity
@@ -144,7 +144,7 @@ def ready_to_test_actions(entities: Iterable[LaunchDescriptionEntity]) -> Iterat
 def LoadTestsFromPythonModule(  # noqa: N802 -- the original's name
     module: ModuleType, *, name: str = "launch_tests"
 ) -> list[TestRun]:
-    """Return the launches of a module, each with the module's tests.
+    """Return the test runs of a module: one for each launch description.
 
     Args:
         module: Has ``generate_test_description`` and classes of tests.
@@ -167,7 +167,7 @@ def LoadTestsFromPythonModule(  # noqa: N802 -- the original's name
 
 
 class PreShutdownTestLoader(unittest.TestLoader):
-    """Loads the tests that run beside the processes."""
+    """Loader of the tests that run beside the processes."""
 
     _after_shutdown = False
 
@@ -175,7 +175,7 @@ class PreShutdownTestLoader(unittest.TestLoader):
         self,
         testCaseClass: type[unittest.TestCase],  # noqa: N803 -- unittest's name
     ) -> unittest.TestSuite:
-        """Return the tests of a class, of a subclass for this launch alone."""
+        """Return the tests of a class, bound to this run by a subclass."""
         if getattr(testCaseClass, IS_AFTER_SHUTDOWN, False) != self._after_shutdown:
             return unittest.TestSuite()
         own = {"__module__": testCaseClass.__module__, "__qualname__": testCaseClass.__qualname__}
@@ -183,7 +183,7 @@ class PreShutdownTestLoader(unittest.TestLoader):
 
 
 class PostShutdownTestLoader(PreShutdownTestLoader):
-    """Loads the tests that run when all processes have ended."""
+    """Loader of the tests that run after all processes have exited."""
 
     _after_shutdown = True
 

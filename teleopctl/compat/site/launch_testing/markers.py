@@ -14,7 +14,7 @@ _Description = TypeVar("_Description", bound=Callable[..., Any])
 
 
 def keep_alive(test_description: _Description) -> _Description:
-    """Let a launch go on when all its processes have ended, until its tests have run."""
+    """Keep a launch running after all its processes have exited, until its tests have run."""
     if not hasattr(test_description, MARKERS):
         setattr(test_description, MARKERS, {})
     getattr(test_description, MARKERS)["keep_alive"] = True
@@ -24,7 +24,7 @@ def keep_alive(test_description: _Description) -> _Description:
 def retry_on_failure(
     *, times: int, delay: float | None = None
 ) -> Callable[[Callable[..., Any]], Callable[..., Any]]:
-    """Run a test once more when an assertion of it fails, a number of times in all.
+    """Repeat a test when it fails, up to a total number of runs.
 
     Args:
         times: How often it may run.

@@ -15,7 +15,7 @@ Description = Callable[..., Any]
 def parametrize(
     argnames: str, argvalues: Iterable[Any]
 ) -> Callable[[Description], Callable[[], Iterator[tuple[Description, dict[str, Any]]]]]:
-    """Launch a test description once for each of some values.
+    """Launch a test description once for each of several values.
 
     Args:
         argnames: Names of the function's arguments, separated by commas.

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 
 
 def parse_launch_arguments(launch_arguments: Iterable[str]) -> list[tuple[str, str]]:
-    """Return name and value of each ``name:=value``; of two for one name the last holds.
+    """Return name and value of each ``name:=value``; the last one of a name counts.
 
     Raises:
         RuntimeError: A word is not of that form.

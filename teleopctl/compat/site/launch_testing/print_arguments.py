@@ -9,7 +9,7 @@ if TYPE_CHECKING:
 
 
 def print_arguments_of_launch_description(*, launch_description: LaunchDescription) -> None:
-    """Print which arguments a launch description takes, as ``launch_test --show-args`` does."""
+    """Print the launch arguments of a description, for ``launch_test --show-args``."""
     arguments = launch_description.get_launch_arguments()
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
     for argument in arguments:

@@ -1,4 +1,4 @@
-"""``launch_testing.proc_info_handler``: which processes were started, and how they ended."""
+"""``launch_testing.proc_info_handler``: recorded starts and exits of processes."""
 
 from __future__ import annotations
 
@@ -13,14 +13,14 @@ from .util import NoMatchingProcessException, resolveProcesses
 
 
 class ProcInfoHandler:
-    """The last event of each process: that it was started, or that it has ended."""
+    """Last event of each process: its start or its exit."""
 
     def __init__(self) -> None:
         # By the actions; Any: which start processes.
         self._last: dict[Any, RunningProcessEvent] = {}
 
     def append(self, process_info: RunningProcessEvent) -> None:
-        """Take an event in."""
+        """Record an event."""
         self._last[process_info.action] = process_info
 
     def __iter__(self) -> Iterator[RunningProcessEvent]:
@@ -35,7 +35,7 @@ class ProcInfoHandler:
         return [event.process_name for event in self._last.values()]
 
     def __getitem__(self, key: str | ExecuteLocal) -> RunningProcessEvent:
-        """Return the last event of a process, which an action or a part of its name tells."""
+        """Return the last event of a process, by its action or a part of its name."""
         if not isinstance(key, str):
             return self._last[key]
         for event in self._last.values():
@@ -45,7 +45,7 @@ class ProcInfoHandler:
 
 
 class ActiveProcInfoHandler:
-    """A `ProcInfoHandler` for several threads, with which tests wait for processes."""
+    """Thread-safe `ProcInfoHandler` on which tests can wait."""
 
     def __init__(self) -> None:
         self._changed = threading.Condition()
@@ -53,16 +53,16 @@ class ActiveProcInfoHandler:
 
     @property
     def proc_event(self) -> threading.Condition:
-        """Notified whenever an event was taken in."""
+        """Condition that is notified at each event."""
         return self._changed
 
     @property
     def proc_info_handler(self) -> ProcInfoHandler:
-        """The same, for who is alone with it."""
+        """The wrapped `ProcInfoHandler`, without lock."""
         return self._handler
 
     def append(self, process_info: RunningProcessEvent) -> None:
-        """Take an event in."""
+        """Record an event."""
         with self._changed:
             self._handler.append(process_info)
             self._changed.notify_all()
@@ -82,7 +82,7 @@ class ActiveProcInfoHandler:
             return self._handler.process_names()
 
     def __getitem__(self, key: str | ExecuteLocal) -> RunningProcessEvent:
-        """Return the last event of a process, which an action or a part of its name tells."""
+        """Return the last event of a process, by its action or a part of its name."""
         with self._changed:
             return self._handler[key]
 
@@ -93,7 +93,7 @@ class ActiveProcInfoHandler:
         *,
         timeout: float | None = 10,
     ) -> None:
-        """Wait until a process has ended.
+        """Assert that a process exits within a timeout.
 
         Args:
             process: Its action, or a part of its name.
@@ -112,7 +112,7 @@ class ActiveProcInfoHandler:
         *,
         timeout: float | None = 10,
     ) -> None:
-        """Wait until a process has been started.
+        """Assert that a process starts within a timeout.
 
         Args:
             process: Its action, or a part of its name.

@@ -7,7 +7,7 @@ from collections.abc import Callable
 
 
 class ReadyAggregator:
-    """Calls a function once it has itself been called a number of times, by whatever threads.
+    """Calls a function after a number of calls of `ready_fn`. Thread-safe.
 
     Args:
         ready_fn: What is called.
@@ -20,7 +20,7 @@ class ReadyAggregator:
         self._lock = threading.Lock()
 
     def ready_fn(self) -> None:
-        """Count one more."""
+        """Count a call."""
         with self._lock:
             self._left -= 1
             is_the_last = self._left == 0

@@ -12,7 +12,7 @@ _Description = TypeVar("_Description", bound=Callable[..., object])
 
 
 def ready_to_test_action_timeout(timeout: float) -> Callable[[_Description], _Description]:
-    """Give ``ReadyToTest`` another time than 15 seconds to be reached.
+    """Set the timeout until ``ReadyToTest`` is reached, by default 15 s.
 
     Args:
         timeout: Seconds.

@@ -1,4 +1,4 @@
-"""``launch_testing.test_result``: results that know each test and its time."""
+"""``launch_testing.test_result``: results of test runs, with the duration of each test."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class FailResult(unittest.TestResult):
-    """The result of a launch whose tests have all failed with it.
+    """Result of a launch that failed, and all its tests with it.
 
     Args:
         test_run: The launch.
@@ -33,16 +33,16 @@ class FailResult(unittest.TestResult):
 
     @property
     def testTimes(self) -> dict[unittest.TestCase, float]:  # noqa: N802 -- the original's name
-        """Seconds that each took: none."""
+        """Durations of the tests in seconds: none."""
         return dict.fromkeys(self._cases, 0.0)
 
     def wasSuccessful(self) -> bool:  # noqa: N802 -- unittest's name
-        """Tell that it was not, also where there are no tests."""
+        """Return False, also if there are no tests."""
         return False
 
 
 class SkipResult(unittest.TestResult):
-    """The result of a launch that is left out with its tests.
+    """Result of a launch that is skipped with its tests.
 
     Args:
         test_run: The launch.
@@ -63,12 +63,12 @@ class SkipResult(unittest.TestResult):
 
     @property
     def testTimes(self) -> dict[unittest.TestCase, float]:  # noqa: N802 -- the original's name
-        """Seconds that each took: none."""
+        """Durations of the tests in seconds: none."""
         return dict.fromkeys(self._cases, 0.0)
 
 
 class TestResult(unittest.TextTestResult):
-    """A result that knows each test and its time."""
+    """Result with each test and its duration."""
 
     __test__ = False  # to pytest
 
@@ -85,17 +85,17 @@ class TestResult(unittest.TextTestResult):
 
     @property
     def testTimes(self) -> dict[unittest.TestCase, float]:  # noqa: N802 -- the original's name
-        """Seconds that each took."""
+        """Durations of the tests in seconds."""
         return dict(self._took)
 
     def startTest(self, test: unittest.TestCase) -> None:  # noqa: N802 -- unittest's name
-        """Take in that a test begins."""
+        """Record the start of a test."""
         self._began[test] = time.monotonic()
         self._took[test] = 0.0
         super().startTest(test)
 
     def stopTest(self, test: unittest.TestCase) -> None:  # noqa: N802 -- unittest's name
-        """Take in that a test has ended."""
+        """Record the end of a test."""
         self._took[test] = time.monotonic() - self._began.pop(test)
         super().stopTest(test)
 

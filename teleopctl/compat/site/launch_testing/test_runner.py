@@ -1,4 +1,4 @@
-"""``launch_testing.test_runner``: launches, with tests beside them and behind them."""
+"""``launch_testing.test_runner``: runner of launches with their tests."""
 
 from __future__ import annotations
 
@@ -30,11 +30,11 @@ if TYPE_CHECKING:
 
 
 class _LaunchDiedError(Exception):
-    """A launch has ended before its tests had."""
+    """Raised when a launch ends before its tests."""
 
 
 class _RunnerWorker:
-    """Runs one launch on the main thread, and beside it its tests on another one.
+    """Runs a launch on the main thread, and its tests on another thread.
 
     The launch has to be on the main thread, which alone hears Ctrl-C.
     """
@@ -56,7 +56,7 @@ class _RunnerWorker:
         self._result: TestResult | None = None
 
     def run(self) -> TestResult:
-        """Launch, and return the results of the tests.
+        """Run the launch and the tests; return the results.
 
         Raises:
             _LaunchDiedError: The launch has ended before the tests had.
@@ -94,7 +94,7 @@ class _RunnerWorker:
         return self._result
 
     def _recorded(self, description: LaunchDescription) -> LaunchDescription:
-        """Return a description that includes another one, and takes in what happens to it."""
+        """Return a launch description that includes another one and records its events."""
         return LaunchDescription(
             [
                 *self._preamble,
@@ -117,7 +117,7 @@ class _RunnerWorker:
         )
 
     def _run_test(self) -> None:
-        """Run the tests once the launch is ready for them, and end it."""
+        """Run the tests once the launch is ready, and shut it down."""
         try:
             if self._is_ready.wait(self._test_run.timeout):
                 self._result = _run(self._test_run.pre_shutdown_tests)
@@ -145,7 +145,7 @@ def _run(tests: unittest.TestSuite) -> TestResult:
 
 
 class LaunchTestRunner:
-    """Runs launches with their tests, one after the other.
+    """Runner of launches with their tests, one after another.
 
     Args:
         test_runs: The launches.
@@ -164,11 +164,11 @@ class LaunchTestRunner:
         self._debug = debug
 
     def generate_preamble(self) -> list[LaunchDescriptionEntity]:
-        """Return what is launched before the test description: nothing."""
+        """Return a launch description to run before the tested one: empty by default."""
         return []
 
     def run(self) -> dict[TestRun, Result]:
-        """Launch each, and return its result; one that dies is the last."""
+        """Run each launch; return the results, up to the first launch that ends too early."""
         results: dict[TestRun, Result] = {}
         for run in self._test_runs:
             if len(self._test_runs) > 1:
@@ -185,7 +185,7 @@ class LaunchTestRunner:
         return results
 
     def validate(self) -> None:
-        """Check that the test descriptions take the arguments that they are given.
+        """Check that the functions that return launch descriptions take the given arguments.
 
         Raises:
             TypeError: One does not.

@@ -1,4 +1,4 @@
-"""ROS 2's ``launch_testing_ros``: what launch tests of nodes use."""
+"""ROS 2's ``launch_testing_ros``: helpers for launch tests of nodes."""
 
 from . import tools
 from .data_republisher import DataRepublisher

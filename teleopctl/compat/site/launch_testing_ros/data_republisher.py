@@ -11,7 +11,7 @@ _DEPTH = 10
 
 
 class DataRepublisher:
-    """Publishes on one topic what comes on another one, changed by a function.
+    """Republishes the messages of a topic on another one, changed by a function.
 
     Args:
         node: Has the publisher and the subscription.
@@ -40,20 +40,20 @@ class DataRepublisher:
         )
 
     def shutdown(self) -> None:
-        """Stop."""
+        """Destroy the subscription and the publisher."""
         self._node.destroy_subscription(self._subscription)
         self._node.destroy_publisher(self._publisher)
 
     def get_num_received(self) -> int:
-        """Return how many messages have come."""
+        """Return the number of received messages."""
         return self._received
 
     def get_num_republished(self) -> int:
-        """Return for how many of them something was published."""
+        """Return the number of messages that were published again."""
         return len(self._republished)
 
     def get_republished(self) -> list[Any]:
-        """Return the messages for which something was published, as they came."""
+        """Return the messages that were published again, as received."""
         return self._republished
 
     def _on_message(self, message: Any) -> None:

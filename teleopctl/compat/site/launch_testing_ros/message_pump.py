@@ -12,7 +12,7 @@ _STOPS_WITHIN_S = 5.0
 
 
 class MessagePump:
-    """Runs a node's callbacks on a thread of its own.
+    """Spins a node in a thread of its own.
 
     Args:
         node: The node.
@@ -27,13 +27,13 @@ class MessagePump:
         self._thread = threading.Thread(target=self._run, name="msg_pump_thread")
 
     def start(self) -> None:
-        """Begin."""
+        """Start to spin."""
         self._executor = SingleThreadedExecutor(context=self._context)
         self._executor.add_node(self._node)
         self._thread.start()
 
     def stop(self) -> None:
-        """Stop.
+        """Stop spinning, and join the thread.
 
         Raises:
             TimeoutError: A callback does not return.

@@ -1,4 +1,4 @@
-"""``launch_testing_ros.test_runner``: it runs tests as that of ``launch_testing`` does."""
+"""``launch_testing_ros.test_runner``: the test runner of ``launch_testing``."""
 
 from launch_testing.test_runner import LaunchTestRunner
 

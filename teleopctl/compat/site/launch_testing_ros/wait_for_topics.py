@@ -20,7 +20,7 @@ from rclpy.qos import QoSProfile
 
 
 class WaitForTopics:
-    """Waits until each of some topics has brought a message, by a node of its own.
+    """Waits until a message has been received on each of several topics.
 
     Used in a ``with`` statement, it waits at the beginning and is shut down at the end.
 
@@ -75,7 +75,7 @@ class WaitForTopics:
 
     # Any: arguments of the trigger.
     def wait(self, *args: Any, **kwargs: Any) -> bool:
-        """Wait until each topic has brought a message since now, and tell whether that was so.
+        """Wait until a new message has been received on each topic; return whether that happened.
 
         Args:
             args: What the trigger is called with.
@@ -119,15 +119,15 @@ class WaitForTopics:
         self._node.destroy_node()
 
     def topics_received(self) -> set[str]:
-        """Return the topics that have brought a message."""
+        """Return the topics on which a message has been received."""
         return {name for name, messages in self._received.items() if messages}
 
     def topics_not_received(self) -> set[str]:
-        """Return the topics that have brought none."""
+        """Return the topics on which no message has been received."""
         return {name for name, messages in self._received.items() if not messages}
 
     def received_messages(self, topic_name: str) -> list[Any]:
-        """Return the last messages of a topic.
+        """Return the last received messages of a topic.
 
         Raises:
             KeyError: It is none of the topics.

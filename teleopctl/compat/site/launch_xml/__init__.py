@@ -1,4 +1,4 @@
-"""ROS 2's ``launch_xml``: an XML launch file as what a Python one includes."""
+"""ROS 2's ``launch_xml``: source and parser of XML launch files."""
 
 from launch.frontend.entity import Entity
 

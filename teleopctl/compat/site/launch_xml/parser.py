@@ -6,11 +6,11 @@ from launch.frontend.parser import Parser as _Parser
 
 
 class Parser(_Parser):
-    """Reads launch files in XML."""
+    """Parser of XML launch files."""
 
     language: ClassVar[str | None] = "xml"
 
     @classmethod
     def get_file_extensions(cls) -> set[str]:
-        """Return the endings of such files."""
+        """Return the file extensions of XML launch files."""
         return {"xml"}

@@ -1,4 +1,4 @@
-"""ROS 2's ``launch_yaml``: a YAML launch file as what a Python one includes."""
+"""ROS 2's ``launch_yaml``: source and parser of YAML launch files."""
 
 from launch.frontend.entity import Entity
 

@@ -6,11 +6,11 @@ from launch.frontend.parser import Parser as _Parser
 
 
 class Parser(_Parser):
-    """Reads launch files in YAML."""
+    """Parser of YAML launch files."""
 
     language: ClassVar[str | None] = "yaml"
 
     @classmethod
     def get_file_extensions(cls) -> set[str]:
-        """Return the endings of such files."""
+        """Return the file extensions of YAML launch files."""
         return {"yaml", "yml"}

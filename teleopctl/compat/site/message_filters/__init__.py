@@ -1,4 +1,4 @@
-"""``message_filters``: messages of several topics that belong together, and their recent past."""
+"""``message_filters``: synchronizers, caches and filters of messages of several topics."""
 
 from message_filters.cache import Cache
 from message_filters.chain import Chain

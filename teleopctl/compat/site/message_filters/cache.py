@@ -1,4 +1,4 @@
-"""The recent messages of a filter."""
+"""Cache of the recent messages of a filter."""
 
 from typing import Any
 
@@ -9,7 +9,7 @@ from teleopctl.node import Time
 
 
 class Cache(SimpleFilter):
-    """Remembers the newest messages of another filter, and passes them on.
+    """Keeps the newest messages of another filter, and passes them on.
 
     Args:
         f: The filter that it takes from.
@@ -28,11 +28,11 @@ class Cache(SimpleFilter):
         self.connectInput(f)
 
     def connectInput(self, f: SimpleFilter) -> None:  # noqa: N802
-        """Take the messages of a filter."""
+        """Connect to a filter."""
         self.incoming_connection = f.registerCallback(self.add)
 
     def add(self, msg: Any) -> None:
-        """Remember a message and pass it on."""
+        """Keep a message and pass it on."""
         time = time_of(msg, self.allow_headerless, "message_filters_cache")
         if time is None:
             return

@@ -1,4 +1,4 @@
-"""Filters one behind the other."""
+"""Chain of filters."""
 
 from typing import Any
 
@@ -8,7 +8,7 @@ from message_filters.simple_filter import SimpleFilter
 
 
 class Chain(SimpleFilter):
-    """Passes messages through filters in turn, and puts out what the last one does.
+    """Passes messages through filters in turn; its output is that of the last one.
 
     Args:
         message_filter: The filter that it takes from; None where `add` is called instead.
@@ -22,7 +22,7 @@ class Chain(SimpleFilter):
             self.connectInput(message_filter)
 
     def connectInput(self, message_filter: SimpleFilter) -> None:  # noqa: N802
-        """Take the messages of a filter.
+        """Connect to a filter.
 
         Raises:
             RuntimeError: It takes those of one already.
@@ -33,7 +33,7 @@ class Chain(SimpleFilter):
 
     # Any: a filter that has ``add``, as Cache.
     def addFilter(self, message_filter: Any) -> int:  # noqa: N802
-        """Put a filter at the end of the chain; returns its number for `getFilter`."""
+        """Append a filter to the chain; return its number for `getFilter`."""
         if self._links:
             last, connection = self._links[-1]
             last.unregisterCallback(connection)
@@ -52,7 +52,7 @@ class Chain(SimpleFilter):
         return self._links[index][0]
 
     def add(self, message: Any) -> None:
-        """Pass a message through."""
+        """Pass a message through the chain."""
         if self._links:
             self._links[0][0].add(message)
         else:

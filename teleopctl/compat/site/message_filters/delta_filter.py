@@ -1,4 +1,4 @@
-"""Filters that pass a message on only when something in it has changed."""
+"""Filters that pass a message on only if some of its fields have changed."""
 
 from collections.abc import Callable, Sequence
 from operator import attrgetter
@@ -14,16 +14,16 @@ class ComparisonHandler:
     """Decides which messages a `ComparisonFilter` passes on."""
 
     def message_fits(self, message: Any) -> bool:
-        """Tell whether a message is passed on."""
+        """Return whether a message is passed on."""
         raise NotImplementedError
 
     def do_fields_fit(self, field_a: Any, field_b: Any) -> bool:
-        """Tell whether the values of a field before and now let the message through."""
+        """Return whether the previous and the present value of a field let the message pass."""
         raise NotImplementedError
 
 
 class CachedComparisonHandler(ComparisonHandler):
-    """Compares with the message that was last passed on; the first one always is.
+    """Handler that compares with the message passed on last; the first one always passes.
 
     A message passes when `do_fields_fit` says so of any field.
     """
@@ -33,7 +33,7 @@ class CachedComparisonHandler(ComparisonHandler):
         self._last: Any = None
 
     def message_fits(self, message: Any) -> bool:
-        """Tell whether a message is passed on, and remember it if so."""
+        """Return whether a message is passed on, and keep it if so."""
         fits = self._last is None or any(
             self.do_fields_fit(get(self._last), get(message)) for get in self._field_getters
         )
@@ -43,7 +43,7 @@ class CachedComparisonHandler(ComparisonHandler):
 
 
 class DeltaCompare(CachedComparisonHandler):
-    """Lets a message through when a field differs from the last one's.
+    """Handler that lets a message pass if a field differs from that of the last one.
 
     Args:
         field_getters: Functions that return a number, a text or a truth value of a message.
@@ -54,7 +54,7 @@ class DeltaCompare(CachedComparisonHandler):
         self._field_getters = field_getters
 
     def do_fields_fit(self, field_a: Any, field_b: Any) -> bool:
-        """Tell whether two values differ.
+        """Return whether two values differ.
 
         Raises:
             TypeError: One of them is no number, text or truth value.
@@ -66,7 +66,7 @@ class DeltaCompare(CachedComparisonHandler):
 
 
 class ComparisonFilter(SimpleFilter):
-    """Passes on the messages that a handler lets through.
+    """Passes on the messages that a handler accepts.
 
     Args:
         comparison_handler: Decides.
@@ -84,7 +84,7 @@ class ComparisonFilter(SimpleFilter):
         self.connectInput(message_filter)
 
     def connectInput(self, message_filter: SimpleFilter | None) -> None:  # noqa: N802
-        """Take the messages of a filter.
+        """Connect to a filter.
 
         Raises:
             RuntimeError: It takes those of one already.
@@ -95,12 +95,12 @@ class ComparisonFilter(SimpleFilter):
             self.incoming_connection = message_filter.registerCallback(self.add)
 
     def add(self, message: Any) -> None:
-        """Take a message."""
+        """Process a message."""
         if self.message_fits(message):
             self.signalMessage(message)
 
     def message_fits(self, message: Any) -> bool:
-        """Tell whether a message is passed on."""
+        """Return whether a message is passed on."""
         return self._comparison_handler.message_fits(message)
 
 

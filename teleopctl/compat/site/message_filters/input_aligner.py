@@ -1,4 +1,4 @@
-"""Messages of several filters in the order of their stamps, an output for each filter."""
+"""Messages of several filters sorted by their stamps, with an output for each filter."""
 
 import threading
 from bisect import insort
@@ -16,7 +16,7 @@ _NEVER = 2**63 - 1
 
 @dataclass
 class QueueStatus:
-    """What an input of an `InputAligner` has seen."""
+    """State of an input of an `InputAligner`."""
 
     active: bool
     queue_size: int
@@ -26,7 +26,7 @@ class QueueStatus:
 
 @dataclass
 class _Input:
-    """Messages that wait, in the order of their stamps, and when the next is due."""
+    """Queue of an input, sorted by stamp, and the expected stamp of the next message."""
 
     waiting: list[tuple[int, int, Any]] = field(default_factory=list)
     period: int = 0
@@ -42,7 +42,7 @@ class _Input:
         self.taken += 1
 
     def first(self) -> int:
-        """The stamp of the first message that waits, else of the one that is due, else never."""
+        """Stamp of the first queued message, else of the expected one, else the latest time."""
         if self.waiting:
             self.active = True
             self.due = self.waiting[0][0] + self.period
@@ -51,7 +51,7 @@ class _Input:
 
 
 class InputAligner:
-    """Puts out the messages of several filters in the order of their stamps.
+    """Passes on the messages of several filters in the order of their stamps.
 
     A message waits until every other input has one that is newer, or could not have an older one:
     its period says when the next is due. An input that stays silent for the timeout is no longer
@@ -76,7 +76,7 @@ class InputAligner:
             self.connectInput(filters)
 
     def connectInput(self, filters: Sequence[SimpleFilter]) -> None:  # noqa: N802
-        """Take the messages of filters in the place of those so far; callbacks are forgotten."""
+        """Connect to filters instead of the present ones, and remove all callbacks."""
         with self.lock:
             self.disconnectAll()
             self.event_queues = [_Input() for _ in filters]
@@ -86,7 +86,7 @@ class InputAligner:
             ]
 
     def disconnectAll(self) -> None:  # noqa: N802
-        """Take no messages any more."""
+        """Disconnect from all filters."""
         with self.lock:
             for each, connection in self.input_connections:
                 each.unregisterCallback(connection)
@@ -95,38 +95,38 @@ class InputAligner:
     def registerCallback(  # noqa: N802
         self, index: int, callback: Callable[..., object], *args: Any
     ) -> int:
-        """Call back with the messages of one input; returns the callback's number."""
+        """Register a callback of an input; return the callback's number."""
         return self.signals[index].registerCallback(callback, *args)
 
     def setName(self, name: str) -> None:  # noqa: N802
-        """Give it a name."""
+        """Set the name of the aligner."""
         self.name = name
 
     def getName(self) -> str:  # noqa: N802
-        """Return its name."""
+        """Return the name of the aligner."""
         return self.name
 
     def setInputPeriod(self, index: int, period: Duration) -> None:  # noqa: N802
-        """Say how far the stamps of an input are apart."""
+        """Set the period between the stamps of an input."""
         self.event_queues[index].period = period.nanoseconds
 
     def getQueueStatus(self, index: int) -> QueueStatus:  # noqa: N802
-        """Return what an input has seen."""
+        """Return the state of an input."""
         each = self.event_queues[index]
         return QueueStatus(each.active, len(each.waiting), each.processed, each.dropped)
 
     @property
     def last_in_ts(self) -> Time:
-        """The newest stamp that came in."""
+        """Newest received stamp."""
         return Time(nanoseconds=self._newest_in, clock_type=ClockType.ROS_TIME)
 
     @property
     def last_out_ts(self) -> Time:
-        """The stamp of the message that was put out last."""
+        """Stamp of the message passed on last."""
         return Time(nanoseconds=self._newest_out, clock_type=ClockType.ROS_TIME)
 
     def add(self, msg: Any, queue_index: int) -> None:
-        """Take a message of an input; one that is older than what was put out is dropped."""
+        """Queue a message of an input; drop it if it is older than the one passed on last."""
         stamp = Time.from_msg(msg.header.stamp).nanoseconds
         with self.lock:
             if stamp < self._newest_out:
@@ -136,12 +136,12 @@ class InputAligner:
             self.event_queues[queue_index].put(stamp, msg)
 
     def setupDispatchTimer(self, node: Node, update_rate: Duration) -> None:  # noqa: N802
-        """Let a timer of a node put out what is ready, once in ``update_rate``."""
+        """Create a timer of a node that dispatches messages with period ``update_rate``."""
         period = update_rate.nanoseconds / 1e9
         self.dispatch_timer = node.create_timer(period, self.dispatchMessages)
 
     def dispatchMessages(self) -> None:  # noqa: N802
-        """Put out what is ready."""
+        """Pass on the messages that are due."""
         with self.lock:
             while any(each.waiting for each in self.event_queues) and self._put_out_first():
                 pass

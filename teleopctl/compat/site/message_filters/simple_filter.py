@@ -1,4 +1,4 @@
-"""What filters have in common, and the filter that subscribes."""
+"""Base class of filters, and the filter that subscribes to a topic."""
 
 import itertools
 from collections.abc import Callable
@@ -10,30 +10,30 @@ from teleopctl.node import ClockType, Node, ROSClock, Time, get_logger
 
 
 class SimpleFilter:
-    """Passes messages on to the callbacks that are registered with it."""
+    """Base class of filters: passes messages to registered callbacks."""
 
     def __init__(self) -> None:
         self.callbacks: dict[int, tuple[Callable[..., object], tuple[Any, ...]]] = {}
         self._numbers = itertools.count()
 
     def registerCallback(self, cb: Callable[..., object], *args: Any) -> int:  # noqa: N802
-        """Call ``cb`` with what the filter puts out and then ``args``; returns its number."""
+        """Register a callback with further arguments; return its number."""
         number = next(self._numbers)
         self.callbacks[number] = (cb, args)
         return number
 
     def unregisterCallback(self, conn: int) -> None:  # noqa: N802
-        """Forget the callback of a number that `registerCallback` returned."""
+        """Unregister the callback of a number that `registerCallback` returned."""
         self.callbacks.pop(conn, None)
 
     def signalMessage(self, *msg: Any) -> None:  # noqa: N802
-        """Call back with messages."""
+        """Call the callbacks with messages."""
         for callback, args in tuple(self.callbacks.values()):
             callback(*msg, *args)
 
 
 class Subscriber(SimpleFilter):
-    """Passes on the messages of a topic; what it lacks is looked for in the subscription.
+    """Filter that subscribes to a topic; other attributes are those of the subscription.
 
     Args:
         node: The node that subscribes.
@@ -66,7 +66,7 @@ class Subscriber(SimpleFilter):
 
 # Any: a message of any type, with or without a header.
 def time_of(message: Any, allow_headerless: bool, logger_name: str) -> Time | None:
-    """Return the time of a message by its header, or the present one if that is allowed."""
+    """Return the stamp of a message's header; without a header, the current time if allowed."""
     stamp = getattr(getattr(message, "header", None), "stamp", None)
     if isinstance(stamp, Time):  # of an object that only looks like a message
         return stamp

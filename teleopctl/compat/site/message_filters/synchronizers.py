@@ -1,4 +1,4 @@
-"""Messages of several filters that have the same time, or nearly the same."""
+"""Synchronizers of messages with equal or similar stamps."""
 
 import itertools
 import threading
@@ -11,7 +11,7 @@ from teleopctl.node import Duration
 
 
 class TimeSynchronizer(SimpleFilter):
-    """Puts out one message of each filter when all have one of the same header stamp.
+    """Passes on one message of each filter when all have the same header stamp.
 
     Args:
         fs: The filters; the callbacks get their messages in this order.
@@ -26,7 +26,7 @@ class TimeSynchronizer(SimpleFilter):
         self.connectInput(fs)
 
     def connectInput(self, fs: Sequence[SimpleFilter]) -> None:  # noqa: N802
-        """Take the messages of filters."""
+        """Connect to filters."""
         self.queues: list[dict[int, Any]] = [{} for _ in fs]
         self.input_connections = [
             each.registerCallback(self.add, self.queues[index], index)
@@ -35,7 +35,7 @@ class TimeSynchronizer(SimpleFilter):
 
     # Any: messages of any type.
     def add(self, msg: Any, my_queue: dict[int, Any], my_queue_index: int | None = None) -> None:  # noqa: ARG002
-        """Take a message of one filter."""
+        """Process a message of a filter."""
         with self.lock:
             self._keep(my_queue, to_nanoseconds(msg.header.stamp), msg)
             common = set.intersection(*(set(queue) for queue in self.queues))
@@ -58,7 +58,7 @@ class TimeSynchronizer(SimpleFilter):
 
 
 class ApproximateTimeSynchronizer(TimeSynchronizer):
-    """Puts out one message of each filter when their stamps differ by less than a slop.
+    """Passes on one message of each filter when their stamps differ by less than a slop.
 
     Args:
         fs: The filters.
@@ -80,7 +80,7 @@ class ApproximateTimeSynchronizer(TimeSynchronizer):
 
     # Any: as the base class has it.
     def add(self, msg: Any, my_queue: dict[int, Any], my_queue_index: int | None = None) -> None:
-        """Take a message of one filter."""
+        """Process a message of a filter."""
         time = time_of(msg, self.allow_headerless, "message_filters_approx")
         if time is None:
             return

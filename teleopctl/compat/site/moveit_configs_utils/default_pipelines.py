@@ -1,4 +1,4 @@
-"""Planning pipelines that MoveIt has of its own, for configuration packages without files of them.
+"""MoveIt's default planning pipelines, for configuration packages without files of them.
 
 The planners of OMPL are listed with their types only: what they are not given they take from OMPL.
 """
@@ -24,7 +24,7 @@ NAMES = ("chomp", "ompl", "pilz_industrial_motion_planner", "stomp")
 
 # Any: values of any kind.
 def default_pipeline(name: str) -> dict[str, Any]:
-    """Return the parameters of one of them."""
+    """Return the parameters of a default pipeline."""
     own: dict[str, dict[str, Any]] = {
         "chomp": {
             "planning_plugins": ["chomp_interface/CHOMPPlanner"],
@@ -66,5 +66,5 @@ def default_pipeline(name: str) -> dict[str, Any]:
 
 
 def ompl_planners() -> dict[str, dict[str, str]]:
-    """Return the planners of OMPL, as its pipeline has them under ``planner_configs``."""
+    """Return the OMPL planners, as the pipeline has them under ``planner_configs``."""
     return {name: {"type": f"geometric::{name}"} for name in _OMPL_PLANNERS.split()}

@@ -13,7 +13,7 @@ from launch_ros.actions import Node
 
 
 class DeclareBooleanLaunchArg(DeclareLaunchArgument):
-    """An argument that is true or false.
+    """Declares a launch argument that is true or false.
 
     Args:
         name: Its name.
@@ -50,7 +50,7 @@ def add_debuggable_node(
     extra_debug_args: Sequence[SomeSubstitutionsType] | None = None,
     **kwargs: Any,
 ) -> None:
-    """Add a node to a description twice: as it is, and below gdb where an argument says so.
+    """Add a node twice: as it is, and with gdb, selected by a launch argument.
 
     Args:
         ld: The description.

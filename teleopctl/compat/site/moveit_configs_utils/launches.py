@@ -19,7 +19,7 @@ from .moveit_configs import MoveItConfigs
 
 
 def generate_rsp_launch(moveit_config: MoveItConfigs) -> LaunchDescription:
-    """Return a description with the robot state publisher."""
+    """Return a launch description with the robot state publisher."""
     return LaunchDescription(
         [
             DeclareLaunchArgument("publish_frequency", default_value="15.0"),
@@ -38,7 +38,7 @@ def generate_rsp_launch(moveit_config: MoveItConfigs) -> LaunchDescription:
 
 
 def generate_moveit_rviz_launch(moveit_config: MoveItConfigs) -> LaunchDescription:
-    """Return a description with RViz."""
+    """Return a launch description with RViz."""
     ld = LaunchDescription(
         [
             DeclareBooleanLaunchArg("debug"),
@@ -64,7 +64,7 @@ def generate_moveit_rviz_launch(moveit_config: MoveItConfigs) -> LaunchDescripti
 
 
 def generate_setup_assistant_launch(moveit_config: MoveItConfigs) -> LaunchDescription:
-    """Return a description with MoveIt's assistant."""
+    """Return a launch description with the MoveIt Setup Assistant."""
     ld = LaunchDescription([DeclareBooleanLaunchArg("debug")])
     add_debuggable_node(
         ld,
@@ -76,7 +76,7 @@ def generate_setup_assistant_launch(moveit_config: MoveItConfigs) -> LaunchDescr
 
 
 def generate_static_virtual_joint_tfs_launch(moveit_config: MoveItConfigs) -> LaunchDescription:
-    """Return a description with a static transform for each virtual joint of the SRDF.
+    """Return a launch description with a static transform for each virtual joint of the SRDF.
 
     Raises:
         TypeError: The SRDF is not known before the launch is evaluated.
@@ -106,7 +106,7 @@ def generate_static_virtual_joint_tfs_launch(moveit_config: MoveItConfigs) -> La
 
 
 def generate_spawn_controllers_launch(moveit_config: MoveItConfigs) -> LaunchDescription:
-    """Return a description with a spawner for each of MoveIt's controllers."""
+    """Return a launch description with a spawner for each of MoveIt's controllers."""
     manager = moveit_config.trajectory_execution.get("moveit_simple_controller_manager", {})
     return LaunchDescription(
         [
@@ -122,7 +122,7 @@ def generate_spawn_controllers_launch(moveit_config: MoveItConfigs) -> LaunchDes
 
 
 def generate_warehouse_db_launch(moveit_config: MoveItConfigs) -> LaunchDescription:
-    """Return a description with the data base of MoveIt's warehouse."""
+    """Return a launch description with the database of MoveIt's warehouse."""
     path, port, host = (f"moveit_warehouse_{name}" for name in ("database_path", "port", "host"))
     folder = str(_package(moveit_config) / "default_warehouse_mongo_db")
     return LaunchDescription(
@@ -156,7 +156,7 @@ def generate_warehouse_db_launch(moveit_config: MoveItConfigs) -> LaunchDescript
 
 
 def generate_move_group_launch(moveit_config: MoveItConfigs) -> LaunchDescription:
-    """Return a description with ``move_group``."""
+    """Return a launch description with ``move_group``."""
     capabilities = ("capabilities", "disable_capabilities")
     ld = LaunchDescription(
         [
@@ -203,7 +203,7 @@ def generate_move_group_launch(moveit_config: MoveItConfigs) -> LaunchDescriptio
 def generate_demo_launch(
     moveit_config: MoveItConfigs, launch_package_path: Path | None = None
 ) -> LaunchDescription:
-    """Return a description with everything: the robot is a mock.
+    """Return a launch description of the whole demo, with mock hardware.
 
     Args:
         moveit_config: The parameters.

@@ -1,4 +1,4 @@
-"""The parameters of MoveIt by what they are for."""
+"""Parameters of MoveIt by purpose."""
 
 from __future__ import annotations
 
@@ -12,7 +12,7 @@ Parameters = dict[str, Any]
 
 @dataclass(slots=True)
 class MoveItConfigs:
-    """The parameters of MoveIt; each attribute is a mapping that a node takes.
+    """Parameters of MoveIt; each attribute is a dictionary for a node.
 
     Attributes:
         package_path: The configuration package.
@@ -45,7 +45,7 @@ class MoveItConfigs:
     pilz_cartesian_limits: Parameters = field(default_factory=dict)
 
     def to_dict(self) -> Parameters:
-        """Return all of them in one mapping, but for the capabilities."""
+        """Return all parameters in one dictionary, without the capabilities."""
         parameters = {
             **self.robot_description,
             **self.robot_description_semantic,

@@ -32,7 +32,7 @@ _log = logging.getLogger(__name__)
 
 
 class MoveItConfigsBuilder(ParameterBuilder):
-    """Gathers the parameters of MoveIt; each method returns the builder.
+    """Builder of MoveIt's parameters; each method returns the builder.
 
     A path is relative to the configuration package; without one, the file has its usual name.
 
@@ -68,7 +68,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
             self._srdf = self._guessed("srdf")
 
     def robot_description(self, file_path: _Path = None, mappings: _Mappings | None = None) -> Self:
-        """Take the URDF from a file, which may be a xacro file with arguments."""
+        """Read the URDF from a file, which may be a xacro file with arguments."""
         assert self._urdf is not None
         path = self._urdf if file_path is None else self._package_path / file_path
         try:
@@ -82,7 +82,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
     def robot_description_semantic(
         self, file_path: _Path = None, mappings: _Mappings | None = None
     ) -> Self:
-        """Take the SRDF from a file, which may be a xacro file with arguments."""
+        """Read the SRDF from a file, which may be a xacro file with arguments."""
         assert self._srdf is not None
         path = self._srdf if file_path is None else self._package_path / file_path
         self._configs.robot_description_semantic = {
@@ -91,28 +91,28 @@ class MoveItConfigsBuilder(ParameterBuilder):
         return self
 
     def robot_description_kinematics(self, file_path: _Path = None) -> Self:
-        """Take the solvers of inverse kinematics from a file."""
+        """Read the solvers of inverse kinematics from a file."""
         self._configs.robot_description_kinematics = {
             f"{self._parameter}_kinematics": self._file(file_path, "kinematics.yaml")
         }
         return self
 
     def joint_limits(self, file_path: _Path = None) -> Self:
-        """Take limits of the joints from a file."""
+        """Read limits of the joints from a file."""
         self._configs.joint_limits = {
             f"{self._parameter}_planning": self._file(file_path, "joint_limits.yaml")
         }
         return self
 
     def moveit_cpp(self, file_path: _Path = None) -> Self:
-        """Take the parameters of MoveItCpp from a file."""
+        """Read the parameters of MoveItCpp from a file."""
         self._configs.moveit_cpp = self._file(file_path, "moveit_cpp.yaml")
         return self
 
     def trajectory_execution(
         self, file_path: _Path = None, moveit_manage_controllers: bool = True
     ) -> Self:
-        """Take the controllers from a file.
+        """Read the controllers from a file.
 
         Args:
             file_path: The file; without one, that of the package that is most likely meant.
@@ -137,7 +137,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
         publish_robot_description: bool = False,
         publish_robot_description_semantic: bool = False,
     ) -> Self:
-        """Say what is published of the planning scene."""
+        """Set which topics of the planning scene are published."""
         self._configs.planning_scene_monitor = {
             "publish_planning_scene": publish_planning_scene,
             "publish_geometry_updates": publish_geometry_updates,
@@ -149,7 +149,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
         return self
 
     def sensors_3d(self, file_path: _Path = None) -> Self:
-        """Take the depth cameras from a file; nothing where it does not exist or has none."""
+        """Read the depth cameras from a file, if it exists."""
         path = self._package_path / (file_path or _CONFIG / "sensors_3d.yaml")
         if path.exists():
             found = load_yaml(path)
@@ -163,7 +163,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
         pipelines: list[str] | None = None,
         load_all: bool = True,
     ) -> Self:
-        """Take the planning pipelines from the package's files, or MoveIt's own.
+        """Read the planning pipelines from the package's files, or use MoveIt's defaults.
 
         Args:
             default_planning_pipeline: Which is used when nobody asks for another; by default OMPL.
@@ -193,14 +193,14 @@ class MoveItConfigsBuilder(ParameterBuilder):
         return self
 
     def pilz_cartesian_limits(self, file_path: _Path = None) -> Self:
-        """Take the limits of the Pilz planner from a file."""
+        """Read the limits of the Pilz planner from a file."""
         self._configs.pilz_cartesian_limits = {
             f"{self._parameter}_planning": self._file(file_path, "pilz_cartesian_limits.yaml")
         }
         return self
 
     def to_moveit_configs(self) -> MoveItConfigs:
-        """Return the parameters, with those from the usual files where nothing else was said.
+        """Return the parameters, completed from the package's usual files.
 
         Raises:
             ParameterBuilderFileNotFoundError: Such a file does not exist.
@@ -225,13 +225,13 @@ class MoveItConfigsBuilder(ParameterBuilder):
 
     # Any: values of any kind.
     def to_dict(self, include_moveit_configs: bool = True) -> dict[str, Any]:
-        """Return all parameters, or only those that `ParameterBuilder` gathers."""
+        """Return all parameters, or only those of `ParameterBuilder`."""
         if include_moveit_configs:
             self._parameters.update(self.to_moveit_configs().to_dict())
         return self._parameters
 
     def _read_setup_assistant(self, path: Path) -> None:
-        """Look into what MoveIt's assistant has left for the files that are meant."""
+        """Read the files' names from the package's ``.setup_assistant``."""
         if not path.exists():
             return
         config = (load_yaml(path) or {}).get("moveit_setup_assistant_config", {})

@@ -108,7 +108,7 @@ class EventHandler(Waitable):
         self._index = 0
 
     def is_ready(self, wait_set: WaitSet) -> bool:
-        """Tell whether there is something to tell."""
+        """Return whether there is something to tell."""
         return wait_set.is_ready("event", self._index)
 
     def take_data(self) -> object:

@@ -6,5 +6,5 @@ HIDDEN_TOPIC_PREFIX = "_"
 
 
 def topic_or_service_is_hidden(name: str) -> bool:
-    """Tell whether a part of a name begins with an underscore."""
+    """Return whether a part of a name begins with an underscore."""
     return any(part.startswith(HIDDEN_TOPIC_PREFIX) for part in name.split("/"))

@@ -123,11 +123,11 @@ class Annotatable:
         return values[0]
 
     def has_annotation(self, name: str) -> bool:
-        """Tell whether there is just one of a name."""
+        """Return whether there is just one of a name."""
         return len(self.get_annotation_values(name)) == 1
 
     def has_annotations(self, name: str) -> bool:
-        """Tell whether there is any of a name."""
+        """Return whether there is any of a name."""
         return bool(self.get_annotation_values(name))
 
     def get_comment_lines(self) -> list[str]:
@@ -158,7 +158,7 @@ class Structure(Annotatable):
     annotations: list[Annotation] = field(default_factory=list)
 
     def has_any_member_with_annotation(self, name: str) -> bool:
-        """Tell whether a member has just one annotation of a name."""
+        """Return whether a member has just one annotation of a name."""
         return any(member.has_annotation(name) for member in self.members)
 
 

@@ -51,17 +51,17 @@ def get_action_namespaced_type(identifier: str) -> NamespacedType:
 
 
 def is_message(interface: object) -> bool:
-    """Tell whether a class is a message."""
+    """Return whether a class is a message."""
     return hasattr(interface, "SLOT_TYPES")
 
 
 def is_service(interface: object) -> bool:
-    """Tell whether a class is a service."""
+    """Return whether a class is a service."""
     return hasattr(interface, "Request") and hasattr(interface, "Response")
 
 
 def is_action(interface: object) -> bool:
-    """Tell whether a class is an action."""
+    """Return whether a class is an action."""
     return all(hasattr(interface, part) for part in ("Goal", "Result", "Feedback"))
 
 

@@ -175,7 +175,7 @@ def superimposition_matrix(v0: Any, v1: Any, scaling: bool = False, usesvd: bool
 
 
 def is_same_transform(matrix0: Any, matrix1: Any) -> bool:
-    """Tell whether two matrices, which may be scaled as a whole, transform alike."""
+    """Return whether two matrices, which may be scaled as a whole, transform alike."""
     first, second = (np.array(each, dtype=np.float64) for each in (matrix0, matrix1))
     return bool(np.allclose(first / first[3, 3], second / second[3, 3]))
 

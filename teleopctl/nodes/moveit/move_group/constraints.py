@@ -1,4 +1,4 @@
-"""Constraints of a request: what a state must meet, and by how much it does not."""
+"""Constraints of a motion request, and how far a state violates them."""
 
 from __future__ import annotations
 
@@ -80,7 +80,7 @@ class Region:
 
 @dataclass(frozen=True)
 class Orientation:
-    """Orientation that a link must have.
+    """Orientation constraint of a link.
 
     Attributes:
         link: Link or frame.

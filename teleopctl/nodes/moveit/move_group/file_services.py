@@ -1,4 +1,4 @@
-"""Services about files: ``get_urdf``, ``save_geometry_to_file`` and its like."""
+"""Services about files: ``get_urdf``, ``save_geometry_to_file`` and so on."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Goal constraints as positions of joints or poses of a link, and what serves them."""
+"""Conversion of goal constraints to joint positions or poses of a link."""
 
 from __future__ import annotations
 
@@ -36,7 +36,7 @@ _MOST_ROTATIONS, _MOST_SOLUTIONS = 48, 8
 
 @dataclass(frozen=True)
 class PoseGoal:
-    """Pose that a link shall reach.
+    """Goal pose of a link.
 
     Attributes:
         targets: Poses of the link, or of the tool beside its origin, in the root link's frame,

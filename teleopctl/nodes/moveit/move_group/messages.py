@@ -1,4 +1,4 @@
-"""Messages of MoveIt as values of the kinematics room, and back."""
+"""Conversion of MoveIt's messages to and from `teleopctl.kinematics`."""
 
 from __future__ import annotations
 

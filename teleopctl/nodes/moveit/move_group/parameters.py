@@ -1,4 +1,4 @@
-"""Parameters of ``move_group``: which have an effect, and limits of joints among them."""
+"""Parameters of ``move_group``, with joint limits."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""Planning: requests of motion as plans, and the services that ask for them."""
+"""Motion planning: requests, plans, and MoveIt's services for them."""
 
 from __future__ import annotations
 
@@ -48,7 +48,7 @@ _DISPLAY_DEPTH = 10
 
 @dataclass(frozen=True)
 class Planned:
-    """Plan with the state that it begins at.
+    """Plan with its start state.
 
     Attributes:
         plan: The plan.
@@ -296,7 +296,7 @@ class Planning:
         return 1.0
 
     def _slowed(self, plan: MotionPlan, kinematics: GroupKinematics, request: Any) -> MotionPlan:
-        """Return a plan whose link is at most as fast as a request says."""
+        """Return a plan in which a link's speed is at most that of the request."""
         most = float(request.max_cartesian_speed)
         if not (math.isfinite(most) and most > 0.0) or len(plan.times) < 2:
             return plan

@@ -1,4 +1,4 @@
-"""The planning scene on topics and services: ``get_planning_scene`` and its like."""
+"""Planning scene on topics and services: ``get_planning_scene`` and so on."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ _PlanningScene: Any = get_message("moveit_msgs/msg/PlanningScene")
 
 
 class SceneServices:
-    """Topics and services by which others see and change the planning scene.
+    """Topics and services by which clients read and change the planning scene.
 
     Args:
         context: Robot, state and scene.

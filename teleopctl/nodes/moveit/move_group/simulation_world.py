@@ -31,7 +31,7 @@ _Marker: Any = get_message("visualization_msgs/msg/Marker")
 
 
 class SimulationWorld:
-    """Follows the shapes of the simulator's world.
+    """Subscriber of the shapes of the simulator's world.
 
     Fixed bodies are obstacles, and so is the floor at z = 0 of the world, unless links that move
     are below it; links that stand on it may touch it. Bodies that move freely are obstacles for the

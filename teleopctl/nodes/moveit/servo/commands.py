@@ -1,4 +1,4 @@
-"""Commands as servo receives them: which is the newest, how old it is, and what it asks for."""
+"""Received commands of servo: the newest one, its age and its content."""
 
 from __future__ import annotations
 

@@ -1,4 +1,4 @@
-"""What slows servo down, as markers: the reason in words above the arm, a ball where it is."""
+"""Markers of what slows servo down: the reason as text, and a sphere at the place."""
 
 from __future__ import annotations
 
@@ -32,7 +32,7 @@ _PERIOD_S, _LIFETIME_S = 0.1, 1.0
 
 
 class StatusMarkers:
-    """Publisher of markers that show what slows servo down, while there are subscribers.
+    """Publisher of markers at what slows servo down, while there are subscribers.
 
     Args:
         node: Node of the publisher.

@@ -24,7 +24,7 @@ _COMPONENTS = 4 | 8 | 16 | 128 | 256
 
 
 class SceneFollower:
-    """Follows the planning scene that a ``move_group`` publishes, and compiles it on each change.
+    """Subscriber of the planning scene of a ``move_group``, which compiles it after each change.
 
     Args:
         node: Node of the endpoints.

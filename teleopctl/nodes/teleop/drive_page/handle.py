@@ -1,4 +1,4 @@
-"""Handle at the gripper in the 3D view: the arm follows it while it is dragged."""
+"""Handle at the gripper in the 3D view, for dragging the arm."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _AHEAD_M, _STILL_M, _STILL_S = 0.04, 0.004, 0.8
 
 
 class DriveHandle:
-    """Handle that follows the gripper, and that the gripper follows while a person drags it.
+    """Handle that follows the gripper, and that the gripper follows while it is dragged.
 
     It springs back to the gripper when the arm cannot follow, and the reason is shown.
 
@@ -53,7 +53,7 @@ class DriveHandle:
         viewer.create_timer(_PERIOD_S, self._follow, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _follow(self) -> None:
-        """Keep the handle at the gripper, or end a drag that the arm cannot follow."""
+        """Move the handle with the gripper, or end a drag that the arm cannot follow."""
         is_open = self._is_open()
         # A press on the handle would be a click on the link behind it.
         self._viewer.scene_view.set_pickable(pickable=not is_open)
@@ -144,7 +144,7 @@ class DriveHandle:
 
 
 def _pose(node: viser.TransformControlsHandle) -> Transform:
-    """Return where a handle is, in the frame of its parent."""
+    """Return the pose of a handle in the frame of its parent."""
     w, x, y, z = (float(value) for value in node.wxyz)
     at = [float(value) for value in node.position]
     return Transform((at[0], at[1], at[2]), (x, y, z, w))

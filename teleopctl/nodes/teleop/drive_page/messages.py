@@ -36,7 +36,7 @@ STANDARD_BUTTONS = (
 
 @dataclass(frozen=True, slots=True)
 class Hands:
-    """State of all hands of a browser.
+    """State of all inputs of a browser: keys, touch pads and gamepads.
 
     Attributes:
         samples: Sample of each hand, by the name of its device: ``keys``, ``pads``, ``gamepad``.
@@ -51,7 +51,7 @@ class Hands:
 
 @dataclass(frozen=True, slots=True)
 class GripperWish:
-    """Opening of the gripper, 0 (closed) to 1 (open), that its slider was set to."""
+    """Opening of the gripper, 0 (closed) to 1 (open), set by the page's slider."""
 
     opening: float
 
@@ -64,7 +64,7 @@ class Press:
 
 
 def parse_message(text: str | bytes) -> Hands | GripperWish | Press:
-    """Return a message of the browser.
+    """Return the parsed message of a browser.
 
     Raises:
         UsageError: The text is no message of the page.

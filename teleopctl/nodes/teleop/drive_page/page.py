@@ -1,4 +1,4 @@
-"""The drive page on the viewer's server, and the node that publishes what its hands ask for."""
+"""The drive page on the viewer's server, and the node that publishes its commands."""
 
 from __future__ import annotations
 
@@ -79,7 +79,7 @@ class DrivePage:
         DriveHandle(viewer, lambda: self.driver, lambda: bool(self._sessions))
 
     def close(self) -> None:
-        """Take all hands as released, and destroy the node."""
+        """Release all inputs, and destroy the node."""
         if self._driver is not None:
             self._driver.close()
         if self._node is not None:
@@ -88,7 +88,7 @@ class DrivePage:
 
     @property
     def driver(self) -> HandDriver:
-        """The driver, which is started when it is first used."""
+        """Driver of the robot, created at its first use."""
         if self._driver is None:
             self._node = Node(
                 _NODE,
@@ -125,14 +125,14 @@ class DrivePage:
         return True
 
     def take(self, session: DriveSession) -> None:
-        """Let a browser drive from now on."""
+        """Make a browser the one that drives."""
         if self._hand is not session:
             self.driver.release()
         self.driver.take_over()
         self._hand, self._until_s = session, time.monotonic() + _FREE_AFTER_S
 
     def let_go(self, session: DriveSession) -> None:
-        """Take the hands of a browser as released."""
+        """Release all inputs of a browser."""
         if self._hand is session:
             self._hand = None
             self.driver.release()
@@ -185,7 +185,7 @@ class DriveSession:
         self._refusal = ""
 
     def received(self, text: str | bytes) -> str | None:
-        """Do what a message asks for; return what is wrong with it, or None."""
+        """Process a message of the browser; return an error text, or None."""
         try:
             message = parse_message(text)
         except TeleopctlError as error:
@@ -251,7 +251,7 @@ class DriveSession:
 
     # Any: values of a JSON document.
     def state(self) -> dict[str, Any]:
-        """Return the state of the robot and of this browser's hands, for JSON."""
+        """Return the state of the robot and of this browser's inputs, for JSON."""
         speeds = self._page.mappings()["keys"].speeds
         state = self._page.driver.state(speeds)
         holder = state.get("holder")

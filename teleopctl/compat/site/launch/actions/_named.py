@@ -1,4 +1,4 @@
-"""Actions that have a name, or a name and a value."""
+"""Base classes of actions on a named variable."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class Named(Action):
-    """An action upon what has a name.
+    """Base class of actions on a named variable.
 
     Args:
         name: Its name.
@@ -27,12 +27,12 @@ class Named(Action):
 
     @property
     def name(self) -> list[Substitution]:
-        """Its name."""
+        """Name of the variable."""
         return self._name
 
 
 class NamedWithValue(Named):
-    """An action upon what has a name, with a value.
+    """Base class of actions that set a named variable to a value.
 
     Args:
         name: Its name.
@@ -49,5 +49,5 @@ class NamedWithValue(Named):
 
     @property
     def value(self) -> list[Substitution]:
-        """Its value."""
+        """Value of the variable."""
         return self._value

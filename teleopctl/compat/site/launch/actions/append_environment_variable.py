@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class AppendEnvironmentVariable(NamedWithValue):
-    """Puts a value behind that of an environment variable, with a separator between.
+    """Appends a value to an environment variable, after a separator.
 
     Args:
         name: The variable.
@@ -43,16 +43,16 @@ class AppendEnvironmentVariable(NamedWithValue):
 
     @property
     def prepend(self) -> NormalizedValueType:
-        """Whether it comes first."""
+        """Whether the value is put first instead."""
         return self._prepend
 
     @property
     def separator(self) -> list[Substitution]:
-        """What stands between."""
+        """Separator between the values."""
         return self._separator
 
     def model_action(self) -> AppendEnvironment:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return AppendEnvironment(
             name=template(self._name),
             value=template(self._value),

@@ -68,24 +68,24 @@ class DeclareLaunchArgument(Action):
 
     @property
     def default_value(self) -> list[Substitution] | None:
-        """What it is where nobody gives it, or None."""
+        """Default value, or None."""
         return self._default
 
     @property
     def description(self) -> str:
-        """What it is for, and what it may be."""
+        """Description, with the choices."""
         return self._argument.in_words
 
     @property
     def is_required(self) -> bool:
-        """Whether somebody has to give it, as far as that can be told before."""
+        """Whether the argument has no default value, as far as that is known before evaluation."""
         return self._default is None and not self._conditionally_included
 
     @property
     def choices(self) -> Sequence[str] | None:
-        """What it may be, or None for anything."""
+        """Permitted values, or None for any."""
         return self._choices
 
     def model_action(self) -> DeclareArgument:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return self._argument

@@ -12,7 +12,7 @@ from ..event import Event, emit
 
 
 class EmitEvent(Action):
-    """Makes an event happen.
+    """Emits an event.
 
     Args:
         event: The event.
@@ -30,7 +30,7 @@ class EmitEvent(Action):
         return self._event
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return _Emit(self._event)
 
 
@@ -39,5 +39,5 @@ class _Emit(model.Action):
     event: Event
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Make it happen."""
+        """Emit the event."""
         emit(self.event, launch)

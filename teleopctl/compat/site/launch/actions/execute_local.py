@@ -115,12 +115,12 @@ class ExecuteLocal(Action):
 
     @property
     def emulate_tty(self) -> bool | SomeSubstitutionsType:
-        """Whether it is to take its output for a terminal."""
+        """Whether the process gets a pseudo-terminal for its output."""
         return self._emulate_tty
 
     @property
     def output(self) -> SomeSubstitutionsType | Mapping[str, Any]:
-        """Where its output goes."""
+        """Destinations of the output."""
         return self._output
 
     @property
@@ -135,7 +135,7 @@ class ExecuteLocal(Action):
 
     @property
     def process_details(self) -> dict[str, Any] | None:
-        """What was started: action, name, cmd, cwd, env and, once it runs, pid; None before."""
+        """Fields of the process's events: action, name, cmd, cwd, env, pid; None before start."""
         if self._plan is None:
             return None
         told = details(ProcessPart(origin=self), self._plan, self._pid or 0)
@@ -145,15 +145,15 @@ class ExecuteLocal(Action):
 
     @property
     def return_code(self) -> int | None:
-        """What the process ended with; None before."""
+        """Exit status; None before the process has ended."""
         return self._exit_status
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return what is done when it has ended, where that is a list."""
+        """Return the entities of ``on_exit``, if it is a list."""
         return self._on_exit if isinstance(self._on_exit, list) else []
 
     def get_stdout(self) -> str:
-        """Return what it has written to stdout.
+        """Return the cached stdout of the process.
 
         Raises:
             RuntimeError: `cached_output` is false.
@@ -161,7 +161,7 @@ class ExecuteLocal(Action):
         return self._cached("stdout")
 
     def get_stderr(self) -> str:
-        """Return what it has written to stderr.
+        """Return the cached stderr of the process.
 
         Raises:
             RuntimeError: `cached_output` is false.
@@ -177,13 +177,13 @@ class ExecuteLocal(Action):
         return b"".join(self._written[name]).decode(errors="replace")
 
     def prepare(self, context: LaunchContext) -> None:
-        """Evaluate its command line, which is known from then on; nothing is started."""
+        """Evaluate the command line, without starting the process."""
         self._plan = context.launch.plan_of(self.process())
         if self._description is not None:
             self._description.planned(self._plan)
 
     def planned(self, plan: ProcessPlan, launch: model.Launch) -> None:
-        """Take in that it is going to be started.
+        """Record the evaluated process, which is about to start.
 
         Raises:
             RuntimeError: That has happened before.
@@ -209,7 +209,7 @@ class ExecuteLocal(Action):
             self._answer(events.ProcessExited, self._on_exit, launch)
 
     def _answer(self, kind: type[Event], what: OnEvent, launch: model.Launch) -> None:
-        """Do something on each event of a kind that tells of this process."""
+        """Register a handler for an event type of this process."""
         handler = OnActionEventBase(
             action_matcher=self,
             on_event=what,
@@ -225,7 +225,7 @@ class ExecuteLocal(Action):
 
     # object: an event of the model.
     def _on_event(self, event: object) -> None:
-        """Take in what has happened to the process."""
+        """Update process id, exit status and number of starts from an event."""
         if isinstance(event, ProcessStarted):
             self._pid = event.pid
             self._exit_status = None
@@ -238,10 +238,10 @@ class ExecuteLocal(Action):
                 self.tell_completion(LaunchContext.with_launch(self._launch))
 
     def done(self, context: LaunchContext) -> None:
-        """Wait for the process, of whose end it is told."""
+        """Do nothing: the exit of the process completes the action."""
 
     def process(self) -> ProcessPart:
-        """Return what is started, as the model has it.
+        """Return the process as one of `teleopctl.launch`.
 
         Raises:
             TypeError: There is no description.
@@ -251,7 +251,7 @@ class ExecuteLocal(Action):
         return self._description.process(origin=self, **self._settings)
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return _Start(self)
 
 
@@ -266,12 +266,12 @@ def _output(output: SomeSubstitutionsType | Mapping[str, Any]) -> Any:
 
 @dataclass(frozen=True, slots=True)
 class _Start(model.Action):
-    """Starts the process of an entity, and tells the entity of it."""
+    """Action of `teleopctl.launch` that starts the process of an `ExecuteLocal`."""
 
     entity: ExecuteLocal
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Start it."""
+        """Start the process."""
         plan = launch.start(self.entity.process())
         if not launch.is_trial:
             self.entity.planned(plan, launch)

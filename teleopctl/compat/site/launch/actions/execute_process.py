@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ExecuteProcess(ExecuteLocal):
-    """Starts the process of a command line.
+    """Starts a process from a command line.
 
     Args:
         cmd: Program and arguments, one entry each.
@@ -57,7 +57,7 @@ class ExecuteProcess(ExecuteLocal):
     def parse(
         cls, entity: Any, parser: Any, ignore: Collection[str] | None = None
     ) -> tuple[type[Action], dict[str, Any]]:
-        """Return the class and its words, from what stands in a text.
+        """Return the class and its constructor arguments, parsed from a launch file.
 
         Args:
             entity: What stands there.
@@ -79,12 +79,12 @@ class ExecuteProcess(ExecuteLocal):
 
     @property
     def cmd(self) -> Any:
-        """Program and arguments."""
+        """Program and arguments, as substitutions."""
         return self._executable.final_cmd or self._executable.cmd
 
     @property
     def cwd(self) -> Any:
-        """The folder to start in."""
+        """Working directory."""
         return self._executable.final_cwd or self._executable.cwd
 
     @property

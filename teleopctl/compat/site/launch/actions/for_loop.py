@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 
 class ForEach(Action):
-    """Entities that a function makes for each of some sets of values.
+    """Visits the entities that a function returns for each of several mappings of values.
 
     Args:
         input_values: YAML mappings with semicolons between.
@@ -39,22 +39,22 @@ class ForEach(Action):
 
     @property
     def input_values(self) -> list[Substitution]:
-        """YAML mappings with semicolons between."""
+        """YAML mappings, separated by semicolons."""
         return self._input_values
 
     @property
     def function(self) -> MakeEntities:
-        """Makes the entities."""
+        """Function that returns the entities."""
         return self._function
 
     def describe(self) -> str:
-        """Return the action in words."""
+        """Return a readable form of the action."""
         return (
             f"{type(self).__name__}(input_values='{self._input_values}', function={self._function})"
         )
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
-        """Make the entities."""
+        """Call the function for each mapping; return the entities."""
         from teleopctl.base import ros_yaml
 
         text = perform_substitutions(context, self._input_values)
@@ -70,7 +70,7 @@ class ForEach(Action):
 
 
 class ForLoop(Action):
-    """Entities that a function makes a number of times.
+    """Visits the entities that a function returns for each index from 0.
 
     Args:
         length: How often.
@@ -95,27 +95,27 @@ class ForLoop(Action):
 
     @property
     def length(self) -> list[Substitution]:
-        """How often."""
+        """Number of iterations."""
         return self._length
 
     @property
     def function(self) -> MakeEntities:
-        """Makes the entities."""
+        """Function that returns the entities."""
         return self._function
 
     @property
     def name(self) -> str | None:
-        """What `ForLoopIndex` calls the number of the turn."""
+        """Name of the index for `ForLoopIndex`."""
         return self._name
 
     def describe(self) -> str:
-        """Return the action in words."""
+        """Return a readable form of the action."""
         return (
             f"{type(self).__name__}(length='{self._length}', name='{self._name}', "
             f"function={self._function})"
         )
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
-        """Make the entities."""
+        """Call the function for each index; return the entities."""
         length = int(perform_substitutions(context, self._length))
         return [entity for turn in range(length) for entity in self._function(i=turn) or ()]

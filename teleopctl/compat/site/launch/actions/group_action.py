@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class GroupAction(Action):
-    """Actions under one condition and, where scoped, with settings of their own.
+    """Actions under one condition and, if scoped, with a scope of their own.
 
     Args:
         actions: The actions.
@@ -53,7 +53,7 @@ class GroupAction(Action):
         self._all: list[LaunchDescriptionEntity] | None = None
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return the actions, with those between which they are visited."""
+        """Return the actions, between those that open and close the scope."""
         if self._all is None:
             given = self._launch_configurations
             self._all = [SetLaunchConfiguration(*item) for item in given.items()] + self._actions
@@ -66,11 +66,11 @@ class GroupAction(Action):
         return self._all
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:  # noqa: ARG002 -- the original's signature
-        """Return what is to be visited."""
+        """Return the entities to visit."""
         return self.get_sub_entities()
 
     def model_action(self) -> Group:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return Group(
             scoped=self._scoped,
             forwarding=self._forwarding,

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 
 class IncludeLaunchDescription(Action):
-    """Another launch file, with arguments.
+    """Includes another launch file, with arguments.
 
     Args:
         launch_description_source: The file, or what it describes.
@@ -54,7 +54,7 @@ class IncludeLaunchDescription(Action):
 
     @property
     def launch_description_source(self) -> LaunchDescriptionSource:
-        """The file, or what it describes."""
+        """Source of the launch description."""
         return self._source
 
     @property
@@ -65,19 +65,19 @@ class IncludeLaunchDescription(Action):
         return self._arguments
 
     def get_sub_entities(self) -> list[LaunchDescriptionEntity]:
-        """Return what is included, where that can be told without a launch."""
+        """Return the included entities, if they are known without a launch."""
         description = self._source.try_get_launch_description_without_context()
         return [] if description is None else [description]
 
     def names(self, context: LaunchContext) -> list[str]:
-        """Return the names of the arguments."""
+        """Return the names of the given arguments."""
         return [
             perform_substitutions(context, normalize_to_list_of_substitutions(name))
             for name, _ in self._arguments
         ]
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
-        """Return what is to be visited.
+        """Return the entities to visit.
 
         Raises:
             RuntimeError: An argument is missing.
@@ -95,7 +95,7 @@ class IncludeLaunchDescription(Action):
         return [*(SetLaunchConfiguration(*pair) for pair in self._arguments), description]
 
     def check(self, description: LaunchDescription, context: LaunchContext) -> None:
-        """Make sure that every argument is given that has to be.
+        """Check that all required arguments are given.
 
         Raises:
             RuntimeError: One is missing.
@@ -115,7 +115,7 @@ class IncludeLaunchDescription(Action):
                 )
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         arguments = tuple(
             (template(name), optional(value) or template("")) for name, value in self._arguments
         )
@@ -133,13 +133,13 @@ class IncludeLaunchDescription(Action):
 
 @dataclass(frozen=True, slots=True)
 class _Checked(model.Action):
-    """Refuses an include that lacks an argument."""
+    """Action of `teleopctl.launch` that checks the required arguments of an include."""
 
     include: IncludeLaunchDescription
     description: LaunchDescription
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Look."""
+        """Check the arguments."""
         try:
             self.include.check(self.description, LaunchContext.with_launch(launch))
         except RuntimeError as error:

@@ -1,4 +1,4 @@
-"""``launch.actions.log_info``: lines for the person in front of the terminal."""
+"""``launch.actions.log_info``: actions that log a message."""
 
 from __future__ import annotations
 
@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class Log(Action):
-    """A line for the person in front of the terminal.
+    """Logs a message at a severity.
 
     Args:
         msg: The line.
@@ -34,21 +34,21 @@ class Log(Action):
 
     @property
     def msg(self) -> list[Substitution]:
-        """The line."""
+        """Message, as substitutions."""
         return self._msg
 
     @property
     def level(self) -> list[Substitution]:
-        """How much it matters."""
+        """Severity."""
         return self._level
 
     def model_action(self) -> ModelLog:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelLog(level=template(self._level), message=template(self._msg))
 
 
 class LogDebug(Log):
-    """A line for who looks for mistakes.
+    """Logs a message at severity DEBUG.
 
     Args:
         msg: The line.
@@ -61,7 +61,7 @@ class LogDebug(Log):
 
 
 class LogInfo(Log):
-    """A line that tells what goes on.
+    """Logs a message at severity INFO.
 
     Args:
         msg: The line.
@@ -74,7 +74,7 @@ class LogInfo(Log):
 
 
 class LogWarning(Log):
-    """A line that warns.
+    """Logs a message at severity WARNING.
 
     Args:
         msg: The line.
@@ -87,7 +87,7 @@ class LogWarning(Log):
 
 
 class LogError(Log):
-    """A line that tells of an error.
+    """Logs a message at severity ERROR.
 
     Args:
         msg: The line.

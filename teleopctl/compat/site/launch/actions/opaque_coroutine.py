@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 
 class OpaqueCoroutine(Action):
-    """Runs a coroutine, on a thread beside the launch, which ends after it; a shutdown cancels it.
+    """Runs a coroutine; the launch waits for its end, and a shutdown cancels it.
 
     Args:
         coroutine: The coroutine function.
@@ -63,7 +63,7 @@ class OpaqueCoroutine(Action):
     def begin(
         self, context: LaunchContext, report: Callable[[TeleopctlError | None], None]
     ) -> None:
-        """Begin the coroutine, and report its end."""
+        """Start the coroutine, and report its end."""
         import asyncio
 
         from .._asyncio import told
@@ -88,10 +88,10 @@ class OpaqueCoroutine(Action):
             self._future.cancel()
 
     def done(self, context: LaunchContext) -> None:
-        """Wait for the coroutine, of whose end it is told."""
+        """Do nothing: the end of the coroutine completes the action."""
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return _Begin(self)
 
 
@@ -100,7 +100,7 @@ class _Begin(model.Action):
     entity: OpaqueCoroutine
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Let it begin once the processes do."""
+        """Schedule the coroutine for the start of the processes."""
         if launch.is_trial:
             return
         context = LaunchContext.with_launch(launch)
@@ -114,5 +114,5 @@ class _Coroutine:
     context: LaunchContext
 
     def begin(self, report: Callable[[TeleopctlError | None], None]) -> None:
-        """Begin the coroutine, and report its end."""
+        """Start the coroutine, and report its end."""
         self.entity.begin(self.context, report)

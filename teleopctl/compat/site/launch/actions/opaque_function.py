@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class OpaqueFunction(Action):
-    """Calls a function.
+    """Calls a Python function.
 
     Args:
         function: Called with the launch's context; may return actions.
@@ -44,5 +44,5 @@ class OpaqueFunction(Action):
         self._kwargs = dict(kwargs or {})
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Call it."""
+        """Call the function; return the entities that it returns."""
         return self._function(context, *self._args, **self._kwargs)

@@ -6,8 +6,8 @@ from ..action import Action
 
 
 class PopEnvironment(Action):
-    """Brings back the environment that was remembered last."""
+    """Restores the environment that `PushEnvironment` saved last."""
 
     def model_action(self) -> ModelAction:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelAction()

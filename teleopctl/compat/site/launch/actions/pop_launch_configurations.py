@@ -6,8 +6,8 @@ from ..action import Action
 
 
 class PopLaunchConfigurations(Action):
-    """Brings back the launch variables that were remembered last."""
+    """Restores the launch configurations that `PushLaunchConfigurations` saved last."""
 
     def model_action(self) -> PopConfigurations:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return PopConfigurations()

@@ -6,8 +6,8 @@ from ..action import Action
 
 
 class PushEnvironment(Action):
-    """Remembers the environment, for `PopEnvironment`."""
+    """Saves the environment for `PopEnvironment`."""
 
     def model_action(self) -> ModelAction:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelAction()

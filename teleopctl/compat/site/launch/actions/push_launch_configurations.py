@@ -6,8 +6,8 @@ from ..action import Action
 
 
 class PushLaunchConfigurations(Action):
-    """Remembers the launch variables, for `PopLaunchConfigurations`."""
+    """Saves the launch configurations for `PopLaunchConfigurations`."""
 
     def model_action(self) -> PushConfigurations:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return PushConfigurations()

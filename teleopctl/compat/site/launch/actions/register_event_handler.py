@@ -15,7 +15,7 @@ from ..utilities import normalize_to_list_of_entities
 
 
 class RegisterEventHandler(Action):
-    """Lets a handler answer events from now on.
+    """Registers an event handler.
 
     Args:
         event_handler: The handler.
@@ -35,12 +35,12 @@ class RegisterEventHandler(Action):
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return what the handler does, with its condition."""
+        """Return the handler's entities, with the description of its condition."""
         when, entities = self._event_handler.describe()
         return [(when, normalize_to_list_of_entities(entities))] if entities else []
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return _Register(self._event_handler)
 
 
@@ -49,5 +49,5 @@ class _Register(model.Action):
     handler: BaseEventHandler
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Register it."""
+        """Register the handler."""
         launch.register(self.handler.model_handler())

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class ReplaceEnvironmentVariables(Action):
-    """Lets the environment be some variables and no others.
+    """Replaces the whole environment by the given variables.
 
     Args:
         env: The variables.
@@ -38,5 +38,5 @@ class ReplaceEnvironmentVariables(Action):
         return [(normalized(name), normalized(value)) for name, value in self._variables.items()]
 
     def model_action(self) -> ReplaceEnvironment:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ReplaceEnvironment(variables=pairs(self._variables))

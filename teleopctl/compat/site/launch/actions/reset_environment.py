@@ -6,8 +6,8 @@ from ..action import Action
 
 
 class ResetEnvironment(Action):
-    """Brings back the environment that the launch was started with."""
+    """Restores the environment at the start of the launch."""
 
     def model_action(self) -> ModelAction:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelAction()

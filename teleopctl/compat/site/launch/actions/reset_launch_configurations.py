@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ResetLaunchConfigurations(Action):
-    """Forgets the launch variables.
+    """Removes all launch configurations, and sets the given ones.
 
     Args:
         launch_configurations: Those that are set afterwards; their values are evaluated before.
@@ -32,5 +32,5 @@ class ResetLaunchConfigurations(Action):
         self._launch_configurations = launch_configurations
 
     def model_action(self) -> Reset:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return Reset(keep=pairs(self._launch_configurations))

@@ -10,5 +10,5 @@ class SetEnvironmentVariable(NamedWithValue):
     """Sets an environment variable."""
 
     def model_action(self) -> SetEnvironment:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return SetEnvironment(name=template(self._name), value=template(self._value))

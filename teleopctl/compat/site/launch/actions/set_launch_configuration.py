@@ -7,8 +7,8 @@ from ._named import NamedWithValue
 
 
 class SetLaunchConfiguration(NamedWithValue):
-    """Sets a launch variable."""
+    """Sets a launch configuration."""
 
     def model_action(self) -> Let:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return Let(name=template(self._name), value=template(self._value))

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Shutdown(Action):
-    """Ends the launch.
+    """Shuts the launch down.
 
     Args:
         reason: Why.
@@ -29,5 +29,5 @@ class Shutdown(Action):
         self._reason = template(reason)
 
     def model_action(self) -> ModelShutdown:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelShutdown(reason=self._reason)

@@ -27,7 +27,7 @@ _TEXT = (str, PathLike, Substitution, Iterable)
 
 
 class TimerAction(Action):
-    """Actions that are done later, once, unless they are cancelled before.
+    """Executes actions once after a period, unless it is cancelled before.
 
     Args:
         period: After how many seconds.
@@ -63,7 +63,7 @@ class TimerAction(Action):
 
     @property
     def period(self) -> NormalizedValueType:
-        """After how many seconds."""
+        """Period in seconds."""
         return normalize_typed_substitution(self._given, float)
 
     @property
@@ -72,29 +72,29 @@ class TimerAction(Action):
         return self._actions
 
     def describe(self) -> str:
-        """Return the action in words."""
+        """Return a readable form of the action."""
         return f"TimerAction(period={self.period}, actions=<actions>)"
 
     def describe_conditional_sub_entities(
         self,
     ) -> list[tuple[str, Iterable[LaunchDescriptionEntity]]]:
-        """Return the actions, with when they are done."""
+        """Return the actions, with the description of their time."""
         return [(f"{self.period} seconds pass without being canceled", self._actions)]
 
     def cancel(self) -> None:
-        """Do not do them, unless that has happened already."""
+        """Cancel the timer; without effect once it has fired."""
         self._is_cancelled = True
 
     def done(self, context: LaunchContext) -> None:
-        """Wait for the timer, which tells of its end itself."""
+        """Do nothing: the last step of the timer completes the action."""
 
     def waiting_steps(self) -> tuple[model.Step, ...]:
-        """Return what is done when the time has come, as the model has it."""
+        """Return the steps that are executed when the timer fires."""
         came = Step(self.defined_at, (), _Came(self))
         return (came, *steps(self._actions), Step(self.defined_at, (), _Done(self)))
 
     def model_action(self) -> TimedEntities:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return TimedEntities(
             period=self._period,
             steps=self.waiting_steps(),
@@ -105,12 +105,12 @@ class TimerAction(Action):
 
 @dataclass(frozen=True, slots=True)
 class _Came(model.Action):
-    """Tells that a timer's time has come."""
+    """Action of `teleopctl.launch` that emits the event of a timer."""
 
     timer: TimerAction
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Tell those who want to know."""
+        """Emit `TimerEvent` if an event handler matches it."""
         event = TimerEvent(timer_action=self.timer)
         if not launch.is_trial and launch.has_handler_for(event):
             launch.emit(event)
@@ -118,11 +118,11 @@ class _Came(model.Action):
 
 @dataclass(frozen=True, slots=True)
 class _Done(model.Action):
-    """Tells that a timer's actions have been done."""
+    """Action of `teleopctl.launch` that completes a timer."""
 
     timer: TimerAction
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Tell those who want to know."""
+        """Emit `ExecutionComplete` if an event handler matches it."""
         if not launch.is_trial:
             self.timer.tell_completion(LaunchContext.with_launch(launch))

@@ -12,7 +12,7 @@ from ..event_handler import BaseEventHandler
 
 
 class UnregisterEventHandler(Action):
-    """Lets a handler answer no more events.
+    """Unregisters an event handler.
 
     Args:
         event_handler: The handler.
@@ -30,7 +30,7 @@ class UnregisterEventHandler(Action):
         return self._event_handler
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return _Unregister(self._event_handler)
 
 
@@ -39,5 +39,5 @@ class _Unregister(model.Action):
     handler: BaseEventHandler
 
     def evaluate(self, launch: model.Launch) -> None:
-        """Unregister it; one that is not registered is a ValueError."""
+        """Unregister the handler; raise ValueError if it is not registered."""
         launch.unregister(self.handler.model_handler())

@@ -7,8 +7,8 @@ from ._named import Named
 
 
 class UnsetEnvironmentVariable(Named):
-    """Removes an environment variable, where it is set."""
+    """Removes an environment variable, if it is set."""
 
     def model_action(self) -> UnsetEnvironment:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return UnsetEnvironment(name=template(self._name))

@@ -7,8 +7,8 @@ from ._named import Named
 
 
 class UnsetLaunchConfiguration(Named):
-    """Forgets a launch variable, where it is set."""
+    """Removes a launch configuration, if it is set."""
 
     def model_action(self) -> Unset:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return Unset(name=template(self._name))

@@ -14,7 +14,7 @@ VALID_FALSE_EXPRESSIONS = ["false", "0"]
 def evaluate_condition_expression(
     context: LaunchContext, expression: Iterable[Substitution]
 ) -> bool:
-    """Tell whether a text is true, in any case of letters.
+    """Return whether a text is true, in upper or lower case.
 
     Raises:
         InvalidConditionExpressionError: It is neither true nor false.

@@ -11,7 +11,7 @@ from .evaluate_condition_expression_impl import evaluate_condition_expression
 
 
 class IfCondition(Condition):
-    """Holds when a text is true.
+    """Holds if an expression evaluates to true.
 
     Args:
         predicate_expression: The text: ``true``, ``1``, ``false`` or ``0``.
@@ -22,11 +22,11 @@ class IfCondition(Condition):
         self._expression = normalize_to_list_of_substitutions(predicate_expression)
 
     def describe(self) -> str:
-        """Return the condition in words."""
+        """Return a readable form of the condition."""
         return f"IfCondition({template(self._expression).source})"
 
     def model_condition(self) -> ModelCondition:
-        """Return the condition as the model has it."""
+        """Return the corresponding condition of `teleopctl.launch`."""
         return ModelCondition(template(self._expression), True)
 
     def _holds(self, context: LaunchContext) -> bool:

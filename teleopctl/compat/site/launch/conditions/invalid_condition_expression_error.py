@@ -6,7 +6,7 @@ from ..substitution import Substitution
 
 
 class InvalidConditionExpressionError(ValueError):
-    """A condition is neither true nor false.
+    """Raised when the text of a condition is neither true nor false.
 
     Args:
         expression: Its text, evaluated.

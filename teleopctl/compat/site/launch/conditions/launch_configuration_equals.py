@@ -11,7 +11,7 @@ from ..utilities import normalize_to_list_of_substitutions, perform_substitution
 
 
 class LaunchConfigurationEquals(Condition):
-    """Holds when a launch variable has a certain value. `EqualsSubstitution` replaces it.
+    """Holds if a launch configuration has a value; `EqualsSubstitution` replaces it.
 
     Args:
         launch_configuration_name: The variable.
@@ -36,7 +36,7 @@ class LaunchConfigurationEquals(Condition):
         )
 
     def describe(self) -> str:
-        """Return the condition in words."""
+        """Return a readable form of the condition."""
         return repr(self)
 
     def _holds(self, context: LaunchContext) -> bool:

@@ -5,7 +5,7 @@ from .launch_configuration_equals import LaunchConfigurationEquals
 
 
 class LaunchConfigurationNotEquals(LaunchConfigurationEquals):
-    """Holds when a launch variable has not a certain value. `NotEqualsSubstitution` replaces it."""
+    """Holds unless a launch configuration has a value; `NotEqualsSubstitution` replaces it."""
 
     def _holds(self, context: LaunchContext) -> bool:
         return not super()._holds(context)

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class Executable:
-    """A command line to start.
+    """Command line with environment and working directory.
 
     Args:
         cmd: Program and arguments, one entry each.
@@ -67,12 +67,12 @@ class Executable:
 
     @property
     def name(self) -> list[Substitution] | None:
-        """Its name in the output in place of the program's, or None."""
+        """Name in the output instead of the program's, or None."""
         return self._name
 
     @property
     def prefix(self) -> list[Substitution] | None:
-        """Words put before the command line, or None."""
+        """Words before the command line, or None."""
         return self._prefix
 
     @property
@@ -82,12 +82,12 @@ class Executable:
 
     @property
     def cwd(self) -> list[Substitution] | None:
-        """Folder to start in, or None."""
+        """Working directory, or None."""
         return self._cwd
 
     @property
     def env(self) -> Variables | None:
-        """Its whole environment, or None."""
+        """Whole environment, or None."""
         return self._env
 
     @property
@@ -102,36 +102,36 @@ class Executable:
 
     @property
     def final_name(self) -> str | None:
-        """Its name in the output; None before it is evaluated."""
+        """Name in the output; None before evaluation."""
         return None if self._plan is None else self._plan.name
 
     @property
     def final_cmd(self) -> list[str] | None:
-        """Program and arguments, evaluated; None before that."""
+        """Evaluated program and arguments; None before evaluation."""
         return None if self._plan is None else self._plan.command
 
     @property
     def final_cwd(self) -> str | None:
-        """Folder to start in, evaluated; None for the launch's, and before."""
+        """Evaluated working directory; None before evaluation, or if it is the launch's."""
         return None if self._plan is None else self._plan.working_directory
 
     @property
     def final_env(self) -> dict[str, str] | None:
-        """The whole environment; None before it is evaluated."""
+        """Evaluated environment; None before evaluation."""
         return self._final_env
 
     # Any: the settings of `ExecuteLocal`.
     def process(self, **settings: Any) -> ProcessPart:
-        """Return what is started, as the model has it."""
+        """Return the process as one of `teleopctl.launch`."""
         command = tuple(map(template, self._cmd))
         return ModelExecutable(command=command, **{**self.settings, **settings})
 
     def prepare(self, context: LaunchContext, action: Action | None) -> None:
-        """Evaluate it, without starting it."""
+        """Evaluate the command line, without starting it."""
         self.planned(context.launch.plan_of(self.process(origin=action)))
 
     def planned(self, plan: ProcessPlan) -> None:
-        """Take in what it has been evaluated to."""
+        """Record the evaluated process."""
         from ..events._model import environment_of
 
         self._plan = plan

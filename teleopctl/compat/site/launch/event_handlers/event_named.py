@@ -6,5 +6,5 @@ from ..event import Event
 
 
 def event_named(name: str) -> Callable[[Event], bool]:
-    """Return a function that tells whether an event has a certain name."""
+    """Return a matcher of events with a name."""
     return lambda event: event.name == name

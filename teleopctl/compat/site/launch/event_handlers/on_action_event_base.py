@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class OnActionEventBase(BaseEventHandler):
-    """Answers the events of an action.
+    """Base class of handlers for the events of an action.
 
     Args:
         action_matcher: The action, a function that tells whether one is meant, or None for all.
@@ -80,30 +80,30 @@ class OnActionEventBase(BaseEventHandler):
 
     @property
     def wants_output(self) -> bool:
-        """Whether it may answer what processes write."""
+        """Whether the handler may match events of process output."""
         from ..events.process import ProcessIO
 
         return issubclass(self._event_class, ProcessIO)
 
     @property
     def handler_description(self) -> str:
-        """What is done, in words."""
+        """Description of what the handler does."""
         return "<actions>" if self._entities else f"{self._function}"
 
     @property
     def matcher_description(self) -> str:
-        """Which events are answered, in words."""
+        """Description of the events that the handler matches."""
         events = f"event == {self._event_class.__name__}"
         if self._target is None:
             return events
         return f"{events} and {self._action_class.__name__}(event.action)"
 
     def describe(self) -> tuple[str, list[SomeEntitiesType]]:
-        """Return when it acts in words, and what it does then."""
+        """Return a readable form of the handler, and its entities."""
         return super().describe()[0], list(self._entities)
 
     def in_words(self) -> str:
-        """Return when it acts, for somebody who reads what a launch is going to do."""
+        """Return a readable form of the handler, for a dry run."""
         target = self._target
         whom = "any"
         if isinstance(target, Action):
@@ -115,6 +115,6 @@ class OnActionEventBase(BaseEventHandler):
         return f"{type(self).__name__}({whom})"
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
-        """Answer an event."""
+        """Handle an event."""
         super().handle(event, context)
         return self._entities if self._function is None else self._function(event, context)

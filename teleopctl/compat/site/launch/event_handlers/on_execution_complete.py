@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class OnExecutionComplete(OnActionEventBase):
-    """Acts when an action has been done: a process has ended, a timer's actions were done.
+    """Handles the end of an action: a process has exited, or a timer's actions are executed.
 
     Args:
         target_action: The action, a function that tells, or None for all.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class OnIncludeLaunchDescription(BaseEventHandler):
-    """Visits a launch description that somebody wants included while the launch runs.
+    """Includes the launch description of an `IncludeLaunchDescription` event.
 
     Args:
         kwargs: What `BaseEventHandler` takes.
@@ -28,21 +28,21 @@ class OnIncludeLaunchDescription(BaseEventHandler):
 
     @property
     def wants_output(self) -> bool:
-        """Whether it may answer what processes write."""
+        """Whether the handler may match events of process output."""
         return False
 
     @property
     def handler_description(self) -> str:
-        """What is done, in words."""
+        """Description of what the handler does."""
         return "returns the launch_description in the event"
 
     @property
     def matcher_description(self) -> str:
-        """Which events are answered, in words."""
+        """Description of the events that the handler matches."""
         return "event issubclass of launch.events.IncludeLaunchDescription"
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
-        """Return the description."""
+        """Return the launch description to visit."""
         super().handle(event, context)
         assert isinstance(event, IncludeLaunchDescription)
         return event.launch_description

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class OnProcessExit(OnActionEventBase):
-    """Acts when a process has ended.
+    """Handles the exit of a process.
 
     Args:
         target_action: The action that starts it, a function that tells, or None for all.

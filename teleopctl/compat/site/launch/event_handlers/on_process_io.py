@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 class OnProcessIO(OnActionEventBase):
-    """Acts when a process has written something.
+    """Handles output of a process.
 
     Args:
         target_action: The action that starts it, a function that tells, or None for all.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class OnProcessStart(OnActionEventBase):
-    """Acts when a process has started.
+    """Handles the start of a process.
 
     Args:
         target_action: The action that starts it, a function that tells, or None for all.

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class OnShutdown(BaseEventHandler):
-    """Acts when the launch ends.
+    """Handles the shutdown of the launch.
 
     Args:
         on_shutdown: What is done, or a function that is called with event and context and may say
@@ -36,11 +36,11 @@ class OnShutdown(BaseEventHandler):
 
     @property
     def wants_output(self) -> bool:
-        """Whether it may answer what processes write."""
+        """Whether the handler may match events of process output."""
         return False
 
     def describe(self) -> tuple[str, list[SomeEntitiesType]]:
-        """Return when it acts in words, and what it does then."""
+        """Return a readable form of the handler, and its entities."""
         entities = self._on_shutdown
         when = super().describe()[0]
         if callable(entities):
@@ -49,20 +49,20 @@ class OnShutdown(BaseEventHandler):
 
     @property
     def handler_description(self) -> str:
-        """What is done, in words."""
+        """Description of what the handler does."""
         return f"{self._on_shutdown}"
 
     @property
     def matcher_description(self) -> str:
-        """Which events are answered, in words."""
+        """Description of the events that the handler matches."""
         return "event issubclass of launch.events.Shutdown"
 
     def in_words(self) -> str:
-        """Return when it acts, for somebody who reads what a launch is going to do."""
+        """Return a readable form of the handler, for a dry run."""
         return "OnShutdown"
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
-        """Answer the event."""
+        """Handle the event."""
         super().handle(event, context)
         assert isinstance(event, Shutdown)
         if callable(self._on_shutdown):

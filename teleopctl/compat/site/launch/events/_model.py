@@ -1,4 +1,4 @@
-"""Events of the model as Python launch files know them."""
+"""Conversion of events of `teleopctl.launch` to those of Python launch files."""
 
 from __future__ import annotations
 
@@ -41,7 +41,7 @@ def _details(event: model.ProcessEvent, launch: Launch) -> dict[str, Any]:
 
 
 def details(process: ProcessPart, plan: ProcessPlan, pid: int) -> dict[str, Any]:
-    """Return what is told of a process, by the words of `RunningProcessEvent`."""
+    """Return the constructor arguments of `RunningProcessEvent` for a process."""
     origin = process.origin
     return {
         "action": origin if isinstance(origin, Action) else Action(),
@@ -54,6 +54,6 @@ def details(process: ProcessPart, plan: ProcessPlan, pid: int) -> dict[str, Any]
 
 
 def environment_of(plan: ProcessPlan) -> dict[str, str]:
-    """Return the whole environment that a process is started with."""
+    """Return the whole environment of a process."""
     whole = {**os.environ, **plan.environment}
     return {name: value for name, value in whole.items() if value is not None}

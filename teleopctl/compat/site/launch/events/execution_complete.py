@@ -5,7 +5,7 @@ from ..launch_description_entity import LaunchDescriptionEntity
 
 
 class ExecutionComplete(Event):
-    """An action has been done.
+    """Emitted when an action has completed.
 
     Args:
         action: The action.

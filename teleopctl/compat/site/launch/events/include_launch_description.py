@@ -5,7 +5,7 @@ from ..launch_description import LaunchDescription
 
 
 class IncludeLaunchDescription(Event):
-    """A launch description is to be included.
+    """Request to include a launch description.
 
     Args:
         launch_description: The description.

@@ -6,5 +6,5 @@ from ..action import Action
 
 
 def matches_action(target_action: Action) -> Callable[[Action], bool]:
-    """Return a function that tells whether an action is a certain one."""
+    """Return a matcher of events of an action."""
     return lambda action: action is target_action

@@ -6,7 +6,7 @@ from ..event import Event
 
 
 class Shutdown(Event):
-    """The launch ends.
+    """Emitted when the launch shuts down.
 
     Args:
         reason: Why.
@@ -20,5 +20,5 @@ class Shutdown(Event):
         self.due_to_sigint = due_to_sigint
 
     def happen(self, launch: Launch) -> None:
-        """End the launch."""
+        """Shut the launch down."""
         launch.shut_down(self.reason)

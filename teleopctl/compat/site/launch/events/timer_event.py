@@ -5,7 +5,7 @@ from ..event import Event
 
 
 class TimerEvent(Event):
-    """The time of a timer has come.
+    """Emitted when a timer fires.
 
     Args:
         timer_action: The timer.

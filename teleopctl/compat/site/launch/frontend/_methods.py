@@ -1,4 +1,4 @@
-"""What actions and substitutions under names of launch files are made with."""
+"""Registered parse methods of actions and substitutions, and their use."""
 
 from __future__ import annotations
 
@@ -17,10 +17,10 @@ substitution_parse_methods: Methods = {}
 
 # Any: the entity and the parser of a text front end.
 def instantiate_action(entity: Any, parser: Any) -> Action:
-    """Return the action that stands in a launch file.
+    """Return the action for an entity of a launch file.
 
     Raises:
-        RuntimeError: Nobody has exposed one of that name.
+        RuntimeError: No parse method of that name is registered.
     """
     if entity.type_name not in action_parse_methods:
         raise RuntimeError(f"Unrecognized entity of the type: {entity.type_name}")
@@ -31,10 +31,10 @@ def instantiate_action(entity: Any, parser: Any) -> Action:
 
 # Any: texts with substitutions.
 def instantiate_substitution(type_name: str, args: Iterable[Any] | None = None) -> Substitution:
-    """Return the substitution that stands in a text.
+    """Return the substitution for a name and its arguments.
 
     Raises:
-        RuntimeError: Nobody has exposed one of that name.
+        RuntimeError: No parse method of that name is registered.
     """
     if type_name not in substitution_parse_methods:
         raise RuntimeError(f"Unknown substitution: {type_name}")

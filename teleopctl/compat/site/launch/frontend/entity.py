@@ -12,7 +12,7 @@ from ..utilities.type_utils import get_typed_value, is_instance_of
 
 
 class Entity:
-    """What stands in a launch file that is a text.
+    """Element of an XML or YAML launch file.
 
     Args:
         type_name: Its name.
@@ -28,17 +28,17 @@ class Entity:
 
     @property
     def type_name(self) -> str:
-        """Its name."""
+        """Name of the element, such as ``node``."""
         return self._type_name
 
     @property
     def parent(self) -> Entity | None:
-        """What it stands in, or None."""
+        """Parent element, or None."""
         return self._parent
 
     @property
     def children(self) -> list[Entity]:
-        """What stands in it."""
+        """Child elements."""
         self._read.append("children")
         found = self._element.fields((*self._read, "children")).get("children")
         if found is None:
@@ -49,7 +49,7 @@ class Entity:
     def get_attr(
         self, name: str, *, data_type: Any = str, optional: bool = False, can_be_str: bool = True
     ) -> Any:
-        """Return what stands under a key.
+        """Return the value of an attribute.
 
         Args:
             name: The key.
@@ -74,7 +74,7 @@ class Entity:
         value = _plain(found)
         if data_type is str and isinstance(value, bool | int | float):
             return found.text()
-        # YAML has types; what XML has is a text until somebody says what it is to be.
+        # YAML has types; an XML attribute is a text until its type is requested.
         is_open = found.noun == "attribute" and data_type is not str
         if not is_open and is_instance_of(value, data_type, can_be_str=can_be_str):
             return value
@@ -88,15 +88,15 @@ class Entity:
 
     @property
     def element(self) -> Element:
-        """What belongs to it, as the model has it."""
+        """Element as `teleopctl.launch` has it."""
         return self._element
 
     def has_read(self, keys: Iterable[str]) -> None:
-        """Take keys for read."""
+        """Mark attributes as read."""
         self._read += keys
 
     def assert_entity_completely_parsed(self) -> None:
-        """Refuse keys that nobody has read.
+        """Raise if an attribute has not been read.
 
         Raises:
             ValueError: There are such.

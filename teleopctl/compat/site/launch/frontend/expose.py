@@ -1,4 +1,4 @@
-"""``launch.frontend.expose``: actions and substitutions under names of launch files."""
+"""``launch.frontend.expose``: decorators that register actions and substitutions by name."""
 
 from __future__ import annotations
 
@@ -84,7 +84,7 @@ def _reading() -> Any:
 
 
 def expose_substitution(name: str) -> Callable[[_Exposed], _Exposed]:
-    """Return a decorator that makes a substitution known to launch files.
+    """Return a decorator that registers a substitution for launch files.
 
     Args:
         name: What stands behind ``$(``.
@@ -97,7 +97,7 @@ def expose_substitution(name: str) -> Callable[[_Exposed], _Exposed]:
 
 
 def expose_action(name: str) -> Callable[[_Exposed], _Exposed]:
-    """Return a decorator that makes an action known to launch files.
+    """Return a decorator that registers an action for launch files.
 
     Args:
         name: What it is called there.

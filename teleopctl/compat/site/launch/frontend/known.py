@@ -1,4 +1,4 @@
-"""From what the model has read to the actions that a Python launch file would have made."""
+"""Conversion of steps of `teleopctl.launch` to the actions of Python launch files."""
 
 from __future__ import annotations
 
@@ -17,25 +17,25 @@ from ..substitution import Substitution
 from ..substitutions.text_substitution import TextSubstitution
 from .parse_substitution import substitutions_of
 
-# Any: the words that a class takes; each takes others.
+# Any: constructor arguments differ from class to class.
 Words = Callable[[Any], "dict[str, Any] | Action"]
 _Maker = TypeVar("_Maker", bound=Words)
 
 _known: dict[type[model.Action], tuple[type[Action], Words]] = {}
 _read_as: dict[type[Action], tuple[str, type[model.Action]]] = {}
-# Where the classes of ROS 2 are made known; they come in once somebody asks.
+# Modules that register the classes of ROS 2, imported when first needed.
 _TABLES = ("launch.frontend.known_actions", "launch_ros.known_actions")
 
 
 def is_known_as(
     name: str, kind: type[model.Action], made: type[Action]
 ) -> Callable[[_Maker], _Maker]:
-    """Return a decorator for what makes the words of a class from what the model has read.
+    """Return a decorator that registers a function returning constructor arguments of an action.
 
     Args:
-        name: What the action is called in a text.
-        kind: What the model reads it as.
-        made: What it is in Python.
+        name: Name of the action in a launch file.
+        kind: Class of the action in `teleopctl.launch`.
+        made: Class of the action in Python launch files.
     """
 
     def decorate(words: _Maker) -> _Maker:
@@ -47,7 +47,7 @@ def is_known_as(
 
 
 class ReadStep(Action):
-    """An entry of a text that Python launch files have no class for.
+    """Step of a launch file that has no action class in Python.
 
     Args:
         step: The entry.
@@ -58,12 +58,12 @@ class ReadStep(Action):
         self._step = step
 
     def model_action(self) -> model.Action:
-        """Return what the model does for it."""
+        """Return the step as an action of `teleopctl.launch`."""
         return model.IncludeSteps(steps=(self._step,), arguments=())
 
 
 def action_of(step: model.Step) -> Action:
-    """Return an entry of a text as a Python launch file would have made it."""
+    """Return the action of a Python launch file for a step."""
     _look_up()
     known = next((_known[kind] for kind in type(step.action).__mro__ if kind in _known), None)
     if known is None or len(step.conditions) > 1:
@@ -82,7 +82,7 @@ def action_of(step: model.Step) -> Action:
 def words_of(
     made: type[Action], element: Element, ignore: Collection[str] = ()
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
-    """Return the words of one of ROS 2's classes, and the keys of a text that say them.
+    """Return the constructor arguments of an action class, and the attributes that they come from.
 
     Args:
         made: The class, or one that derives from it.
@@ -117,7 +117,7 @@ def _look_up() -> None:
 
 
 def text(template: Template) -> list[Substitution]:
-    """Return a text as substitutions in a row, of which there is at least one."""
+    """Return a template as a list of at least one substitution."""
     return substitutions_of(template) or [TextSubstitution(text="")]
 
 
@@ -129,7 +129,7 @@ def pairs(
 
 
 def flag_or_text(template: Template) -> bool | list[Substitution]:
-    """Return a truth value where the text is one, else substitutions."""
+    """Return a truth value if the template is one, else substitutions."""
     if template.is_literal:
         with suppress(TeleopctlError):
             return boolean(template.source)
@@ -137,7 +137,7 @@ def flag_or_text(template: Template) -> bool | list[Substitution]:
 
 
 def number_or_text(template: Template) -> float | list[Substitution]:
-    """Return a number where the text is one, else substitutions."""
+    """Return a number if the template is one, else substitutions."""
     if template.is_literal:
         with suppress(ValueError):
             return float(template.source)

@@ -1,4 +1,4 @@
-"""Which action of ROS 2 an entry of a text is, and with which words.
+"""Constructor arguments of the actions in ``launch`` for steps of XML and YAML launch files.
 
 The model reads the entry; what stands here makes of it what a Python launch file would say.
 """
@@ -95,7 +95,7 @@ def _group(action: model.Group) -> dict[str, Any]:
 
 @is_known_as("timer", model.TimedEntities, TimerAction)
 def timer(action: model.TimedEntities) -> dict[str, Any]:
-    """Return the words of a timer."""
+    """Return the constructor arguments of a timer."""
     cancels = action.cancel_on_shutdown
     return {
         "period": number_or_text(action.period),
@@ -135,7 +135,7 @@ def _executable(action: ProcessPart) -> dict[str, Any]:
 
 
 def process(action: ProcessPart) -> dict[str, Any]:
-    """Return the words of a process but for its command line and its name."""
+    """Return the constructor arguments of a process without command line and name."""
     found: dict[str, Any] = {
         "cwd": action.working_directory,
         "prefix": action.prefix,
@@ -162,6 +162,6 @@ def process(action: ProcessPart) -> dict[str, Any]:
 def command_line(
     words: Template | Iterable[Template] | None,
 ) -> list[list[Substitution]]:
-    """Return the words of a command line."""
+    """Return the constructor argument with the command line."""
     split = split_command_line(words) if isinstance(words, Template) else words
     return [text(word) for word in split or ()]

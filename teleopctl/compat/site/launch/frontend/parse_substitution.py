@@ -17,28 +17,28 @@ _NOWHERE = Place(Path("<text>"), 1)
 
 
 class _Written(Substitution):
-    """A substitution that has no class here, as it stands in a text."""
+    """Substitution of a launch file that has no class in Python."""
 
     def __init__(self, part: Call | ComputedText) -> None:
         super().__init__()
         self._part = part
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return Template((self._part,), self._part.source)
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return self._part.source
 
 
 def replace_escaped_characters(data: str) -> str:
-    """Return a text without the backslashes that take the meaning from what follows them."""
+    """Return a text without escaping backslashes."""
     return re.sub(r"\\(.)", r"\1", data)
 
 
 def parse_substitution(string_value: str) -> list[Substitution]:
-    """Return the substitutions that a text of a launch file consists of.
+    """Return the substitutions in a text of a launch file.
 
     Raises:
         LaunchError: It does not follow the grammar.
@@ -50,7 +50,7 @@ def parse_substitution(string_value: str) -> list[Substitution]:
 
 
 def substitutions_of(text: Template) -> list[Substitution]:
-    """Return the substitutions that a text consists of."""
+    """Return the substitutions in a template."""
     return [_substitution(part) for part in text.parts]
 
 
@@ -67,7 +67,7 @@ def _substitution(part: str | Call | ComputedText) -> Substitution:
 
 # Any: a value of whatever type stands in a launch file.
 def parse_if_substitutions(value: Any) -> Any:
-    """Return a value with its texts as substitutions, where there are some in them.
+    """Return a value with its texts parsed as substitutions, if they contain any.
 
     Raises:
         ValueError: It is a list of different types.

@@ -1,4 +1,4 @@
-"""``launch.frontend.parser``: launch files that are texts, as programs read them."""
+"""``launch.frontend.parser``: parsers of XML and YAML launch files."""
 
 from __future__ import annotations
 
@@ -28,12 +28,12 @@ from .parse_substitution import (
     replace_escaped_characters,
 )
 
-# Ours, which no distribution has to tell of.
+# Ours, which need no entry point.
 _LANGUAGES = {"xml": "launch_xml", "yaml": "launch_yaml"}
 
 
 class Parser:
-    """Reads a launch file that is a text into the actions that it means.
+    """Parser of an XML or YAML launch file to actions.
 
     A subclass for a language of its own has `load` and `get_file_extensions`.
 
@@ -46,12 +46,12 @@ class Parser:
 
     @classmethod
     def load_launch_extensions(cls) -> None:
-        """Let installed distributions expose their actions and substitutions, once."""
+        """Load the launch extensions of installed distributions, once."""
         load_launch_extensions()
 
     @classmethod
     def load_parser_implementations(cls) -> None:
-        """Find the languages of launch files, once."""
+        """Load the parsers of installed distributions, once."""
         if Parser.frontend_parsers is None:
             parsers = {
                 name: importlib.import_module(module).Parser for name, module in _LANGUAGES.items()
@@ -59,7 +59,7 @@ class Parser:
             for entry in metadata.entry_points(group="launch.frontend.parser"):
                 try:
                     parsers[entry.name] = entry.load()
-                except Exception:  # noqa: BLE001 -- whatever a stranger's raises
+                except Exception:  # noqa: BLE001 -- a third-party parser may raise anything
                     warnings.warn(
                         f"Failed to load the parser extension: {entry.name}\n"
                         f"{traceback.format_exc()}",
@@ -74,7 +74,7 @@ class Parser:
         return Parser.frontend_parsers
 
     def parse_action(self, entity: Entity) -> Action:
-        """Return an action, of one's own or of ROS 2.
+        """Return the action of an element: a registered one, or one of ROS 2.
 
         Raises:
             ValueError: It does not follow the vocabulary.
@@ -91,7 +91,7 @@ class Parser:
     def words_of(
         self, kind: type[Action], entity: Entity, ignore: Collection[str] = ()
     ) -> dict[str, Any]:
-        """Return the words of one of ROS 2's classes, as far as a text says them.
+        """Return the constructor arguments of an action class of ROS 2, parsed from an element.
 
         Args:
             kind: The class, or one that derives from it.
@@ -116,10 +116,10 @@ class Parser:
         return words
 
     def parse_description(self, entity: Entity) -> LaunchDescription:
-        """Return what stands in a file.
+        """Return the launch description in a file.
 
         Raises:
-            RuntimeError: It is no launch file.
+            RuntimeError: The file is not a launch file.
             ValueError: It does not follow the vocabulary.
         """
         if entity.type_name != "launch":
@@ -129,51 +129,51 @@ class Parser:
         return LaunchDescription(actions, deprecated_reason=reason)
 
     def parse_substitution(self, value: str) -> list[Substitution]:
-        """Return the substitutions that a text consists of."""
+        """Return the substitutions in a text."""
         return parse_substitution(value)
 
     # Any: a value of whatever type stands in a launch file.
     def parse_if_substitutions(self, value: Any) -> Any:
-        """Return a value with its texts as substitutions, where there are some in them."""
+        """Return a value with its texts parsed as substitutions, if they contain any."""
         return parse_if_substitutions(value)
 
     def escape_characters(self, value: str) -> str:
-        """Return a text without backslashes that take the meaning from what follows them."""
+        """Return a text without escaping backslashes."""
         return replace_escaped_characters(value)
 
     @classmethod
     def get_file_extensions(cls) -> set[str]:
-        """Return the endings of the files that it reads."""
+        """Return the file extensions that the parser reads."""
         return set()
 
     @classmethod
     def may_parse(cls, filename: str) -> bool:
-        """Tell whether it reads a file of that name."""
+        """Return whether the parser reads a file, by its extension."""
         return any(filename.endswith(f".{ending}") for ending in cls.get_file_extensions())
 
     @classmethod
     def get_available_extensions(cls) -> Iterable[str]:
-        """Return the names of the languages."""
+        """Return the names of the parsers."""
         return cls._parsers().keys()
 
     @classmethod
     def is_filename_valid(cls, filename: str) -> bool:
-        """Tell whether a file of that name is in one of the languages."""
+        """Return whether any parser reads a file, by its extension."""
         return bool(cls.get_parsers_from_filename(filename))
 
     @classmethod
     def get_parsers_from_filename(cls, filename: str) -> list[type[Parser]]:
-        """Return what reads a file of that name."""
+        """Return the parsers for a file, by its extension."""
         return [parser for parser in cls._parsers().values() if parser.may_parse(filename)]
 
     @classmethod
     def get_file_extensions_from_parsers(cls) -> set[str]:
-        """Return the endings of launch files in any of the languages."""
+        """Return the file extensions of all parsers."""
         return set().union(*(parser.get_file_extensions() for parser in cls._parsers().values()))
 
     @classmethod
     def load(cls, file: str | bytes | os.PathLike[str] | TextIO) -> tuple[Entity, Parser]:
-        """Read a launch file; one whose name says nothing is tried in each language.
+        """Read a launch file; if its extension is unknown, try each parser.
 
         Returns:
             What stands in it, and what makes actions of it.
@@ -192,7 +192,7 @@ class Parser:
         for parser in [*named, *(each for each in cls._parsers().values() if each not in named)]:
             try:
                 return parser.load(file)
-            except Exception as error:  # noqa: BLE001 -- whatever a stranger's raises
+            except Exception as error:  # noqa: BLE001 -- a third-party parser may raise anything
                 errors.append(error)
                 file.seek(0)
         raise InvalidFrontendLaunchFileError(

@@ -1,4 +1,4 @@
-"""Actions and substitutions of one's own that stand in a launch file that is a text."""
+"""Registered actions and substitutions in XML and YAML launch files."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ from .parser import Parser
 
 
 def read_action(name: str, content: Element) -> Step:
-    """Return the action that stands in a text, where it stands there."""
+    """Return the step of a registered action for an element of a launch file."""
     entity = Entity(name, content)
     try:
         action = instantiate_action(entity, Parser())
@@ -30,6 +30,6 @@ def read_action(name: str, content: Element) -> Step:
 
 
 def read_substitution(call: Call) -> Template:
-    """Return the substitution that stands in a text, as the model has it."""
+    """Return the template of a registered substitution for a call in a launch file."""
     arguments = [substitutions_of(argument.template) for argument in call.arguments]
     return template(instantiate_substitution(call.name, arguments))

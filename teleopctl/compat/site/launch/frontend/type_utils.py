@@ -10,13 +10,13 @@ from .entity import Entity
 
 # Any: a type may be `typing.List[int]`, which is no class.
 def check_is_list_entity(data_type: Any) -> bool:
-    """Tell whether a type is a list of entities."""
+    """Return whether a type is a list of entities."""
     arguments = get_args(data_type)
     return is_typing_list(data_type) and len(arguments) == 1 and issubclass(arguments[0], Entity)
 
 
 def get_data_type_from_identifier(type_identifier: str) -> AllowedTypesType:
-    """Return the type that a text calls ``int``, ``list_of_str`` and so on.
+    """Return the type of an identifier such as ``int`` or ``list_of_str``.
 
     Raises:
         RuntimeError: There is no such type.

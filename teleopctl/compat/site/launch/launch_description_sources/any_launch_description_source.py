@@ -7,7 +7,7 @@ from .any_launch_file_utilities import get_launch_description_from_any_launch_fi
 
 
 class AnyLaunchDescriptionSource(LaunchDescriptionSource):
-    """A launch file in any language.
+    """Launch file in Python, XML or YAML.
 
     Args:
         launch_file_path: The file.

@@ -16,7 +16,7 @@ def get_launch_description_from_any_launch_file(
     *,
     parser: Any = None,  # noqa: ARG001 -- the original's signature
 ) -> LaunchDescription:
-    """Return what a launch file describes, in the language that its ending tells.
+    """Return the launch description of a file, by its extension.
 
     Raises:
         InvalidLaunchFileError: It is none.

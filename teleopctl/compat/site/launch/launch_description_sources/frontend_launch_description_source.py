@@ -11,7 +11,7 @@ from .frontend_launch_file_utilities import get_launch_description_from_frontend
 
 
 class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
-    """A launch file that is a text.
+    """XML or YAML launch file.
 
     Args:
         launch_file_path: The file.

@@ -19,7 +19,7 @@ def get_launch_description_from_frontend_launch_file(
     *,
     parser: Any = None,  # noqa: ARG001 -- the original's signature
 ) -> LaunchDescription:
-    """Return what stands in a launch file that is a text.
+    """Return the launch description of an XML or YAML file.
 
     Raises:
         InvalidFrontendLaunchFileError: It is none.

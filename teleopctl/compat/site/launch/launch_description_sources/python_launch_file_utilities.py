@@ -13,11 +13,11 @@ _FUNCTION = "generate_launch_description"
 
 
 class InvalidPythonLaunchFileError(Exception):
-    """A Python file is no launch file."""
+    """Raised when a Python file is not a valid launch file."""
 
 
 def load_python_launch_file_as_module(python_launch_file_path: str | PathLike[str]) -> ModuleType:
-    """Return the module of a Python launch file, whatever the file's name ends in."""
+    """Return the module of a Python launch file of any extension."""
     loader = SourceFileLoader("python_launch_file", fspath(python_launch_file_path))
     spec = spec_from_loader(loader.name, loader)
     assert spec is not None
@@ -29,7 +29,7 @@ def load_python_launch_file_as_module(python_launch_file_path: str | PathLike[st
 def get_launch_description_from_python_launch_file(
     python_launch_file_path: str | PathLike[str],
 ) -> LaunchDescription:
-    """Return what a Python launch file describes.
+    """Return the launch description of a Python file.
 
     Raises:
         InvalidPythonLaunchFileError: It has no function that says so.

@@ -1,4 +1,4 @@
-"""``launch.logging``: loggers that write where the launch's own lines stand, and as they look.
+"""``launch.logging``: loggers that write to the screen and the log of the launch.
 
 What processes write is relayed by the launch itself and passes through no logger.
 """
@@ -19,7 +19,7 @@ launch_config = LaunchConfig()
 
 
 def reset() -> None:
-    """Forget what was set, and let the loggers write nowhere."""
+    """Reset the configuration, and remove the handlers of the loggers."""
     for logger in _known_loggers:
         logger.setLevel(logging.NOTSET)
         logger.handlers.clear()
@@ -28,7 +28,7 @@ def reset() -> None:
 
 
 def log_launch_config(*, logger: logging.Logger = logging.root) -> None:
-    """Tell where the logs are and which lines are shown."""
+    """Log the folder of the logs and the level."""
     if launch_config.file_handlers:
         logger.info("All log files can be found below %s", launch_config.log_dir)
     logger.info("Default logging verbosity is set to %s", logging.getLevelName(launch_config.level))
@@ -44,7 +44,7 @@ def get_logger(name: str | None = None) -> logging.Logger:
 
 # Any: words, or a mapping from streams to a word or several.
 def get_output_loggers(process_name: str, output_config: Any) -> tuple[logging.Logger, ...]:
-    """Return loggers for what a process writes to stdout and to stderr.
+    """Return the loggers for a process's stdout and stderr.
 
     Args:
         process_name: The process.

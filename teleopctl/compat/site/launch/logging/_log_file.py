@@ -1,4 +1,4 @@
-"""Handler of the log files of a launch, for the loggers that write into them."""
+"""Handler for the log files of a launch."""
 
 from __future__ import annotations
 
@@ -14,7 +14,7 @@ from .handlers import PerLoggerFormatting
 
 
 class LogFileHandler(PerLoggerFormatting, WatchedFileHandler):
-    """Writes into a log, beside the launch itself.
+    """Handler that appends to a log file that the launch writes too.
 
     Attributes:
         waits_for_folder: Whether lines are kept until the launch has made its folder, which one
@@ -32,7 +32,7 @@ class LogFileHandler(PerLoggerFormatting, WatchedFileHandler):
         return TextIOWrapper(stream, encoding=self.encoding, errors=self.errors)
 
     def move(self, folder: Path) -> None:
-        """Write into the file of that name in another folder from now on."""
+        """Write to the file of the same name in another folder from now on."""
         self.flush()
         if self.stream is not None:
             self.stream.close()
@@ -41,7 +41,7 @@ class LogFileHandler(PerLoggerFormatting, WatchedFileHandler):
         self.waits_for_folder = True
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write a line, unless it stands there already since the screen is that file."""
+        """Write a record, unless standard output is the same file."""
         folder = Path(self.baseFilename).parent
         if self.waits_for_folder and not folder.is_dir():
             self._kept.append(record)
@@ -53,7 +53,7 @@ class LogFileHandler(PerLoggerFormatting, WatchedFileHandler):
                 super().emit(each)
 
     def flush(self) -> None:
-        """Write what waited, where there is a folder now."""
+        """Write the buffered records, if the folder exists."""
         if self._kept and Path(self.baseFilename).parent.is_dir():
             *_, last = self._kept
             self._kept.pop()
@@ -62,7 +62,7 @@ class LogFileHandler(PerLoggerFormatting, WatchedFileHandler):
 
 
 def _is_screen(path: str) -> bool:
-    """Tell whether standard output goes into a file, as that of a launch in the background does."""
+    """Return whether standard output is the file, as in a detached launch."""
     try:
         return os.path.samestat(os.fstat(1), Path(path).stat())
     except OSError:

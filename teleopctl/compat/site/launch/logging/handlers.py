@@ -1,4 +1,4 @@
-"""``launch.logging.handlers``: Python's handlers, with a format of its own for each logger."""
+"""``launch.logging.handlers``: handlers with a formatter for each logger."""
 
 from __future__ import annotations
 
@@ -8,7 +8,7 @@ from typing import Any
 
 
 class PerLoggerFormatting(logging.Handler):
-    """A handler with which the lines of some loggers look different."""
+    """Mix-in of handlers that adds formatters for single loggers."""
 
     # Any: what the handler takes.
     def __init__(self, *args: Any, **kwargs: Any) -> None:
@@ -16,21 +16,21 @@ class PerLoggerFormatting(logging.Handler):
         self._formatters: dict[str, logging.Formatter] = {}
 
     def setFormatterFor(self, logger: logging.Logger, formatter: logging.Formatter) -> None:  # noqa: N802 -- the original's name
-        """Let the lines of a logger look different."""
+        """Set the formatter of a logger."""
         self._formatters[logger.name] = formatter
 
     def unsetFormatterFor(self, logger: logging.Logger) -> None:  # noqa: N802 -- the original's name
-        """Let the lines of a logger look like others."""
+        """Unset the formatter of a logger."""
         self._formatters.pop(logger.name, None)
 
     def format(self, record: logging.LogRecord) -> str:
-        """Return the line for a record."""
+        """Return the formatted record."""
         own = self._formatters.get(record.name)
         return super().format(record) if own is None else own.format(record)
 
 
 def with_per_logger_formatting(cls: type[logging.Handler]) -> type[logging.Handler]:
-    """Return a kind of handler with which the lines of some loggers can look different."""
+    """Return a handler class with formatters for single loggers."""
     return type(cls.__name__, (PerLoggerFormatting, cls), {"__doc__": cls.__doc__})
 
 

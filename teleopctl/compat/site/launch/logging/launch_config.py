@@ -1,4 +1,4 @@
-"""Where a launch writes its lines, and what they look like."""
+"""Configuration of a launch's logging: screen, log files and formats."""
 
 from __future__ import annotations
 
@@ -25,7 +25,7 @@ known_loggers: set[logging.Logger] = set()
 
 
 class LaunchConfig:
-    """What the lines of a launch look like, where they are shown and where they are kept.
+    """Configuration of a launch's logging: level, formats, screen and folder.
 
     Attributes:
         file_handlers: What writes into each log, by the file's name.
@@ -37,10 +37,10 @@ class LaunchConfig:
         self.reset()
 
     def reset(self) -> None:
-        """Forget what was set."""
+        """Restore the defaults."""
         self._log_dir: Path | None = None
         self._is_taken_over = False
-        # Any handler: whoever makes one knows which.
+        # Any handler: the factory's caller has its type.
         self._factory: Callable[..., logging.Handler] | None = None
         for handler in self.file_handlers.values():
             handler.close()
@@ -52,7 +52,7 @@ class LaunchConfig:
 
     @property
     def level(self) -> int:
-        """The least level that is shown."""
+        """Minimum severity."""
         return logging.root.getEffectiveLevel()
 
     @level.setter
@@ -61,7 +61,7 @@ class LaunchConfig:
 
     @property
     def log_dir(self) -> str:
-        """The folder of the launch's logs, which is there as soon as something is started."""
+        """Folder of the launch's logs, created when the first process starts."""
         if self._log_dir is None:
             here = current_log_directory()
             self._log_dir, self._is_taken_over = here or new_log_directory(), here is not None
@@ -82,7 +82,7 @@ class LaunchConfig:
         self._is_taken_over = False
 
     def take_over(self, folder: Path) -> None:
-        """Take the folder of a launch that begins, which is made once it starts something."""
+        """Take over the log folder of a launch that begins."""
         if folder != Path() and folder != self._log_dir:
             self._log_dir, self._is_taken_over = folder, True
             for handler in self.file_handlers.values():
@@ -91,7 +91,7 @@ class LaunchConfig:
 
     @property
     def log_handler_factory(self) -> Callable[..., logging.Handler]:
-        """What makes that which writes into a log: called with its path and ``encoding``."""
+        """Function that creates the handler of a log file from its path and ``encoding``."""
         return self._factory or _log_file_handler()
 
     @log_handler_factory.setter
@@ -99,7 +99,7 @@ class LaunchConfig:
         self._factory = new_log_handler_factory
 
     def set_screen_format(self, screen_format: str, *, screen_style: Style | None = None) -> None:
-        """Set what lines look like on the screen.
+        """Set the format of records on the screen.
 
         Args:
             screen_format: ``default``, ``default_with_timestamp``, or one of Python's formats.
@@ -112,11 +112,11 @@ class LaunchConfig:
         self._screen_handler.setFormatter(SCREEN_FORMAT.formatter())
 
     def get_screen_handler(self) -> logging.Handler:
-        """Return what writes to the screen."""
+        """Return the handler of the screen."""
         return self._screen_handler
 
     def set_log_format(self, log_format: str, *, log_style: Style | None = None) -> None:
-        """Set what lines look like in the log of the launch.
+        """Set the format of records in the launch's log.
 
         Args:
             log_format: ``default``, or one of Python's formats.
@@ -130,11 +130,11 @@ class LaunchConfig:
             handler.setFormatter(LOG_FORMAT.formatter())
 
     def get_log_file_path(self, file_name: str = "launch.log") -> str:
-        """Return the path of a log."""
+        """Return the path of a log file."""
         return str(Path(self.log_dir) / file_name)
 
     def get_log_file_handler(self, file_name: str = "launch.log") -> logging.Handler:
-        """Return what writes into a log; always the same for the same file."""
+        """Return the handler of a log file; the same object for the same file."""
         if file_name not in self.file_handlers:
             path = self.get_log_file_path(file_name)
             made = self.log_handler_factory(path, encoding="utf-8")
@@ -146,10 +146,10 @@ class LaunchConfig:
 
 
 class _ScreenHandler(PerLoggerFormatting):
-    """Writes to what is standard output at that time."""
+    """Handler that writes to the current `sys.stdout`."""
 
     def emit(self, record: logging.LogRecord) -> None:
-        """Write a line."""
+        """Write a record."""
         sys.stdout.write(self.format(record) + "\n")
         sys.stdout.flush()
 

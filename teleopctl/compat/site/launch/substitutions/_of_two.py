@@ -1,4 +1,4 @@
-"""Substitutions that make a truth value from two values."""
+"""Base class of substitutions that compute a truth value from two values."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class OfTwo(KnownSubstitution):
-    """A truth value from two values.
+    """Base class of substitutions that compute a truth value from two values.
 
     Args:
         left: One of them.
@@ -33,19 +33,19 @@ class OfTwo(KnownSubstitution):
 
     @property
     def left(self) -> list[Substitution]:
-        """One of them."""
+        """First value."""
         return self._left
 
     @property
     def right(self) -> list[Substitution]:
-        """The other one."""
+        """Second value."""
         return self._right
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         arguments = (template(self._left), template(self._right))
         return call(self.name_in_texts, *arguments, source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"{type(self).__name__}({self._left} {self._right})"

@@ -1,4 +1,4 @@
-"""Substitutions that have a name, and a value where there is nothing of that name."""
+"""Base class of substitutions of a named variable with a default value."""
 
 from __future__ import annotations
 
@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class WithDefault(KnownSubstitution):
-    """The value of what has a name.
+    """Value of a named variable, or a default value.
 
     Args:
         name: Its name.
@@ -37,15 +37,15 @@ class WithDefault(KnownSubstitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """Its name."""
+        """Name of the variable."""
         return self._name
 
     @property
     def default_value(self) -> list[Substitution] | None:
-        """What stands for it where there is none, or None."""
+        """Default value, or None."""
         return self._default
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         default = () if self._default is None else (template(self._default),)
         return call(self.name_in_texts, template(self._name), *default, source=self.describe())

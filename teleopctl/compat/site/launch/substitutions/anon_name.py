@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @expose_substitution("anon")
 class AnonName(KnownSubstitution):
-    """A name that no other launch uses; the same one for the same word.
+    """Anonymous name, unique to the launch; the same for the same base name.
 
     Args:
         name: The word that it begins with.
@@ -32,13 +32,13 @@ class AnonName(KnownSubstitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The word that it begins with."""
+        """Base name."""
         return self._name
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("anon", template(self._name), source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"AnonName({in_words(self._name)})"

@@ -19,7 +19,7 @@ if TYPE_CHECKING:
 
 @expose_substitution("not")
 class NotSubstitution(KnownSubstitution):
-    """``true`` for what is false, and the other way round.
+    """Negation of a truth value.
 
     Args:
         value: The truth value.
@@ -38,30 +38,30 @@ class NotSubstitution(KnownSubstitution):
         return self._value
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("not", template(self._value), source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"NotSubstitution({self._value})"
 
 
 @expose_substitution("and")
 class AndSubstitution(OfTwo):
-    """Whether both of two truth values are true."""
+    """Conjunction of two truth values."""
 
     name_in_texts = "and"
 
 
 @expose_substitution("or")
 class OrSubstitution(OfTwo):
-    """Whether one of two truth values is true."""
+    """Disjunction of two truth values."""
 
     name_in_texts = "or"
 
 
 class _OfSeveral(KnownSubstitution):
-    """A truth value from several of them.
+    """Base class of truth values of several truth values.
 
     Args:
         args: Some of them.
@@ -83,7 +83,7 @@ class _OfSeveral(KnownSubstitution):
     # Any: as in KnownSubstitution.
     @classmethod
     def parse(cls, data: Sequence[Any]) -> tuple[type[Substitution], dict[str, Any]]:
-        """Return the class and its arguments, from those that stand in a text."""
+        """Return the class and its constructor arguments, parsed from a launch file."""
         return cls, {"container": data}
 
     @property
@@ -92,23 +92,23 @@ class _OfSeveral(KnownSubstitution):
         return self._args
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call(self.name_in_texts, *map(template, self._args), source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"{type(self).__name__}({' '.join(map(str, self._args))})"
 
 
 @expose_substitution("any")
 class AnySubstitution(_OfSeveral):
-    """Whether one of some truth values is true."""
+    """Whether any of several truth values is true."""
 
     name_in_texts = "any"
 
 
 @expose_substitution("all")
 class AllSubstitution(_OfSeveral):
-    """Whether all of some truth values are true."""
+    """Whether all of several truth values are true."""
 
     name_in_texts = "all"

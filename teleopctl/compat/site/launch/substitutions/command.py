@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @expose_substitution("command")
 class Command(KnownSubstitution):
-    """What a command writes.
+    """Standard output of a command.
 
     Args:
         command: The command line, which is split as a shell splits it.
@@ -42,14 +42,14 @@ class Command(KnownSubstitution):
 
     @property
     def on_stderr(self) -> list[Substitution]:
-        """What comes of what it writes to stderr."""
+        """Reaction to output on stderr."""
         return self._on_stderr
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         arguments = (template(self._command), template(self._on_stderr))
         return call("command", *arguments, source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"Command({in_words(self._command)})"

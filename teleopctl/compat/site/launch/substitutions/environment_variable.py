@@ -7,10 +7,10 @@ from ._with_default import WithDefault
 
 @expose_substitution("env")
 class EnvironmentVariable(WithDefault):
-    """The value of an environment variable, as the processes see it."""
+    """Value of an environment variable of the launched processes."""
 
     name_in_texts = "env"
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"EnvVar({in_words(self._name)})"

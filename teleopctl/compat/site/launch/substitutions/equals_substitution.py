@@ -24,7 +24,7 @@ def _normalized(value: Any) -> list[Substitution]:
 
 @expose_substitution("equals")
 class EqualsSubstitution(OfTwo):
-    """Whether two values are the same truth value, number or text.
+    """Whether two values are equal as truth values, numbers or texts.
 
     Args:
         left: One of them.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @expose_substitution("file-content")
 class FileContent(KnownSubstitution):
-    """What stands in a file.
+    """Content of a file.
 
     Args:
         path: The file.
@@ -32,13 +32,13 @@ class FileContent(KnownSubstitution):
 
     @property
     def path(self) -> list[Substitution]:
-        """The file."""
+        """Path of the file."""
         return self._path
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("file-content", template(self._path), source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"FileContent({', '.join(part.describe() for part in self._path)})"

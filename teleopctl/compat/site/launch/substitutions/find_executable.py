@@ -36,9 +36,9 @@ class FindExecutable(KnownSubstitution):
         return self._name
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("find-exec", template(self._name), source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"FindExec({in_words(self._name)})"

@@ -14,19 +14,19 @@ if TYPE_CHECKING:
 
 @expose_substitution("for-var")
 class ForEachVar(WithDefault):
-    """A value of the turn of the `ForEach` around."""
+    """Value of the enclosing `ForEach` in the current iteration."""
 
     name_in_texts = "for-var"
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         default = in_words(self._default or ())
         return f"{type(self).__name__}(name={in_words(self._name)}, default_value={default})"
 
 
 @expose_substitution("index")
 class ForLoopIndex(ForEachVar):
-    """The number of the turn of the `ForLoop` around, counted from 0.
+    """Index of the enclosing `ForLoop` in the current iteration, from 0.
 
     Args:
         name: What the loop calls it.

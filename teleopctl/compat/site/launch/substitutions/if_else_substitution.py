@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 @expose_substitution("if")
 class IfElseSubstitution(KnownSubstitution):
-    """One of two texts, as a condition says.
+    """One of two texts, selected by a condition.
 
     Args:
         condition: The condition.
@@ -51,19 +51,19 @@ class IfElseSubstitution(KnownSubstitution):
 
     @property
     def if_value(self) -> list[Substitution]:
-        """The text where it is true."""
+        """Text if the condition is true."""
         return self._if_value
 
     @property
     def else_value(self) -> list[Substitution]:
-        """The text where it is false."""
+        """Text if the condition is false."""
         return self._else_value
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         arguments = (template(self._condition), template(self._if_value))
         return call("if", *arguments, template(self._else_value), source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"IfElseSubstitution({self._condition}, {self._if_value}, {self._else_value})"

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 @expose_substitution("var")
 class LaunchConfiguration(KnownSubstitution):
-    """The value of a launch variable.
+    """Value of a launch configuration.
 
     Args:
         variable_name: Its name.
@@ -43,14 +43,14 @@ class LaunchConfiguration(KnownSubstitution):
 
     @property
     def variable_name(self) -> list[Substitution]:
-        """Its name."""
+        """Name of the launch configuration."""
         return self._name
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         default = () if self._default is None else (template(self._default),)
         return call("var", template(self._name), *default, source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"LaunchConfig({in_words(self._name)})"

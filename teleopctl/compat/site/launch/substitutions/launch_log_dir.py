@@ -16,9 +16,9 @@ class LaunchLogDir(PathSubstitution):
         super().__init__(self)
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("launch_log_dir", source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return "LaunchLogDir()"

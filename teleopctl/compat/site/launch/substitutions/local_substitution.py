@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 class LocalSubstitution(Substitution):
-    """What is known at a place of the launch, as an event that is being answered.
+    """Value of a local variable of the launch context, such as ``event``.
 
     Args:
         expression: Its name, with attributes behind it, such as ``event.process_name``.
@@ -27,19 +27,19 @@ class LocalSubstitution(Substitution):
 
     @property
     def expression(self) -> str:
-        """Its name, with attributes behind it."""
+        """Name of the variable, with attributes."""
         return self._expression
 
     @property
     def description(self) -> str | None:
-        """What it is in words, or None."""
+        """Description, or None."""
         return self._description
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         words = self._expression if self._description is None else self._description
         return f"LocalVar('{words}')"
 
     def perform(self, context: LaunchContext) -> str:
-        """Look it up."""
+        """Return the value of the variable."""
         return str(eval(f"found.{self._expression}", {"found": context.locals}))  # noqa: S307 -- an expression of the launch file, which is a program itself

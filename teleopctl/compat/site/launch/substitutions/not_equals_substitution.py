@@ -6,6 +6,6 @@ from .equals_substitution import EqualsSubstitution
 
 @expose_substitution("not-equals")
 class NotEqualsSubstitution(EqualsSubstitution):
-    """Whether two values are not the same truth value, number or text."""
+    """Whether two values differ as truth values, numbers or texts."""
 
     name_in_texts = "not-equals"

@@ -32,19 +32,19 @@ class PathJoinSubstitution(KnownSubstitution):
         return self._substitutions
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("path-join", *map(template, self._substitutions), source=self.describe())
 
     def __repr__(self) -> str:
         return f"PathJoinSubstitution('{', '.join(map(in_words, self._substitutions))}')"
 
     def __truediv__(self, additional_path: SomeSubstitutionsType) -> PathJoinSubstitution:
-        """Return the path with a part behind it."""
+        """Return the path with a further part."""
         return PathJoinSubstitution([*self._substitutions, additional_path])
 
 
 class PathSubstitution(PathJoinSubstitution):
-    """A path that ``/`` adds parts to.
+    """Path to which ``/`` appends parts.
 
     Args:
         path: What it begins with.

@@ -23,7 +23,7 @@ _TEXT = (str, Substitution, Iterable)
 
 @expose_substitution("eval")
 class PythonExpression(KnownSubstitution):
-    """What a Python expression gives.
+    """Value of a Python expression.
 
     Args:
         expression: The expression.
@@ -47,7 +47,7 @@ class PythonExpression(KnownSubstitution):
     # Any: as in KnownSubstitution.
     @classmethod
     def parse(cls, data: Sequence[Any]) -> tuple[type[Substitution], dict[str, Any]]:
-        """Return the class and its arguments, from those that stand in a text."""
+        """Return the class and its constructor arguments, parsed from a launch file."""
         _, given = super().parse(data)
         if "python_modules" in given:
             names = given["python_modules"][0].text if given["python_modules"] else ""
@@ -61,16 +61,16 @@ class PythonExpression(KnownSubstitution):
 
     @property
     def python_modules(self) -> list[Substitution]:
-        """Modules that it may use."""
+        """Modules that the expression may use."""
         return self._python_modules
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         modules = ", ".join(module.describe() for module in self._python_modules)
         return f"PythonExpr({in_words(self._expression)}, [{modules}])"
 
     def perform(self, context: LaunchContext) -> str:
-        """Evaluate it."""
+        """Return the value of the expression."""
         known: dict[str, Any] = {}
         for name in map(context.perform_substitution, self._python_modules):
             module = importlib.import_module(name)

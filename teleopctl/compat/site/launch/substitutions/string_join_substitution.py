@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class StringJoinSubstitution(Substitution):
-    """Texts with something between them.
+    """Texts joined by a delimiter.
 
     Args:
         substitutions: The texts.
@@ -39,11 +39,11 @@ class StringJoinSubstitution(Substitution):
 
     @property
     def delimiter(self) -> list[Substitution]:
-        """What stands between."""
+        """Delimiter."""
         return self._delimiter
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         arguments = (template(self._delimiter), *map(template, self._substitutions))
         return call("string-join", *arguments, source=self.describe())
 

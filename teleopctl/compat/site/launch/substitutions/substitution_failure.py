@@ -2,4 +2,4 @@
 
 
 class SubstitutionFailure(RuntimeError):
-    """A substitution cannot be evaluated."""
+    """Raised when a substitution cannot be evaluated."""

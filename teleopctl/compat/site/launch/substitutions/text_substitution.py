@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 class TextSubstitution(Substitution):
-    """A text that stands for itself.
+    """Literal text.
 
     Args:
         text: The text.
@@ -34,11 +34,11 @@ class TextSubstitution(Substitution):
         return self._text
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return literal(self._text)
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"'{self._text}'"
 
     def perform(self, context: LaunchContext) -> str:  # noqa: ARG002 -- the original's signature

@@ -19,15 +19,15 @@ class ThisLaunchFile(KnownSubstitution):
     """The path of the launch file."""
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("filename", source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return "ThisLaunchFile()"
 
     def perform(self, context: LaunchContext) -> str:
-        """Look it up."""
+        """Return the path."""
         known = context.get_locals_as_dict()
         if "current_launch_file_path" not in known:
             raise SubstitutionFailure("ThisLaunchFile used outside of a launch file (in a script)")

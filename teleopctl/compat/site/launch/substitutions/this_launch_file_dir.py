@@ -23,15 +23,15 @@ class ThisLaunchFileDir(PathSubstitution):
         super().__init__(self)
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("dirname", source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return "ThisLaunchFileDir()"
 
     def perform(self, context: LaunchContext) -> str:
-        """Look it up."""
+        """Return the path."""
         known = context.get_locals_as_dict()
         if "current_launch_file_directory" not in known:
             raise SubstitutionFailure(

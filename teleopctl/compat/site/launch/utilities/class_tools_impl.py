@@ -3,14 +3,14 @@
 import inspect
 
 
-# object: whatever somebody wants to know about.
+# object: any object can be tested.
 def isclassinstance(obj: object) -> bool:
-    """Tell whether something is an instance of a class, which in Python everything is."""
+    """Return whether an object is an instance of a class; True for every Python object."""
     return hasattr(obj, "__class__")
 
 
 def is_a(obj: object, entity_type: type) -> bool:
-    """Tell whether something is an instance of a class.
+    """Return whether an object is an instance of a class.
 
     Raises:
         RuntimeError: What is given as the class is none.
@@ -21,5 +21,5 @@ def is_a(obj: object, entity_type: type) -> bool:
 
 
 def is_a_subclass(obj: object, entity_type: type) -> bool:
-    """Tell whether something is an instance of a class, or a class derived from it."""
+    """Return whether an object is an instance of a class or of a subclass."""
     return is_a(obj, entity_type) or (inspect.isclass(obj) and issubclass(obj, entity_type))

@@ -12,7 +12,7 @@ def ensure_argument_type(
     argument_name: str,
     caller: str | None = None,
 ) -> None:
-    """Refuse an argument that is of none of some types.
+    """Raise if an argument is not of the given types.
 
     Args:
         argument: The argument.

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 
 
 def normalize_to_list_of_substitutions(subs: SomeSubstitutionsType) -> list[Substitution]:
-    """Return a text, a path, a substitution, or several of them in a row as substitutions.
+    """Return a text, a path, a substitution, or a sequence of them as substitutions.
 
     Raises:
         TypeError: There is something else among them.

@@ -12,5 +12,5 @@ if TYPE_CHECKING:
 
 
 def perform_substitutions(context: LaunchContext, subs: Iterable[Substitution]) -> str:
-    """Return the text that substitutions in a row stand for."""
+    """Return the joined values of substitutions."""
     return "".join([context.perform_substitution(sub) for sub in subs])

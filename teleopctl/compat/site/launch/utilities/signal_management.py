@@ -13,7 +13,7 @@ _Installed: TypeAlias = Callable[[int, FrameType | None], object] | int | None
 
 
 class AsyncSafeSignalManager:
-    """Calls functions of signals in an asyncio loop, while it is used as a context manager.
+    """Calls signal handlers in an asyncio loop, while it is used as a context manager.
 
     Handlers that the process had before are back after the context. Use it in the main thread.
 
@@ -41,7 +41,7 @@ class AsyncSafeSignalManager:
     def handle(
         self, signum: int, handler: Callable[[int], object] | None
     ) -> Callable[[int], object] | None:
-        """Set the function of a signal, and return the one before.
+        """Set the handler of a signal; return the previous one.
 
         Args:
             signum: The signal's number.

@@ -1,4 +1,4 @@
-"""``launch.utilities.type_utils``: values that are typed, or become so once they are evaluated.
+"""``launch.utilities.type_utils``: typed values, and substitutions that evaluate to them.
 
 Such a value is a scalar, a list of scalars of one type, a substitution, or a list in which
 substitutions stand for scalars. Normalized, a substitution is a list of substitutions.
@@ -33,12 +33,12 @@ StrSomeValueType: TypeAlias = Any
 
 
 def is_typing_list(data_type: Any) -> bool:
-    """Tell whether a type is `typing.List`, of something or of anything."""
+    """Return whether a type is `typing.List`, with or without an item type."""
     return data_type is List or get_origin(data_type) is list  # noqa: UP006
 
 
 def is_valid_scalar_type(data_type: Any) -> bool:
-    """Tell whether a type is one of scalars."""
+    """Return whether a type is a scalar type."""
     return data_type in ScalarTypesTuple
 
 
@@ -57,7 +57,7 @@ def extract_type(data_type: AllowedTypesType) -> tuple[ScalarTypesType, bool]:
 
 
 def is_instance_of_valid_type(value: Any, *, can_be_str: bool = False) -> bool:
-    """Tell whether a value is a scalar or a list of scalars of one type.
+    """Return whether a value is a scalar or a list of scalars of one type.
 
     Args:
         value: The value.
@@ -74,7 +74,7 @@ def is_instance_of_valid_type(value: Any, *, can_be_str: bool = False) -> bool:
 def is_instance_of(
     value: Any, data_type: AllowedTypesType | None = None, *, can_be_str: bool = False
 ) -> bool:
-    """Tell whether a value is of a type; without one, whether it is of any that is allowed.
+    """Return whether a value is of a type; without one, of any permitted type.
 
     Raises:
         ValueError: The type is none that is allowed.
@@ -91,7 +91,7 @@ def is_instance_of(
 def coerce_to_type(
     value: str, data_type: AllowedTypesType | None = None, *, can_be_str: bool = False
 ) -> StrSomeValueType:
-    """Read a text as a value of a type; without one, as what YAML takes it for.
+    """Return a text converted to a type; without one, to the type that YAML gives it.
 
     Args:
         value: The text.
@@ -142,7 +142,7 @@ def _as_yaml(text: str, wrong: str) -> Any:
 def coerce_list(
     value: list[str], data_type: AllowedTypesType | None = None, *, can_be_str: bool = False
 ) -> StrSomeValueType:
-    """Read texts as scalars of one type.
+    """Return texts converted to scalars of one type.
 
     Raises:
         ValueError: They are none.
@@ -157,7 +157,7 @@ def coerce_list(
 def get_typed_value(
     value: str | list[str], data_type: AllowedTypesType | None, *, can_be_str: bool = False
 ) -> StrSomeValueType:
-    """Read a text or several as a value of a type.
+    """Return a text or texts converted to a type.
 
     Raises:
         ValueError: They are no such value.
@@ -175,7 +175,7 @@ def get_typed_value(
 
 
 def is_substitution(x: Any) -> bool:
-    """Tell whether something is a substitution, or texts and substitutions in a row."""
+    """Return whether an object is a substitution, or a sequence of texts and substitutions."""
     if isinstance(x, Substitution):
         return True
     return (
@@ -186,7 +186,7 @@ def is_substitution(x: Any) -> bool:
 
 
 def is_normalized_substitution(x: Any) -> bool:
-    """Tell whether something is a list of substitutions."""
+    """Return whether an object is a list of substitutions."""
     return isinstance(x, list) and bool(x) and all(isinstance(item, Substitution) for item in x)
 
 
@@ -256,7 +256,7 @@ def _normalized_list(value: list[Any], data_type: AllowedTypesType | None) -> li
 def perform_typed_substitution(
     context: LaunchContext, value: NormalizedValueType, data_type: AllowedTypesType | None
 ) -> StrSomeValueType:
-    """Return what a normalized value is, once its substitutions are performed.
+    """Return the value of a normalized value, with its substitutions performed.
 
     Raises:
         TypeError: It cannot be of that type.

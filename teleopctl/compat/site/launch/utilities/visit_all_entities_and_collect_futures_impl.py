@@ -12,11 +12,11 @@ if TYPE_CHECKING:
     from ..launch_context import LaunchContext
 
 
-# Any: nobody cares for what a future gives.
+# Any: the results of the futures are not used.
 def visit_all_entities_and_collect_futures(
     entity: LaunchDescriptionEntity, context: LaunchContext
 ) -> list[tuple[LaunchDescriptionEntity, asyncio.Future[Any]]]:
-    """Visit an entity and what that gives, depth first; return what is still going on."""
+    """Visit an entity and all below it, depth first; return the futures of those that still run."""
     further = entity.visit(context)
     future = entity.get_asyncio_future()
     found = [] if future is None else [(entity, future)]

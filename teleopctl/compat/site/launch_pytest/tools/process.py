@@ -1,4 +1,4 @@
-"""``launch_pytest.tools.process``: waits for processes of a launch that runs.
+"""``launch_pytest.tools.process``: waits for events and output of processes of a launch.
 
 Each comes twice: to be awaited, and with ``_sync`` for tests that are no coroutines. What has
 happened already counts.
@@ -19,7 +19,7 @@ from launch.event_handlers import OnProcessExit, OnProcessIO, OnProcessStart
 
 _Value = TypeVar("_Value")
 
-# Tells whether what one waits for is there.
+# Returns a true value when the condition holds.
 Condition = Callable[[], _Value]
 # Whether output is as expected, or what raises AssertionError where it is not.
 Validate = Callable[[str], object]
@@ -29,7 +29,7 @@ Validate = Callable[[str], object]
 def _watched(
     context: LaunchContext, process: ExecuteLocal, changed: Callable[[], object]
 ) -> Iterator[None]:
-    """Have a function called, on the launch's thread, whenever something happens to a process."""
+    """Call a function, on the launch's thread, at each event of a process."""
 
     def on_event(*_: object) -> None:
         changed()
@@ -103,7 +103,7 @@ async def wait_for_output(
     validate_output: Validate,
     timeout: float | None = None,
 ) -> object:
-    """Wait until what a process has written to stdout is as expected.
+    """Wait until the stdout of a process passes a check.
 
     Args:
         launch_context: The launch.
@@ -126,7 +126,7 @@ async def wait_for_stderr(
     validate_output: Validate,
     timeout: float | None = None,
 ) -> object:
-    """Do for stderr what `wait_for_output` does for stdout."""
+    """Wait until the stderr of a process passes a check; see `wait_for_output`."""
     process = execute_process_action
     return await _wait(
         launch_context, process, lambda: validate_output(process.get_stderr()), timeout
@@ -139,7 +139,7 @@ async def assert_output(
     validate_output: Validate,
     timeout: float | None = None,
 ) -> None:
-    """Wait until what a process has written to stdout passes a check.
+    """Wait until the stdout of a process passes a check that raises AssertionError.
 
     Args:
         launch_context: The launch.
@@ -162,7 +162,7 @@ async def assert_stderr(
     validate_output: Validate,
     timeout: float | None = None,
 ) -> None:
-    """Do for stderr what `assert_output` does for stdout."""
+    """Wait until the stderr of a process passes a check; see `assert_output`."""
     written = execute_process_action.get_stderr
     condition = _holds(validate_output, written)
     if not await _wait(launch_context, execute_process_action, condition, timeout):
@@ -174,7 +174,7 @@ async def wait_for_start(
     execute_process_action: ExecuteLocal,
     timeout: float | None = None,
 ) -> bool:
-    """Wait until a process has been started, and tell whether it has.
+    """Wait until a process has started; return whether it has.
 
     Args:
         launch_context: The launch.
@@ -190,7 +190,7 @@ async def wait_for_exit(
     execute_process_action: ExecuteLocal,
     timeout: float | None = None,
 ) -> bool:
-    """Wait until a process has ended, and tell whether it has; see `wait_for_start`."""
+    """Wait until a process has exited; return whether it has. See `wait_for_start`."""
     process = execute_process_action
     return await _wait(launch_context, process, lambda: _has_ended(process), timeout)
 
@@ -201,7 +201,7 @@ def wait_for_output_sync(
     validate_output: Validate,
     timeout: float | None = None,
 ) -> object:
-    """Do what `wait_for_output` does."""
+    """Wait as `wait_for_output` does, without an event loop."""
     process = execute_process_action
     return _wait_sync(
         launch_context, process, lambda: validate_output(process.get_stdout()), timeout
@@ -214,7 +214,7 @@ def wait_for_stderr_sync(
     validate_output: Validate,
     timeout: float | None = None,
 ) -> object:
-    """Do for stderr what `wait_for_output` does for stdout."""
+    """Wait as `wait_for_stderr` does, without an event loop."""
     process = execute_process_action
     return _wait_sync(
         launch_context, process, lambda: validate_output(process.get_stderr()), timeout
@@ -227,7 +227,7 @@ def assert_output_sync(
     validate_output: Validate,
     timeout: float | None = None,
 ) -> None:
-    """Do what `assert_output` does."""
+    """Wait as `assert_output` does, without an event loop."""
     written = execute_process_action.get_stdout
     condition = _holds(validate_output, written)
     if not _wait_sync(launch_context, execute_process_action, condition, timeout):
@@ -240,7 +240,7 @@ def assert_stderr_sync(
     validate_output: Validate,
     timeout: float | None = None,
 ) -> None:
-    """Do for stderr what `assert_output` does for stdout."""
+    """Wait as `assert_stderr` does, without an event loop."""
     written = execute_process_action.get_stderr
     condition = _holds(validate_output, written)
     if not _wait_sync(launch_context, execute_process_action, condition, timeout):
@@ -252,7 +252,7 @@ def wait_for_start_sync(
     execute_process_action: ExecuteLocal,
     timeout: float | None = None,
 ) -> bool:
-    """Do what `wait_for_start` does."""
+    """Wait as `wait_for_start` does, without an event loop."""
     process = execute_process_action
     return _wait_sync(launch_context, process, lambda: _is_started(process), timeout)
 
@@ -262,7 +262,7 @@ def wait_for_exit_sync(
     execute_process_action: ExecuteLocal,
     timeout: float | None = None,
 ) -> bool:
-    """Do what `wait_for_exit` does."""
+    """Wait as `wait_for_exit` does, without an event loop."""
     process = execute_process_action
     return _wait_sync(launch_context, process, lambda: _has_ended(process), timeout)
 

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ComposableNodeContainer(Node):
-    """A process that components are loaded into.
+    """Starts a component container.
 
     Args:
         name: The container's name.
@@ -37,19 +37,19 @@ class ComposableNodeContainer(Node):
         self._components = tuple(composable_node_descriptions or ())
 
     def model_action(self) -> Action:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return _Contained(self, self._components)
 
 
 @dataclass(frozen=True, slots=True)
 class _Contained(Action):
-    """Starts a container and loads what is in it."""
+    """Action of `teleopctl.launch` that starts a container and loads its components."""
 
     container: ComposableNodeContainer
     components: tuple[ComposableNode, ...]
 
     def evaluate(self, launch: Launch) -> Iterable[Action]:
-        """Start it, and say what is loaded."""
+        """Start the container, and queue its components."""
         plan = launch.start(self.container.process())
         if not launch.is_trial:
             self.container.planned(plan, launch)

@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class LifecycleNode(Node):
-    """A node with a life cycle: its transitions are events, and events ask it for transitions.
+    """Starts a lifecycle node; its transitions are events, and events request transitions.
 
     Args:
         name: The node's name.
@@ -39,16 +39,16 @@ class LifecycleNode(Node):
 
     @property
     def node_autostart(self) -> Template:
-        """Whether it is configured and activated once it is there."""
+        """Whether the node is configured and activated after its start."""
         return self._autostart
 
     @property
     def is_lifecycle_node(self) -> bool:
-        """Whether it has a life cycle."""
+        """Whether the node is a lifecycle node."""
         return True
 
     def planned(self, plan: ProcessPlan, launch: Launch) -> None:
-        """Take in that it is going to be started."""
+        """Record the evaluated process, which is about to start."""
         # Messages and nodes, which few launches need.
         from lifecycle_msgs.msg import Transition
 

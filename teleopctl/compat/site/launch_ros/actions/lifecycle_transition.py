@@ -33,7 +33,7 @@ _TARGETS = {
 
 
 class LifecycleTransition(Action):
-    """Takes lifecycle nodes through transitions, each when the one before has been made.
+    """Takes lifecycle nodes through transitions, each after the end of the previous one.
 
     Args:
         lifecycle_node_names: The nodes.
@@ -64,7 +64,7 @@ class LifecycleTransition(Action):
         ]
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity]:
-        """Ask for the first transition of each node.
+        """Request the first transition of each node.
 
         Raises:
             ValueError: There is no such transition.
@@ -83,7 +83,7 @@ class LifecycleTransition(Action):
 
 
 class _Sequence(BaseEventHandler):
-    """What is still to be asked of a node."""
+    """Event handler that requests a node's next transition when one has ended."""
 
     def __init__(self, node_name: str, transitions: list[int]) -> None:
         self._node_name = node_name
@@ -93,17 +93,17 @@ class _Sequence(BaseEventHandler):
 
     @property
     def wants_output(self) -> bool:
-        """Whether it may answer what processes write."""
+        """Whether the handler may match events of process output."""
         return False
 
     def next_request(self) -> EmitEvent:
-        """Return what asks for the next transition."""
+        """Return the action that requests the next transition."""
         return EmitEvent(
             event=ChangeState(lifecycle_node_matcher=self._is_meant, transition_id=self._left[0])
         )
 
     def handle(self, event: Event, context: LaunchContext) -> Action | None:
-        """Go on, or end."""
+        """Request the next transition; unregister at the end or after an error."""
         super().handle(event, context)
         assert isinstance(event, StateTransition)
         if event.goal_state == "errorprocessing":

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 
 
 class LoadComposableNodes(Action):
-    """Loads components into a container, one after the other, once it is there.
+    """Loads components into a container one after another, once the container runs.
 
     Args:
         composable_node_descriptions: The components.
@@ -45,7 +45,7 @@ class LoadComposableNodes(Action):
         )
 
     def model_action(self) -> LoadComponents:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return LoadComponents(
             container=self._container,
             components=tuple(each.component() for each in self._components),
@@ -54,24 +54,24 @@ class LoadComposableNodes(Action):
 
 @dataclass(frozen=True, slots=True)
 class _NameOf:
-    """The name of a container, which is known once that is evaluated."""
+    """Text with a container's name, which is known once the container is evaluated."""
 
     container: ComposableNodeContainer
 
     @property
     def source(self) -> str:
-        """The container in words."""
+        """Readable form of the container."""
         return self.container.describe()
 
     def evaluate(self, _context: object) -> str:
-        """Return the name."""
+        """Return the name of the container."""
         return self.container.node_name
 
 
 def get_composable_node_load_request(
     composable_node_description: ComposableNode, context: LaunchContext
 ) -> LoadNode.Request | None:
-    """Return the request by which a container loads a component; None if its condition is false.
+    """Return the ``load_node`` request of a component; None if its condition is false.
 
     Args:
         composable_node_description: The component.

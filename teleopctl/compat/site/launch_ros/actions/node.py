@@ -30,7 +30,7 @@ _OLD_NAMES = {
 
 
 class Node(ExecuteProcess):
-    """A program of a package, as a ROS node.
+    """Starts an executable of a package as a ROS node.
 
     Args:
         executable: The program's name, or without a package the command to start.
@@ -90,17 +90,17 @@ class Node(ExecuteProcess):
 
     @property
     def node_package(self) -> Any:
-        """The package that offers the program, or None."""
+        """Package of the executable, or None."""
         return self._part.package
 
     @property
     def node_executable(self) -> Any:
-        """The program's name."""
+        """Name of the executable."""
         return self._part.executable
 
     @property
     def node_name(self) -> str:
-        """The node's full name, with words in angle brackets for what is not known.
+        """Full name of the node; ``<node_name_unspecified>`` and the like for unknown parts.
 
         Raises:
             RuntimeError: It has not been evaluated yet.
@@ -114,14 +114,14 @@ class Node(ExecuteProcess):
 
     @property
     def expanded_node_namespace(self) -> str:
-        """The node's namespace once it is evaluated, in angle brackets where nobody said it."""
+        """Namespace after evaluation; in angle brackets if it is not given."""
         if not self._has_namespace:
             return self.UNSPECIFIED_NODE_NAMESPACE
         return dict(self._rules()).get("__ns", "/")
 
     @property
     def expanded_remapping_rules(self) -> list[tuple[str, str]] | None:
-        """The remappings once it is evaluated, those of every node first; None for none."""
+        """Remappings after evaluation, global ones first; None for none."""
         return [rule for rule in self._rules() if not rule[0].startswith("__")] or None
 
     def _rules(self) -> list[tuple[str, str]]:
@@ -130,21 +130,21 @@ class Node(ExecuteProcess):
         return [(source, target) for source, _, target in (rule.partition(":=") for rule in rules)]
 
     def is_node_name_fully_specified(self) -> bool:
-        """Tell whether name and namespace are known."""
+        """Return whether name and namespace are given."""
         return self._plan is not None and self._plan.node_name is not None and self._has_namespace
 
     def planned(self, plan: ProcessPlan, launch: Launch) -> None:
-        """Take in that it is going to be started."""
+        """Record the evaluated process, which is about to start."""
         self._has_namespace = self._node_namespace is not None or launch.scope.has_namespace
         super().planned(plan, launch)
 
     def describe(self) -> str:
-        """Return the action in words."""
+        """Return a readable form of the action."""
         package = f"{self._part.package.source} " if self._part.package is not None else ""
         return f"{type(self).__name__}({package}{self._part.executable.source})"
 
     def process(self) -> ProcessPart:
-        """Return what is started, as the model has it."""
+        """Return the process as one of `teleopctl.launch`."""
         return ModelNode(node=self._part, arguments=self._arguments, origin=self, **self._settings)
 
 

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class PushROSNamespace(Action):
-    """Puts the following nodes into a namespace.
+    """Adds a namespace to the following nodes of the scope.
 
     Args:
         namespace: The namespace.
@@ -32,5 +32,5 @@ class PushROSNamespace(Action):
         return self._namespace
 
     def model_action(self) -> PushNamespace:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return PushNamespace(namespace=self._namespace)

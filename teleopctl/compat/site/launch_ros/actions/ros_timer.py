@@ -8,10 +8,10 @@ from teleopctl.launch import RosTimer
 
 
 class ROSTimer(TimerAction):
-    """Actions that are done later by ROS time, once, unless they are cancelled before."""
+    """Executes actions once after a period of ROS time, unless it is cancelled before."""
 
     def model_action(self) -> RosTimer:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return RosTimer(
             period=self._period,
             steps=self.waiting_steps(),

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class SetParameter(Action):
-    """A parameter of every following node.
+    """Sets a parameter of the following nodes of the scope.
 
     Args:
         name: Its name.
@@ -41,7 +41,7 @@ class SetParameter(Action):
         return given
 
     def model_action(self) -> ModelSetParameter:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         (parameter,) = parameters([{tuple(self.name): self._given}])
         assert isinstance(parameter, ParameterEntry)
         return ModelSetParameter(parameter=parameter)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class SetParametersFromFile(Action):
-    """A parameter file of every following node.
+    """Adds a parameter file to the following nodes of the scope.
 
     Args:
         filename: The file.
@@ -27,5 +27,5 @@ class SetParametersFromFile(Action):
         self._file = template(filename)
 
     def model_action(self) -> ModelSetParametersFromFile:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelSetParametersFromFile(file=self._file)

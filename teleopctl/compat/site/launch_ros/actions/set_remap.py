@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class SetRemap(Action):
-    """A remapping of every following node.
+    """Adds a remapping to the following nodes of the scope.
 
     Args:
         src: The name that is replaced.
@@ -32,14 +32,14 @@ class SetRemap(Action):
 
     @property
     def src(self) -> Template:
-        """The name that is replaced."""
+        """Name to replace."""
         return self._src
 
     @property
     def dst(self) -> Template:
-        """The name in its place."""
+        """Replacement."""
         return self._dst
 
     def model_action(self) -> ModelSetRemap:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelSetRemap(source=self._src, target=self._dst)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class SetROSLogDir(Action):
-    """The folder for the logs of every following node.
+    """Sets the log folder of the following nodes of the scope.
 
     Args:
         new_log_dir: The folder.
@@ -27,5 +27,5 @@ class SetROSLogDir(Action):
         self._folder = template(new_log_dir)
 
     def model_action(self) -> SetRosLogDirectory:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return SetRosLogDirectory(folder=self._folder)

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class SetUseSimTime(Action):
-    """The parameter ``use_sim_time`` of every following node, and the launch's own clock.
+    """Sets ``use_sim_time`` of the following nodes of the scope, and of the launch's timers.
 
     Args:
         value: Whether they follow ``/clock``.
@@ -27,5 +27,5 @@ class SetUseSimTime(Action):
         self._value = optional(value) or template("true")
 
     def model_action(self) -> ModelSetUseSimTime:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelSetUseSimTime(value=self._value)

@@ -15,7 +15,7 @@ if TYPE_CHECKING:
 
 
 class ComposableLifecycleNode(ComposableNode):
-    """A node with a life cycle that is loaded into a container.
+    """Lifecycle node that is loaded into a container.
 
     Args:
         autostart: Whether it is configured and activated once it is loaded.
@@ -29,9 +29,9 @@ class ComposableLifecycleNode(ComposableNode):
 
     @property
     def node_autostart(self) -> Template:
-        """Whether it is configured and activated once it is loaded."""
+        """Whether the node is configured and activated after loading."""
         return self._autostart
 
     def component(self, autostart: Template | None = None) -> ComponentPart:
-        """Return it as the model has it; raises as that of the base."""
+        """Return the component as one of `teleopctl.launch`; raises as that of the base class."""
         return super().component(autostart or self._autostart)

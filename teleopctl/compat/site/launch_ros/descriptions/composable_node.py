@@ -21,7 +21,7 @@ if TYPE_CHECKING:
 
 
 class ComposableNode:
-    """A node that is loaded into a container.
+    """Node that is loaded into a container.
 
     Args:
         package: The package that offers it.
@@ -57,11 +57,11 @@ class ComposableNode:
         self._place = here()
 
     def condition(self) -> Condition | None:
-        """What has to hold for it to be loaded, or None."""
+        """Condition under which the component is loaded, or None."""
         return self._condition
 
     def component(self, autostart: Template | None = None) -> ComponentPart:
-        """Return it as the model has it.
+        """Return the component as one of `teleopctl.launch`.
 
         Raises:
             TypeError: A parameter is none, or an extra argument is a file.

@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 
 
 class OnStateTransition(EventHandler):
-    """Acts when a lifecycle node has gone from one state to another.
+    """Handles transitions of a lifecycle node.
 
     Args:
         entities: What is done.
@@ -62,10 +62,10 @@ class OnStateTransition(EventHandler):
 
     @property
     def wants_output(self) -> bool:
-        """Whether it may answer what processes write."""
+        """Whether the handler may match events of process output."""
         return False
 
     @property
     def matcher_description(self) -> str:
-        """Which events are answered, in words."""
+        """Description of the events that the handler matches."""
         return "event == StateTransition"

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class ExecutableInPackage(Substitution):
-    """The path of a package's program.
+    """Path of an executable in a package.
 
     Args:
         executable: The program.
@@ -27,9 +27,9 @@ class ExecutableInPackage(Substitution):
         self._package = template(package)
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("exec-in-pkg", self._executable, self._package, source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"ExecInPkg(pkg='{self._package.source}', exec='{self._executable.source}')"

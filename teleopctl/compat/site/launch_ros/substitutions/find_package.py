@@ -16,7 +16,7 @@ if TYPE_CHECKING:
 
 
 class FindPackage(Substitution):
-    """A folder of a package; a subclass of one's own brings `find`.
+    """Base class of substitutions for a folder of a package; a subclass implements `find`.
 
     Args:
         package: The package.
@@ -32,7 +32,7 @@ class FindPackage(Substitution):
         return self._package
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"{type(self).__name__}(pkg='{self._package.source}')"
 
     def find(self, package_name: str) -> str:
@@ -45,14 +45,14 @@ class FindPackage(Substitution):
 
 
 class FindPackagePrefix(FindPackage):
-    """The folder that a package is installed in."""
+    """Install prefix of a package."""
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("find-pkg-prefix", self._package, source=self.describe())
 
     def find(self, package_name: str) -> str:
-        """Return the folder that a package is installed in."""
+        """Return the install prefix of a package."""
         return get_package_prefix(package_name)
 
     def perform(self, context: LaunchContext) -> str:
@@ -61,14 +61,14 @@ class FindPackagePrefix(FindPackage):
 
 
 class FindPackageShare(FindPackage):
-    """The folder of a package's files."""
+    """Share folder of a package."""
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         return call("find-pkg-share", self._package, source=self.describe())
 
     def find(self, package_name: str) -> str:
-        """Return the folder of a package's files."""
+        """Return the share folder of a package."""
         return get_package_share_directory(package_name)
 
     def perform(self, context: LaunchContext) -> str:

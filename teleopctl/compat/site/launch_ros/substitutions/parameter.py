@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class Parameter(Substitution):
-    """The value of a parameter that `SetParameter` has set.
+    """Value of a global parameter that `SetParameter` has set.
 
     Args:
         name: Its name.
@@ -28,10 +28,10 @@ class Parameter(Substitution):
         self._default = optional(default)
 
     def template(self) -> Template:
-        """Return it as the model has it."""
+        """Return the substitution as a template of `teleopctl.launch`."""
         default = () if self._default is None else (self._default,)
         return call("param", self._name, *default, source=self.describe())
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"Parameter(name='{self._name.source}')"

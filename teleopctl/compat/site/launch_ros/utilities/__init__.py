@@ -1,4 +1,4 @@
-"""``launch_ros.utilities``: what actions of one's own that start nodes are made from."""
+"""``launch_ros.utilities``: functions for third-party actions that start nodes."""
 
 import importlib
 from typing import TYPE_CHECKING, Any

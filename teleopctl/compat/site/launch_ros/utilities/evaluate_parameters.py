@@ -1,4 +1,4 @@
-"""``launch_ros.utilities.evaluate_parameters``: normalized parameters with their values."""
+"""``launch_ros.utilities.evaluate_parameters``: evaluation of normalized parameters."""
 
 from __future__ import annotations
 
@@ -28,7 +28,7 @@ _AS_TEXT = (
 
 
 def evaluate_parameters(context: LaunchContext, parameters: Parameters) -> EvaluatedParameters:
-    """Return the paths of parameter files and the values of parameters.
+    """Return the evaluated parameter files and parameters.
 
     Args:
         context: What substitutions look at.
@@ -50,7 +50,7 @@ def evaluate_parameters(context: LaunchContext, parameters: Parameters) -> Evalu
 def evaluate_parameter_dict(
     context: LaunchContext, parameters: ParametersDict
 ) -> dict[str, EvaluatedParameterValue]:
-    """Return the values of parameters by name; see `evaluate_parameters`."""
+    """Return evaluated parameters by name; see `evaluate_parameters`."""
     if not isinstance(parameters, Mapping):
         raise TypeError("expected dict")
     evaluated = {}

@@ -8,7 +8,7 @@ from .._lifecycle import LifecycleLink, NamedNode
 
 
 class LifecycleEventManager:
-    """Lets a node with a life cycle that the launch does not start itself take part in events.
+    """Connects to launch events a lifecycle node that the launch does not start.
 
     Its transitions become `StateTransition`, and `ChangeState` asks it for transitions.
 
@@ -25,7 +25,7 @@ class LifecycleEventManager:
         return self._node.node_name
 
     def setup_lifecycle_manager(self, context: LaunchContext) -> None:
-        """Begin."""
+        """Subscribe to the node's transitions, and handle requests for transitions."""
         link = LifecycleLink(self._node, None, context.launch)
         context.launch.register(link)
         link.begin()

@@ -6,17 +6,17 @@ from typing import overload
 
 
 def is_namespace_absolute(ns: str) -> bool:
-    """Tell whether a namespace stands for itself, whatever is around it."""
+    """Return whether a namespace is absolute; False for None."""
     return ns.startswith("/")
 
 
 def is_root_namespace(ns: str) -> bool:
-    """Tell whether a namespace is the outermost one."""
+    """Return whether a namespace is the root."""
     return ns == "/"
 
 
 def prefix_namespace(base_ns: str | None, ns: str | None) -> str | None:
-    """Return a namespace below another one; an absolute one stands for itself."""
+    """Return a namespace below another one; an absolute namespace as it is."""
     if ns is None:
         return base_ns if base_ns is None or is_root_namespace(base_ns) else base_ns.rstrip("/")
     if base_ns and not is_namespace_absolute(ns):
@@ -29,5 +29,5 @@ def make_namespace_absolute(ns: None) -> None: ...
 @overload
 def make_namespace_absolute(ns: str) -> str: ...
 def make_namespace_absolute(ns: str | None) -> str | None:
-    """Return a namespace as it is below the outermost one."""
+    """Return a namespace with a leading slash."""
     return ns if ns is None or is_namespace_absolute(ns) else f"/{ns}"

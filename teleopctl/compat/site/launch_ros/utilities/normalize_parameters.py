@@ -1,4 +1,4 @@
-"""``launch_ros.utilities.normalize_parameters``: parameters with their texts as substitutions."""
+"""``launch_ros.utilities.normalize_parameters``: texts of parameters become substitutions."""
 
 from __future__ import annotations
 
@@ -18,7 +18,7 @@ _ITEMS = (float, int, str, bool, *SomeSubstitutionsType_types_tuple)
 
 
 def normalize_parameters(parameters: SomeParameters) -> Parameters:
-    """Return parameter files, and mappings with their texts as substitutions.
+    """Return parameter files, and dictionaries with their texts as substitutions.
 
     Raises:
         TypeError: There is something among them that is neither.
@@ -38,7 +38,7 @@ def normalize_parameters(parameters: SomeParameters) -> Parameters:
 def normalize_parameter_dict(
     parameters: SomeParametersDict, *, _prefix: Sequence[Substitution] = ()
 ) -> ParametersDict:
-    """Return parameters by name, both as substitutions; mappings in it become dotted names.
+    """Return names and values as substitutions; nested dictionaries become dotted names.
 
     Raises:
         TypeError: A value is none that a parameter can have.
@@ -103,5 +103,5 @@ def _scalar(item: object) -> TextSubstitution:
 
 
 def _quoted(text: str) -> TextSubstitution:
-    """Return a text so that it is one in YAML, whose quotes are those of JSON."""
+    """Return a text quoted for YAML, in JSON's quotes."""
     return TextSubstitution(text=json.dumps(text, ensure_ascii=False))

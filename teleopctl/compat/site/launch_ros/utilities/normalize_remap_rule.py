@@ -12,7 +12,7 @@ if TYPE_CHECKING:
 
 
 def normalize_remap_rule(remap_rule: SomeRemapRule) -> RemapRule:
-    """Return a remapping, from and to, as substitutions.
+    """Return the two names of a remapping as substitutions.
 
     Raises:
         TypeError: It is no tuple of two.
@@ -28,5 +28,5 @@ def normalize_remap_rule(remap_rule: SomeRemapRule) -> RemapRule:
 
 
 def normalize_remap_rules(remap_rules: SomeRemapRules) -> Iterator[RemapRule]:
-    """Yield remappings as substitutions; see `normalize_remap_rule`."""
+    """Yield the remappings as substitutions; see `normalize_remap_rule`."""
     yield from map(normalize_remap_rule, remap_rules)

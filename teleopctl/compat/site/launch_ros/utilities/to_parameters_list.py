@@ -19,7 +19,7 @@ from .normalize_parameters import normalize_parameter_dict
 
 
 def is_node_name_matched(node_name: str, node_fqn: str) -> bool:
-    """Tell whether a key of a parameter file, with its ``*`` and ``**``, means a node."""
+    """Return whether a key of a parameter file, with its ``*`` and ``**``, matches a node."""
     pattern = re.sub(r"/\*(\*)?", lambda match: r"(/\w+)" + (match[1] or ""), node_name)
     return re.fullmatch(pattern, node_fqn) is not None
 
@@ -30,7 +30,7 @@ def to_parameters_list(
     namespace: str,
     evaluated_parameters: EvaluatedParameters,
 ) -> list[Parameter]:
-    """Return parameters as rclpy has them.
+    """Return parameters as a list of `rclpy.parameter.Parameter`.
 
     Args:
         context: What substitutions look at.
@@ -77,7 +77,7 @@ def _of_file(context: LaunchContext, file: Path, node: str) -> Mapping[str, Any]
 
 
 def _sections(document: Mapping[str, Any], above: str) -> Iterator[tuple[str, Mapping[str, Any]]]:
-    """Yield whom a file speaks of, as a full name, and what it says."""
+    """Yield the full node name of each section of a parameter file, and its content."""
     for key, value in document.items():
         if key == "ros__parameters":
             yield above, value

@@ -1,4 +1,4 @@
-"""``launch_ros.utilities.track_node_names``: how many nodes of a launch have the same name."""
+"""``launch_ros.utilities.track_node_names``: numbers of nodes with the same name in a launch."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from launch.launch_context import LaunchContext
 
 
 def add_node_name(context: LaunchContext, node_name: str) -> None:
-    """Count a node of a launch; nodes that the launch starts are counted already."""
+    """Count a node of the launch; nodes that it starts are counted already."""
     context.launch.context.node_names[node_name] += 1
 
 

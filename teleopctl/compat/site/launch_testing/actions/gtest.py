@@ -10,7 +10,7 @@ from .test import Test
 
 
 class GTest(Test):
-    """Starts a program of GoogleTest, or any other that is a test.
+    """Starts a GoogleTest executable as a test.
 
     Args:
         path: The program.
@@ -24,5 +24,5 @@ class GTest(Test):
 
     @property
     def path(self) -> SomeSubstitutionsType:
-        """The program."""
+        """Path of the executable."""
         return self._path

@@ -11,7 +11,7 @@ from .test import Test
 
 
 class PyTest(Test):
-    """Starts pytest on a file.
+    """Starts pytest for a file as a test.
 
     Args:
         path: The file.
@@ -25,5 +25,5 @@ class PyTest(Test):
 
     @property
     def path(self) -> SomeSubstitutionsType:
-        """The file."""
+        """Path of the file."""
         return self._path

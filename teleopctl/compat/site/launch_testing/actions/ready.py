@@ -11,21 +11,21 @@ _log = logging.getLogger(__name__)
 
 
 class ReadyToTest(Action):
-    """Lets the tests begin when it is reached."""
+    """Starts the tests when the launch reaches it."""
 
     def __init__(self) -> None:
         super().__init__()
         self._callbacks: list[Callable[[], object]] = []
 
     def add_callback(self, callback: Callable[[], object]) -> None:
-        """Have a function called when it is reached."""
+        """Add a function to call when the action is executed."""
         self._callbacks.append(callback)
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:  # noqa: ARG002 -- the word of Action
-        """Tell who waits for it."""
+        """Call the added functions."""
         for callback in self._callbacks:
             try:
                 callback()
-            except Exception:  # noqa: BLE001 -- the launch goes on, whatever a stranger's function does
+            except Exception:  # noqa: BLE001 -- a failing callback does not stop the launch
                 _log.exception("a callback of ReadyToTest failed")
         return None

@@ -12,7 +12,7 @@ from launch.events.process import ShutdownProcess
 
 
 class Test(ExecuteProcess):
-    """Starts a process that is a test.
+    """Starts a process as a test.
 
     Args:
         timeout: Seconds after which it is asked to end; None for never.
@@ -36,11 +36,11 @@ class Test(ExecuteProcess):
 
     @property
     def timeout(self) -> float | SomeSubstitutionsType | None:
-        """Seconds after which it is asked to end, or None."""
+        """Seconds after which the process is shut down, or None."""
         return self._timeout
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
-        """Start it, and the timer."""
+        """Start the process, and the timer for its timeout."""
         started = super().execute(context)
         if self._timeout is None:
             return started

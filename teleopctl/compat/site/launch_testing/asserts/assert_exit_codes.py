@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     from launch.events.process import RunningProcessEvent
 
     class KnowsEvents(KnowsProcesses, Protocol):
-        """The last event of each process."""
+        """Protocol of objects with the last event of each process."""
 
         def __getitem__(self, key: ExecuteLocal, /) -> RunningProcessEvent: ...
 
@@ -39,7 +39,7 @@ def assertExitCodes(  # noqa: N802 -- the original's name
     *,
     strict_proc_matching: bool = True,
 ) -> None:
-    """Check what processes have ended with.
+    """Assert that processes have exited with permitted exit codes.
 
     Args:
         proc_info: What was recorded of the processes.

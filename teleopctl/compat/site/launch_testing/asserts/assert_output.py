@@ -14,10 +14,10 @@ if TYPE_CHECKING:
 
 
 class KnowsOutput(KnowsProcesses, Protocol):
-    """What processes have written."""
+    """Protocol of objects with the output of each process."""
 
     def __getitem__(self, key: ExecuteLocal, /) -> Sequence[ProcessIO]:
-        """Return what one has written."""
+        """Return the output of a process."""
         ...
 
 
@@ -33,7 +33,7 @@ def assertInStream(  # noqa: N802 -- the original's name
     strip_ansi_escape_sequences: bool = True,
     stream: str = "stderr",
 ) -> None:
-    """Check that a process has written something.
+    """Assert that a process has written an expected output to a stream.
 
     Args:
         proc_output: What was written.
@@ -84,7 +84,7 @@ def assertInStdout(  # noqa: N802 -- the original's name
     cmd_args: Iterable[str] | str | object | None = None,
     **kwargs: Any,
 ) -> None:
-    """Check that a process has written something to stdout; see `assertInStream`."""
+    """Assert that a process has written an expected output to stdout; see `assertInStream`."""
     assertInStream(proc_output, expected_output, process, cmd_args, stream="stdout", **kwargs)
 
 
@@ -96,10 +96,10 @@ def assertInStderr(  # noqa: N802 -- the original's name
     cmd_args: Iterable[str] | str | object | None = None,
     **kwargs: Any,
 ) -> None:
-    """Check that a process has written something to stderr; see `assertInStream`."""
+    """Assert that a process has written an expected output to stderr; see `assertInStream`."""
     assertInStream(proc_output, expected_output, process, cmd_args, stream="stderr", **kwargs)
 
 
 def assertDefaultStream() -> str:  # noqa: N802 -- the original's name
-    """Return the stream that `assertInStream` looks at where it is told none."""
+    """Return the stream that `assertInStream` checks by default."""
     return "stderr"

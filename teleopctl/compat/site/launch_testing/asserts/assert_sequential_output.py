@@ -17,7 +17,7 @@ _LINES_AROUND = 2
 
 
 class SequentialTextChecker:
-    """Checks that texts come one after another.
+    """Checker of the order of texts in an output.
 
     Args:
         output: The output, in pieces.
@@ -28,7 +28,7 @@ class SequentialTextChecker:
         self._end_of_last = 0
 
     def assertInText(self, msg: str) -> None:  # noqa: N802 -- the original's name
-        """Check that something stands behind what was found last, and go on behind it.
+        """Assert that a text follows the one found last; continue after it.
 
         Raises:
             AssertionError: It does not; the next text is looked for at the same place.
@@ -41,11 +41,11 @@ class SequentialTextChecker:
         self._end_of_last = found + len(msg)
 
     def assertInStdout(self, msg: str) -> None:  # noqa: N802 -- the original's name
-        """Do what `assertInText` does."""
+        """Assert that a text follows the one found last; see `assertInText`."""
         self.assertInText(msg)
 
     def get_nearby_lines(self) -> str:
-        """Return the line that is looked at next, with two lines before and behind it."""
+        """Return the next line to be checked, with two lines before and after it."""
         lines = self._text.splitlines()
         # Behind the last character of a line, it is the next one's turn.
         at = self._text.count("\n", 0, self._end_of_last + 1)
@@ -58,7 +58,7 @@ def assertSequentialStdout(  # noqa: N802 -- the original's name
     process: ExecuteLocal | str,
     cmd_args: Iterable[str] | str | object | None = None,
 ) -> Iterator[SequentialTextChecker]:
-    """Give the block a checker of what one process has written.
+    """Return a context manager with a checker of a process's output.
 
     Args:
         proc_output: What was written.

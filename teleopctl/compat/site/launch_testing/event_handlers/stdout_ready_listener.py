@@ -11,7 +11,7 @@ from launch.events.process import ProcessIO
 
 
 class StdoutReadyListener(OnProcessIO):
-    """Acts when a process says on its stdout that it is ready.
+    """Handles a line on a process's stdout that marks it as ready.
 
     Args:
         target_action: The action that starts it; None for any process.
@@ -34,5 +34,5 @@ class StdoutReadyListener(OnProcessIO):
         return self._actions if self._said in event.text.decode(errors="replace") else None
 
     def describe(self) -> tuple[str, list[SomeEntitiesType]]:
-        """Return when it acts in words, and what it does then."""
+        """Return a readable form of the handler, and its entities."""
         return super().describe()[0], list(self._actions)

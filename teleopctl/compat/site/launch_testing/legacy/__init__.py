@@ -1,4 +1,4 @@
-"""``launch_testing.legacy``: processes that are tests, and tests of what processes write."""
+"""``launch_testing.legacy``: test processes, and tests of the output of processes."""
 
 from __future__ import annotations
 
@@ -22,7 +22,7 @@ _ARMED, _PASSED, _FAILED, _DROPPED = "armed", "passed", "failed", "dropped"
 
 
 class LaunchTestService:
-    """Launches a description, some of whose actions are tests, and returns how they ended."""
+    """Runs a launch description with test actions; returns the exit status."""
 
     def __init__(self) -> None:
         self._tests: dict[str, str] = {}
@@ -34,7 +34,7 @@ class LaunchTestService:
         action: Action,
         exit_allowed: Sequence[int] | bool = (0,),
     ) -> Action:
-        """Add something that tests need; a process of it that ends ends the launch.
+        """Add an action that the tests need; its exit ends the launch.
 
         Args:
             launch_description: What it is added to.
@@ -57,7 +57,7 @@ class LaunchTestService:
         return action
 
     def add_test_action(self, launch_description: LaunchDescription, action: Action) -> Action:
-        """Add a test: a process that ends with 0, or an action whose future has no exception.
+        """Add a test: a process that must exit with 0, or an action whose future must not raise.
 
         The launch ends when one has failed, or all have ended.
 
@@ -104,7 +104,7 @@ class LaunchTestService:
         output_filter: Callable[[bytes], bytes] | None = None,
         side_effect: str | None = None,
     ) -> ExecuteLocal:
-        """Add a test of what a process writes to stdout.
+        """Add a test of a process's output on stdout.
 
         Args:
             launch_description: What has the action.
@@ -138,7 +138,7 @@ class LaunchTestService:
 
     # Any: the words of LaunchService.run.
     def run(self, launch_service: LaunchService, *args: Any, **kwargs: Any) -> int:
-        """Launch, and return the launch's status; where that is 0, the first one of a failed test.
+        """Run the launch; return its exit status or, if 0, that of the first failed test.
 
         Args:
             launch_service: Has been given the launch description.

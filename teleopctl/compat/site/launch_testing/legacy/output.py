@@ -1,4 +1,4 @@
-"""``launch_testing.legacy.output``: what a process is to write, for `LaunchTestService`."""
+"""``launch_testing.legacy.output``: tests of a process's output for `LaunchTestService`."""
 
 from __future__ import annotations
 
@@ -17,17 +17,17 @@ OutputTest = tuple[
 
 
 def get_default_filtered_prefixes() -> list[bytes]:
-    """Return how lines begin that are no process's own."""
+    """Return the prefixes of lines that launch itself writes."""
     return [b"pid", b"rc"]
 
 
 def get_default_filtered_patterns() -> list[bytes]:
-    """Return patterns of lines that are no process's own: none."""
+    """Return the patterns of lines that launch itself writes: none."""
     return []
 
 
 def get_rmw_output_filter(rmw_implementation: str, filter_type: str) -> list[bytes]:
-    """Return how lines begin, or their patterns, that a ROS middleware writes.
+    """Return prefixes or patterns of lines that a ROS middleware writes.
 
     Args:
         rmw_implementation: Its name, such as ``rmw_zenoh_cpp``.
@@ -56,7 +56,7 @@ def create_output_lines_filter(
     filtered_patterns: Iterable[bytes] | None = None,
     filtered_rmw_implementation: str | None = None,
 ) -> Callable[[bytes], bytes]:
-    """Return a function that leaves lines out of what was written.
+    """Return a function that removes lines from output.
 
     Args:
         filtered_prefixes: How they begin; None for `get_default_filtered_prefixes`.
@@ -86,7 +86,7 @@ def create_output_lines_filter(
 
 
 def create_output_lines_test(expected_lines: Iterable[bytes]) -> OutputTest[bytes]:
-    """Return a test that texts stand in lines of the output, in whatever order."""
+    """Return a test that texts appear in lines of the output, in any order."""
 
     def is_there(written: bytes, text: bytes) -> bool:
         return any(text in line for line in written.splitlines())
@@ -97,7 +97,7 @@ def create_output_lines_test(expected_lines: Iterable[bytes]) -> OutputTest[byte
 def create_output_regex_test(
     expected_patterns: Iterable[re.Pattern[bytes]],
 ) -> OutputTest[re.Pattern[bytes]]:
-    """Return a test that patterns are found in the output, in whatever order."""
+    """Return a test that patterns match the output, in any order."""
 
     def is_there(written: bytes, pattern: re.Pattern[bytes]) -> bool:
         return pattern.search(written) is not None
@@ -108,7 +108,7 @@ def create_output_regex_test(
 def create_output_test_from_file(
     output_file: str,
 ) -> OutputTest[bytes] | OutputTest[re.Pattern[bytes]]:
-    """Return the test that a file describes.
+    """Return the output test that a file describes.
 
     Args:
         output_file: A file without its ending: ``.txt`` for lines, ``.regex`` for patterns.

@@ -1,4 +1,4 @@
-"""``launch_testing.pytest.hooks``: a file with a test description is one item of pytest.
+"""``launch_testing.pytest.hooks``: collection of files with a launch test as pytest items.
 
 Its ``generate_test_description`` is marked with ``@pytest.mark.launch_test`` (or ``rostest``). A
 file without that mark is collected as any other.
@@ -23,7 +23,7 @@ _MARKS = {"launch_test", "rostest"}
 
 
 class LaunchTestFailure(Exception):
-    """Tests of a launch have failed.
+    """Raised when tests of a launch have failed.
 
     Args:
         results: The results of the file's launches.
@@ -34,7 +34,7 @@ class LaunchTestFailure(Exception):
         self.results = list(results)
 
     def report(self) -> str:
-        """Return which have failed, and how."""
+        """Return a report of the failed tests."""
         return "\n\n".join(
             f"FAIL: {case.id()}\n{'-' * 70}\n{told}"
             for result in self.results
@@ -43,10 +43,10 @@ class LaunchTestFailure(Exception):
 
 
 class LaunchTestItem(pytest.Item):
-    """All launches and tests of a file."""
+    """Pytest item with the launches and tests of a file."""
 
     def runtest(self) -> None:
-        """Run them.
+        """Run the launches and tests.
 
         Raises:
             LaunchTestFailure: Some have failed.
@@ -66,21 +66,21 @@ class LaunchTestItem(pytest.Item):
 
     # Any: pytest has no public name for its styles.
     def repr_failure(self, excinfo: pytest.ExceptionInfo[BaseException], style: Any = None) -> str:
-        """Return what pytest shows of a failure."""
+        """Return pytest's text of a failure."""
         if isinstance(excinfo.value, LaunchTestFailure):
             return excinfo.value.report()
         return str(super().repr_failure(excinfo, style))
 
     def reportinfo(self) -> tuple[Path, int, str]:
-        """Return where it stands."""
+        """Return the location of the item."""
         return self.path, 0, f"launch tests: {self.name}"
 
 
 class LaunchTestModule(pytest.Module):
-    """A file that may have a test description."""
+    """Pytest module that may contain a launch test."""
 
     def collect(self) -> Iterator[pytest.Item | pytest.Collector]:
-        """Yield the file's launch tests, or whatever tests it has."""
+        """Yield the file's launch test, or its ordinary tests."""
         marks = getattr(getattr(self.obj, _FUNCTION, None), "pytestmark", [])
         if not any(mark.name in _MARKS for mark in marks):
             yield from super().collect()
@@ -94,7 +94,7 @@ class LaunchTestModule(pytest.Module):
 def pytest_pycollect_makemodule(
     module_path: Path, parent: pytest.Collector
 ) -> LaunchTestModule | None:
-    """Take the files that may have a test description."""
+    """Return a `LaunchTestModule` for each Python file."""
     if _FUNCTION.encode() in module_path.read_bytes():
         return LaunchTestModule.from_parent(parent, path=module_path)
     return None

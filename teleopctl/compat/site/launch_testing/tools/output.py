@@ -11,12 +11,12 @@ from .._text import build_line_match, build_text_match, without_escape_sequences
 
 
 def get_default_filtered_prefixes() -> list[str]:
-    """Return how lines begin that are no process's own."""
+    """Return the prefixes of lines that launch itself writes."""
     return ["pid", "rc"]
 
 
 def get_default_filtered_patterns() -> list[str]:
-    """Return patterns of lines that are no process's own: none."""
+    """Return the patterns of lines that launch itself writes: none."""
     return []
 
 
@@ -24,7 +24,7 @@ def basic_output_filter(
     filtered_prefixes: Iterable[str] | None = None,
     filtered_patterns: Iterable[str] | None = None,
 ) -> Callable[[str], str]:
-    """Return a function that leaves lines out of a text.
+    """Return a function that removes lines from a text.
 
     Args:
         filtered_prefixes: How they begin; None for `get_default_filtered_prefixes`.
@@ -50,7 +50,7 @@ def basic_output_filter(
 
 # Any: what `expect_output` takes.
 def expected_output_from_file(path: str, encoding: str | None = None) -> list[Any]:
-    """Read which lines are expected.
+    """Read the expected lines from a file.
 
     Args:
         path: A file without its ending: ``.txt`` for lines, ``.regex`` for patterns of lines.
@@ -78,7 +78,7 @@ def expect_output(
     strip_ansi_escape_sequences: bool = True,
     strict: bool = False,
 ) -> bool:
-    """Tell whether a text, or lines, are as expected.
+    """Return whether a text, or lines, match the expected ones.
 
     Args:
         text: The text; or `lines`.

@@ -1,4 +1,4 @@
-"""``launch_testing.tools.process``: a process that a test starts in a launch that runs."""
+"""``launch_testing.tools.process``: process that a test starts in a running launch."""
 
 from __future__ import annotations
 
@@ -17,7 +17,7 @@ from ..proc_info_handler import ActiveProcInfoHandler
 
 
 class ProcessProxy:
-    """What became of one process so far.
+    """State and output of a process that a test has started.
 
     Args:
         process_action: The action that starts it.
@@ -49,11 +49,11 @@ class ProcessProxy:
 
     @property
     def target_process_action(self) -> ExecuteLocal:
-        """The action that starts it."""
+        """Action that starts the process."""
         return self._action
 
     def wait_for_shutdown(self, timeout: float | None = None) -> bool:
-        """Wait until the process has ended, and tell whether it has.
+        """Wait until the process has exited; return whether it has.
 
         Args:
             timeout: Seconds to wait; None for as long as it takes.
@@ -64,7 +64,7 @@ class ProcessProxy:
     def wait_for_output(
         self, condition: Callable[[str], object] | None = None, timeout: float | None = None
     ) -> OutputSeen:
-        """Wait until the process has written something, and tell whether it has.
+        """Wait until the output of the process matches; return whether it does.
 
         Args:
             condition: Tells whether all that it has written is what one waits for; None for
@@ -112,12 +112,12 @@ class ProcessProxy:
 
     @property
     def running(self) -> bool:
-        """Whether it was started and has not ended."""
+        """Whether the process has started and not exited."""
         return self._last_is(ProcessStarted)
 
     @property
     def terminated(self) -> bool:
-        """Whether it has ended."""
+        """Whether the process has exited."""
         return self._last_is(ProcessExited)
 
     def _last_is(self, event_class: type) -> bool:
@@ -126,7 +126,7 @@ class ProcessProxy:
 
     @property
     def exit_code(self) -> int:
-        """What it ended with.
+        """Exit code of the process.
 
         Raises:
             AttributeError: It has not ended.
@@ -139,7 +139,7 @@ class ProcessProxy:
 
 
 class OutputSeen:
-    """Whether something was written, and what was written instead.
+    """Result of a wait for output, with the output instead of the expected one.
 
     Args:
         found: Whether it was.
@@ -166,7 +166,7 @@ def launch_process(
     proc_output: ActiveIoHandler,
     **kwargs: Any,
 ) -> Iterator[ProcessProxy]:
-    """Start a process in a launch that runs, and end it at the end of the block.
+    """Start a process in a running launch, and shut it down at the end of the block.
 
     Args:
         launch_service: The launch.

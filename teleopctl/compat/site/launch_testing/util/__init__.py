@@ -17,7 +17,7 @@ except KeyboardInterrupt:
 
 
 def KeepAliveProc() -> ExecuteProcess:  # noqa: N802 -- the original's name
-    """Return a process that runs until it is interrupted, so that the launch goes on."""
+    """Return a process that runs until it is interrupted, so that the launch does not end."""
     # Without `site` it starts in half the time, in which an interrupt would be its failure.
     return ExecuteProcess(cmd=[sys.executable, "-S", "-c", _WAITS])
 

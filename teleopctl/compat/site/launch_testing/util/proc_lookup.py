@@ -1,4 +1,4 @@
-"""``launch_testing.util.proc_lookup``: which processes a test means."""
+"""``launch_testing.util.proc_lookup``: lookup of processes by action, name or pattern."""
 
 from __future__ import annotations
 
@@ -13,11 +13,11 @@ NO_CMD_ARGS = object()
 
 
 class NoMatchingProcessException(Exception):
-    """Nothing is known of any process that is meant."""
+    """Raised when no process matches."""
 
 
 class KnowsProcesses(Protocol):
-    """What was recorded of processes."""
+    """Protocol of records with processes."""
 
     def processes(self) -> Collection[ExecuteLocal]:
         """Return the actions of the processes."""
@@ -31,7 +31,7 @@ def resolveProcesses(  # noqa: N802 -- the original's name
     cmd_args: Iterable[str] | str | object | None = None,
     strict_proc_matching: bool = True,
 ) -> list[ExecuteLocal]:
-    """Return the actions of the processes that are meant, one at least.
+    """Return the actions of the matching processes, at least one.
 
     Args:
         info_obj: What was recorded of the processes.
@@ -88,7 +88,7 @@ def _has(process: ExecuteLocal, arguments: Any) -> bool:
 
 
 def _words(process: ExecuteLocal) -> str:
-    """Return the command line, as far as it is known before the process starts."""
+    """Return the words of the command line, as far as they are known before the start."""
     details = process.process_details
     if details is not None:
         return " ".join([details["name"], *details["cmd"][1:]])

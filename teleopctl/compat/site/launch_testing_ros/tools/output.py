@@ -13,7 +13,7 @@ def basic_output_filter(
     filtered_patterns: Iterable[str] | None = None,
     filtered_rmw_implementation: str | None = None,
 ) -> Callable[[str], str]:
-    """Return a function that leaves lines out of a text.
+    """Return a function that removes lines from a text.
 
     Args:
         filtered_prefixes: How they begin; None for lines with a process's number or status.

@@ -10,7 +10,7 @@ from launch_param_builder import load_xacro
 
 
 class Xacro(Substitution):
-    """A xacro file, expanded with arguments that are known only when the launch is evaluated.
+    """Expansion of a xacro file with arguments, which may be substitutions.
 
     Args:
         file_path: The file.
@@ -29,20 +29,20 @@ class Xacro(Substitution):
 
     @property
     def file_path(self) -> list[Substitution]:
-        """The file."""
+        """Path of the file."""
         return self._file_path
 
     @property
     def mappings(self) -> Mapping[SomeSubstitutionsType, SomeSubstitutionsType]:
-        """Values of its arguments by name."""
+        """Arguments by name."""
         return self._mappings
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"Xacro({' + '.join(part.describe() for part in self._file_path)})"
 
     def perform(self, context: LaunchContext) -> str:
-        """Expand it."""
+        """Return the expanded file."""
 
         def text(given: SomeSubstitutionsType) -> str:
             return perform_substitutions(context, normalize_to_list_of_substitutions(given))

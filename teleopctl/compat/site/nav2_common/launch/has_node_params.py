@@ -25,15 +25,15 @@ class HasNodeParams(Substitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The file."""
+        """Path of the file."""
         return self._source_file
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"HasNodeParams('{self._node_name}')"
 
     def perform(self, context: LaunchContext) -> str:
-        """Read the file."""
+        """Return ``True`` or ``False``."""
         with Path(perform_substitutions(context, self._source_file)).open(encoding="utf-8") as file:
             sections = ros_yaml.safe_load(file.read())
         return str(isinstance(sections, dict) and self._node_name in sections)

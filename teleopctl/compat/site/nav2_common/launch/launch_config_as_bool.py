@@ -9,7 +9,7 @@ _TRUE = ("true", "1", "yes", "on")
 
 
 class LaunchConfigAsBool(Substitution):
-    """A launch configuration as ``True`` or ``False``, whatever way of writing it has.
+    """Launch configuration, written in any way, as ``True`` or ``False``.
 
     Args:
         name: The launch configuration.
@@ -20,9 +20,9 @@ class LaunchConfigAsBool(Substitution):
         self._config = LaunchConfiguration(name)
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"LaunchConfigAsBool({self._config.describe()})"
 
     def perform(self, context: LaunchContext) -> str:
-        """Evaluate it."""
+        """Return ``True`` or ``False``."""
         return str(self._config.perform(context).strip().lower() in _TRUE)

@@ -11,7 +11,7 @@ _POSE = ("x", "y", "z", "roll", "pitch", "yaw")
 
 
 class ParseMultiRobotPose:
-    """Poses of several robots, from an argument of the command line: ``NAME={x: 1.0}; …``.
+    """Poses of several robots from a command-line argument: ``NAME={x: 1.0}; …``.
 
     Args:
         target_argument: The argument's name.
@@ -24,7 +24,7 @@ class ParseMultiRobotPose:
 
     # Any: numbers, unless somebody writes something else.
     def value(self) -> dict[str, dict[str, Any]]:
-        """Return the pose of each robot by its name, zero for what is not given."""
+        """Return the poses by robot name; omitted values are zero."""
         poses = {}
         for entry in self._text.split(";"):
             name, separator, pose = entry.partition("=")

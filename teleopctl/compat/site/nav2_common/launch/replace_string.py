@@ -11,7 +11,7 @@ from launch.utilities import normalize_to_list_of_substitutions, perform_substit
 
 
 class ReplaceString(Substitution):
-    """The path of a copy of a file in which some words are replaced.
+    """Path of a copy of a file with replaced strings.
 
     Args:
         source_file: The file.
@@ -34,20 +34,20 @@ class ReplaceString(Substitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The file."""
+        """Path of the file."""
         return self._source_file
 
     @property
     def condition(self) -> Condition | None:
-        """What has to hold, or None."""
+        """Condition of the replacement, or None."""
         return self._condition
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"ReplaceString({', '.join(self._replacements)})"
 
     def perform(self, context: LaunchContext) -> str:
-        """Write the copy."""
+        """Write the copy; return its path."""
         source = Path(perform_substitutions(context, self._source_file))
         if self._condition is not None and not self._condition.evaluate(context):
             return str(source)

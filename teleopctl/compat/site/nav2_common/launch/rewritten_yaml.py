@@ -19,7 +19,7 @@ _PARAMETERS = "ros__parameters"
 
 
 class RewrittenYaml(Substitution):
-    """The path of a copy of a parameter file in which some things are replaced.
+    """Path of a copy of a parameter file with replaced values and keys.
 
     Args:
         source_file: The file.
@@ -54,15 +54,15 @@ class RewrittenYaml(Substitution):
 
     @property
     def name(self) -> list[Substitution]:
-        """The file."""
+        """Path of the file."""
         return self._source_file
 
     def describe(self) -> str:
-        """Return it in words."""
+        """Return a readable form of the substitution."""
         return f"RewrittenYaml({', '.join(self._param_rewrites)})"
 
     def perform(self, context: LaunchContext) -> str:
-        """Write the copy."""
+        """Write the copy; return its path."""
 
         def text(given: SomeSubstitutionsType | None) -> str:
             return perform_substitutions(context, normalize_to_list_of_substitutions(given or ""))

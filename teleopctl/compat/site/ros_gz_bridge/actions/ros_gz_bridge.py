@@ -55,5 +55,5 @@ class RosGzBridge(Action):
         )
 
     def model_action(self) -> ModelRosGzBridge:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelRosGzBridge(self._given)

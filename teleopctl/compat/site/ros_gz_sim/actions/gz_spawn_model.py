@@ -67,5 +67,5 @@ class GzSpawnModel(Action):
         )
 
     def model_action(self) -> ModelGzSpawnModel:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelGzSpawnModel(self._given)

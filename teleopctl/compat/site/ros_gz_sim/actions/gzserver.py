@@ -46,5 +46,5 @@ class GzServer(Action):
         )
 
     def model_action(self) -> ModelGzServer:
-        """Return what the model does for it."""
+        """Return the corresponding action of `teleopctl.launch`."""
         return ModelGzServer(self._given)

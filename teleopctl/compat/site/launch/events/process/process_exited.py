@@ -6,7 +6,7 @@ from .running_process_event import RunningProcessEvent
 
 
 class ProcessExited(RunningProcessEvent):
-    """A process has ended.
+    """Emitted when a process has exited.
 
     Args:
         returncode: What it ended with; negative for a signal.

@@ -6,7 +6,7 @@ from .running_process_event import RunningProcessEvent
 
 
 class ProcessIO(RunningProcessEvent):
-    """Something went in or out of a process.
+    """Base class of events of a process's input and output.
 
     Args:
         text: The bytes.
@@ -24,22 +24,22 @@ class ProcessIO(RunningProcessEvent):
 
     @property
     def from_stdin(self) -> bool:
-        """Whether it went into stdin."""
+        """Whether the text is input on stdin."""
         return self.fd == 0
 
     @property
     def from_stdout(self) -> bool:
-        """Whether it came out of stdout."""
+        """Whether the text is output on stdout."""
         return self.fd == 1
 
     @property
     def from_stderr(self) -> bool:
-        """Whether it came out of stderr."""
+        """Whether the text is output on stderr."""
         return self.fd == 2
 
 
 class ProcessStdin(ProcessIO):
-    """Something goes into a process."""
+    """Request to write to a process's stdin."""
 
     name = "launch.events.process.ProcessStdin"
 
@@ -49,7 +49,7 @@ class ProcessStdin(ProcessIO):
 
 
 class ProcessStdout(ProcessIO):
-    """A process has written to stdout."""
+    """Emitted when a process has written to stdout."""
 
     name = "launch.events.process.ProcessStdout"
 
@@ -59,7 +59,7 @@ class ProcessStdout(ProcessIO):
 
 
 class ProcessStderr(ProcessIO):
-    """A process has written to stderr."""
+    """Emitted when a process has written to stderr."""
 
     name = "launch.events.process.ProcessStderr"
 

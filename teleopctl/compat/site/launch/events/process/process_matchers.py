@@ -8,15 +8,15 @@ _Matcher = Callable[[Any], bool]
 
 
 def matches_pid(pid: int) -> _Matcher:
-    """Return a function that tells whether an action started the process of that id."""
+    """Return a matcher of the action whose process has an id."""
     return lambda action: (action.process_details or {}).get("pid") == pid
 
 
 def matches_name(name: str) -> _Matcher:
-    """Return a function that tells whether an action started the process of that name."""
+    """Return a matcher of actions whose process has a name."""
     return lambda action: (action.process_details or {}).get("name") == name
 
 
 def matches_executable(executable: str) -> _Matcher:
-    """Return a function that tells whether an action started a program whose path ends so."""
+    """Return a matcher of actions whose program's path has an ending."""
     return lambda action: (action.process_details or {}).get("cmd", [""])[0].endswith(executable)

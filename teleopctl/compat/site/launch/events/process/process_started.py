@@ -4,6 +4,6 @@ from .running_process_event import RunningProcessEvent
 
 
 class ProcessStarted(RunningProcessEvent):
-    """A process runs."""
+    """Emitted when a process has started."""
 
     name = "launch.events.process.ProcessStarted"

@@ -10,7 +10,7 @@ from ...event import Event
 
 
 class ProcessTargetedEvent(Event):
-    """Something that is meant for some of the processes.
+    """Base class of events that are addressed to processes by a matcher.
 
     Args:
         process_matcher: Tells of the action that started a process whether it is meant.
@@ -22,7 +22,7 @@ class ProcessTargetedEvent(Event):
         self.process_matcher = process_matcher
 
     def happen(self, launch: Launch) -> None:
-        """Tell the processes that are meant."""
+        """Send the signal to the processes that the matcher selects."""
 
         def is_meant(process: ProcessPart, plan: ProcessPlan) -> bool:  # noqa: ARG001 -- ours know it
             return isinstance(process.origin, Action) and self.process_matcher(process.origin)
@@ -30,18 +30,18 @@ class ProcessTargetedEvent(Event):
         launch.emit(SignalRequested(is_meant, self._number()))
 
     def _number(self) -> signal.Signals | None:
-        """Return the signal that is sent; None for those of a shutdown."""
+        """Return the signal to send; None for a shutdown's sequence of signals."""
         return None
 
 
 class ShutdownProcess(ProcessTargetedEvent):
-    """A process is to end as in a shutdown, by harder ways where needed."""
+    """Request to end a process as a shutdown does: SIGINT, SIGTERM, SIGKILL."""
 
     name = "launch.events.process.ShutdownProcess"
 
 
 class SignalProcess(ProcessTargetedEvent):
-    """A signal is to be sent.
+    """Request to send a signal to a process.
 
     Args:
         signal_number: The signal, by its name or number.

@@ -7,7 +7,7 @@ from ...event import Event
 
 
 class RunningProcessEvent(Event):
-    """Something that happened to a process.
+    """Base class of events of a process.
 
     Args:
         action: The action that started it.

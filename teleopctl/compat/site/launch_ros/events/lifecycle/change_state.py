@@ -8,7 +8,7 @@ from typing import Any, ClassVar
 from launch.event import Event
 from lifecycle_msgs.msg import State, Transition
 
-# Any: a lifecycle node, which knows these events.
+# Any: the action of a lifecycle node, which imports this module.
 _Matcher = Callable[[Any], bool]
 
 _TRANSITIONS = (
@@ -30,7 +30,7 @@ _STATES = (
 
 
 class ChangeState(Event):
-    """Asks lifecycle nodes for a transition.
+    """Request to lifecycle nodes for a transition.
 
     Args:
         lifecycle_node_matcher: Tells which of them are meant.
@@ -64,10 +64,10 @@ class ChangeState(Event):
 
     @property
     def lifecycle_node_matcher(self) -> _Matcher:
-        """Tells which nodes are meant."""
+        """Matcher of the nodes that the event addresses."""
         return self._matcher
 
     @property
     def transition_id(self) -> int:
-        """The transition."""
+        """Id of the transition."""
         return self._transition_id

@@ -9,7 +9,7 @@ from lifecycle_msgs.msg import TransitionEvent
 
 
 class StateTransition(Event):
-    """A lifecycle node has gone from one state to another.
+    """Emitted when a lifecycle node has changed its state.
 
     Args:
         action: The node.
@@ -18,7 +18,7 @@ class StateTransition(Event):
 
     name = "launch_ros.events.lifecycle.StateTransition"
 
-    # Any: a lifecycle node, which knows these events.
+    # Any: the action of a lifecycle node, which imports this module.
     def __init__(self, *, action: Any, msg: TransitionEvent) -> None:
         super().__init__()
         self._action = action
@@ -26,17 +26,17 @@ class StateTransition(Event):
 
     @property
     def action(self) -> Any:
-        """The node."""
+        """Action of the node."""
         return self._action
 
     @property
     def msg(self) -> TransitionEvent:
-        """What the node said."""
+        """Received ``TransitionEvent`` message."""
         return self._msg
 
     @property
     def timestamp(self) -> int:
-        """When, in nanoseconds."""
+        """Time of the transition in nanoseconds."""
         return int(self._msg.timestamp)
 
     @property
@@ -46,10 +46,10 @@ class StateTransition(Event):
 
     @property
     def start_state(self) -> str:
-        """The label of the state that it has left."""
+        """Label of the start state."""
         return str(self._msg.start_state.label)
 
     @property
     def goal_state(self) -> str:
-        """The label of the state that it is in."""
+        """Label of the goal state."""
         return str(self._msg.goal_state.label)
