@@ -1,4 +1,4 @@
-"""Processes that go on after the command that started them has ended.
+"""Processes that keep running after the command that started them has ended.
 
 Each process has a record, a small file in the user's runtime folder with PID and start time. Both
 are checked against the system whenever records are read, so that a record never stands for a

@@ -22,7 +22,7 @@ _NAMED = {" ": SPACE, "\t": TAB}
 # Second bytes of special keys on Windows, after a first byte of 0 or 0xE0.
 _WINDOWS = {"H": UP, "P": DOWN, "M": RIGHT, "K": LEFT, "I": PAGE_UP, "Q": PAGE_DOWN}
 _MOST_BYTES = 64
-# Period (s) in which a console of Windows is asked for keys: it offers no event to wait for beside
+# Period (s) in which a console of Windows is polled for keys: it offers no event to wait for beside
 # another one.
 _WINDOWS_PERIOD_S = 0.01
 
@@ -90,7 +90,7 @@ class Keyboard:
     Args:
         pressed: Called on the thread with the name of each pressed key: ``SPACE``, ``UP``,
             ``DOWN``, ``RIGHT``, ``LEFT``, ``PAGE_UP``, ``PAGE_DOWN``, ``TAB``, or the character.
-        wanted: Whether keys are read at all.
+        wanted: Whether to read keys at all.
         key: Called on the thread with each `Key`, released ones too where the terminal reports
             them.
     """

@@ -61,7 +61,7 @@ class Progress(NamedTuple):
         detail: Detail of the state, such as topic, reason or exit status.
         time: Time of the report, in seconds since the Unix epoch.
         part: Part of the process that has the state, such as `CONTROL`; empty for its own node.
-        remarks: Sentences that the process wants to be shown where it was started.
+        remarks: Sentences for display by the command that started the process.
         sessions: Identifiers of the process's Zenoh sessions so far, or `ANY_SESSION`.
     """
 
@@ -113,7 +113,7 @@ def report(state: str, detail: str = "", *, part: str = "") -> None:
 def _decisive_part() -> str:
     """Return the part whose state is that of the process; empty before the first report.
 
-    Of parts that start or wait, one that says what it does, or for which topic.
+    Of the parts that start or wait, one with a detail about its work or its topic.
     """
 
     def rank(part: str) -> tuple[int, bool]:

@@ -203,7 +203,7 @@ class Controllers:
         self._clients: dict[tuple[str, str], ActionClient[Any, Any, Any]] = {}
         self._is_pending = False
         if on_change is not None:
-            # Published by managers since Jazzy; before, `request` asks when it is needed.
+            # Published by managers since Jazzy; older ones get a service request when needed.
             node.create_subscription(
                 get_message("controller_manager_msgs/msg/ControllerManagerActivity"),
                 f"{manager}/activity",
@@ -218,7 +218,7 @@ class Controllers:
         self._is_pending = True
         future = self._list.call_async(self._kind.Request())
         future.add_done_callback(self._answered)
-        # A manager that ended before it answered: the next one is to be asked.
+        # The manager ended before it responded: request from the next one.
         future.on_unanswered(self._forget_request)
 
     def available(self) -> list[Controller]:

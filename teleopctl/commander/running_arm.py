@@ -302,7 +302,7 @@ class RunningArm:
             on_progress: Called with the part of the way that is done, 0 to 1, while it moves.
 
         Raises:
-            ExecutionError: It did not come to its end; the error says where the arm is.
+            ExecutionError: It did not reach its end; the error has the arm's positions.
             KeyboardInterrupt: Ctrl-C; the arm has been stopped.
             NotFoundError: No active controller moves a joint.
             UnavailableError: move_group does not answer.

@@ -34,7 +34,7 @@ class ControllerSpec:
             None before the first update after activation.
         statistics: Statistics of the updates since activation.
         async_update: Updates in a thread of their own; None if the control cycle updates.
-        reported_parameters: Parameters of which the log says that they have no effect.
+        reported_parameters: Parameters that were logged as without effect.
     """
 
     controller: ControllerInterface

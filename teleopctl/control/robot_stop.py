@@ -2,7 +2,7 @@
 
 This is not a safety function: it runs in the same program as the controllers.
 
-A controller ends its goals in ``on_stop`` and goes on updating. The commands that it writes from
+A controller ends its goals in ``on_stop`` and keeps updating. The commands that it writes from
 then on are replaced by those of a `StopRamp`, unless it decelerates by itself.
 """
 
@@ -287,7 +287,7 @@ class _HeldJoint:
     """Effort command of one joint on its way to rest: that of a spring and a damper.
 
     Their efforts cannot accelerate the joint for long, whatever its true inertia: they are those of
-    passive parts at a reference that comes to rest. The last effort goes on, since it may be all
+    passive parts at a reference that comes to rest. The last effort stays, since it may be all
     that carries the joint; not that of a wheel that turns, which it would drive.
 
     Attributes:

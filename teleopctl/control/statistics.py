@@ -120,7 +120,7 @@ class DurationHistogram:
         """
         found = [
             (_edge_ns(index), _edge_ns(index + 1), count)
-            # A copy: the cycle's thread goes on counting.
+            # A copy: the cycle's thread keeps counting.
             for index, count in enumerate(self._counts.copy())
             if count
         ]

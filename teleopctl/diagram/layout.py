@@ -268,7 +268,7 @@ def straighten(
 
 
 def _apart(wanted: list[float], weights: list[float], offsets: list[float]) -> list[float]:
-    """Return the positions closest to the wanted ones (least squares) without overlaps.
+    """Return the positions closest to given ones (least squares) without overlaps.
 
     After subtraction of the offsets this is isotonic regression, solved by pooling adjacent
     violators.

@@ -79,7 +79,7 @@ def ros_graph(
 
 
 def with_neighbours(diagram: Diagram, is_wanted: Callable[[DiagramBox], bool]) -> Diagram:
-    """Return the wanted boxes of a diagram, what they are connected with, and the arrows between.
+    """Return the selected boxes of a diagram, those connected to them, and the arrows between.
 
     Topics and labels that are kept also keep the nodes at their other ends.
 

@@ -103,7 +103,7 @@ class RobotGroups:
         virtual_frame: Frame of the virtual joint that holds the root link, such as ``world``; empty
             without one.
         file: The SRDF file; None if the groups were found in the description.
-        warnings: What the SRDF says that cannot be used, one sentence each.
+        warnings: Elements of the SRDF that cannot be used, one sentence each.
     """
 
     robot: str

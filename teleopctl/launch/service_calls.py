@@ -169,7 +169,7 @@ class NodeActivation(CallSequence):
     """Service calls that configure and activate a lifecycle node."""
 
     def describe(self) -> Iterable[str]:
-        """Yield a line that says which node is activated, for a dry run."""
+        """Yield a line with the name of the node to activate, for a dry run."""
         yield f"then {self.node_name} is configured and activated"
 
     def make_calls(self, node: Node) -> None:

@@ -73,7 +73,7 @@ class LeaseWatch:
             return ""
         refused = self._lease.refusal(self._name_of(bytes(sender)), time.monotonic())
         if refused and holder.holder not in self._node.get_fully_qualified_node_names():
-            # A node that ends says nothing more.
+            # A node that ends publishes nothing more.
             self._lease.end()
             return ""
         return refused
@@ -140,7 +140,7 @@ class LeaseHolder:
         return True
 
     def take(self, device: str, *, by_force: bool = False) -> str:
-        """Hold the lease from now on, or go on; return why not, empty if it is held.
+        """Take or keep the lease; return why not, empty if this node holds it.
 
         Args:
             device: Name of the device that drives.

@@ -190,7 +190,7 @@ def hosted_control(
         longest_end_s = _LONGEST_END_AFTER_ERROR_S
         raise
     finally:
-        # First, so that physics does not go on without its controllers.
+        # First, so that physics does not advance without its controllers.
         simulator.stop()
         ended.set()
         # A manager that waits for the simulation waits no longer.

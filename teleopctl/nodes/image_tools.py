@@ -99,7 +99,7 @@ class Cam2Image(_ImageNode):
     """Node that publishes the images of a camera, or drawn burgers, on ``image``.
 
     Attributes:
-        wants_window: Whether the parameter ``show_camera`` asks for a page.
+        wants_window: Value of the parameter ``show_camera``: whether to serve a page.
         show: Called with each picture, as an array of height, width and three colours.
     """
 
@@ -227,7 +227,7 @@ class ShowImage(_ImageNode):
     """Node that shows the images of ``image``.
 
     Attributes:
-        wants_window: Whether the parameter ``show_image`` asks for a page.
+        wants_window: Value of the parameter ``show_image``: whether to serve a page.
         show: Called with each picture, as an array of height, width and three colours.
         title: Name of the window.
     """

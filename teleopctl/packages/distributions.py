@@ -87,7 +87,7 @@ def distribution_package(name: str) -> Package | None:
 
 
 def _manifest(name: str, distribution: str) -> str:
-    """Return a ``package.xml`` with what a distribution's metadata says."""
+    """Return a ``package.xml`` made from a distribution's metadata."""
     from importlib.metadata import metadata
 
     known = {key: str(value) for key, value in metadata(distribution).json.items()}

@@ -170,7 +170,7 @@ class LockstepLoop:
     def receive_command(self, command: Command) -> None:
         """Store a received joint command, which the loop applies at a control tick."""
         if command.stamp_ns and threading.get_ident() == self._own_thread:
-            # Of a hosted controller: nobody waits, and at 1 kHz a lock counts.
+            # Of a hosted controller: no thread waits, and at 1 kHz a lock costs time.
             self._command = command
             return
         with self._changed:

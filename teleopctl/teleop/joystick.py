@@ -37,7 +37,7 @@ _GET_NAME, _LONGEST_NAME = 0x80006A13, 128
 _GET_AXIS_CODES, _MOST_AXES = 0x80406A32, 0x40
 _GET_BUTTON_CODES, _MOST_BUTTONS, _FIRST_BUTTON = 0x84006A34, 0x200, 0x100
 _FULL = 32767.0
-# Period in which pygame is asked, s: it offers nothing to wait for without a window.
+# Polling period of pygame, s: without a window it offers no event to wait for.
 _PERIOD_S = 0.004
 # Time between two looks for a joystick that is gone, s.
 _LOOK_S = 1.0
@@ -84,7 +84,7 @@ _XBOX_AXES = (0, 1, 2, 3, 4, 5, 0x10, 0x11)
 _XBOX_BUTTONS = (*(0x130, 0x131, 0x133, 0x134, 0x136, 0x137), *(0x13A, 0x13B, 0x13C, 0x13D, 0x13E))
 
 _TRIGGERS = ("left_trigger", "right_trigger")
-# Axes that are 1 while nobody touches them.
+# Axes that are 1 at rest.
 _AT_ONE = [[name] for name in _TRIGGERS]
 _DPAD = {"dpad_x": ("dpad_left", "dpad_right"), "dpad_y": ("dpad_up", "dpad_down")}
 

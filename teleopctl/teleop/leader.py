@@ -30,7 +30,7 @@ FOLDER = Path(__file__).with_name("mappings") / "leader"
 RAMP = 0.5
 """Speed at which a follower goes to the leader's pose, rad/s."""
 _RAMP_SLIDING = 0.1  # m/s
-# Largest speed at which a follower's wanted position moves, rad/s or m/s.
+# Largest speed of a follower's target position, rad/s or m/s.
 _FASTEST = 3.0
 # Change of a leader's joint from one sample to the next that no hand makes, rad or m.
 JUMP = 0.35

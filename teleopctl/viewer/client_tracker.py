@@ -140,7 +140,7 @@ def panel_mark(name: str) -> str:
 
 
 def click_mark(panel: str, what: str) -> str:
-    """Return the attributes of an HTML or SVG element that tell a panel when it is clicked.
+    """Return the attributes of an HTML or SVG element whose clicks a panel receives.
 
     Args:
         panel: Name of the panel in the registry, whose `Panel.clicked` is called.

@@ -26,8 +26,8 @@ def direct_callback(
 
     By default CPython treats each call as one from a new thread: it creates a thread state, with a
     stack that is mapped and unmapped, and deletes it afterwards, which takes longer than to receive
-    a message (CPython's issue 146219). So the state is kept, as CPython's manual says for threads
-    that call often.
+    a message (CPython's issue 146219). So the state is kept, as CPython's manual describes for
+    threads that call often.
 
     Args:
         on_item: Called with each sample, query or reply. It must be short and must not wait, since

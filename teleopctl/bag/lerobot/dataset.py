@@ -94,7 +94,7 @@ class EpisodeNotes(NamedTuple):
     """Notes on an episode, beside its frames.
 
     Attributes:
-        success: Whether the task succeeded; None if nobody has said so.
+        success: Whether the task succeeded; None if unknown.
         driven_by: Hand or program that drove the robot; empty if unknown.
         worst_offset_s: Largest age of a value in a frame, in seconds.
     """

@@ -48,7 +48,7 @@ class EpisodeSettings(NamedTuple):
         action: Topics of the robot's commands, or fields; empty for those of all controllers.
         cameras: Image topics, each a topic or ``NAME=TOPIC``; empty for all colour images.
         hand: Topic of the twists of a hand; empty for servo's.
-        success: Whether the task succeeded; None if nobody has said so.
+        success: Whether the task succeeded; None if unknown.
         driven_by: Hand or program that drove the robot; empty if unknown.
         seed: Seed of the places of the objects; None if they were not placed at random.
     """

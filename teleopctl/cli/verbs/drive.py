@@ -32,7 +32,7 @@ VERB = Verb(
 _PAGE = "drive"
 _PERIOD_S = 0.3
 _ANSWER_S = 1.0
-# An address that is never used: the routing table alone is asked which of ours would be.
+# Nothing is sent to this address: connecting only looks up our own in the routing table.
 _ELSEWHERE = ("192.0.2.1", 9)
 
 
@@ -119,7 +119,7 @@ def drive(
     if open_page and no_open:
         raise UsageError("--open and --no-open exclude each other")
     arguments = _arguments(words or [])
-    # The page is what is asked for, also on a machine that shows none by itself.
+    # The command needs the page, also on a machine without a display.
     arguments = {"viewer": "true", **arguments, "page_port": "" if port is None else str(port)}
     if task is not None and record is None:
         raise UsageError("--task is for --record")
@@ -134,7 +134,7 @@ def drive(
             f"{chosen['device']}",
         )
     if lan:
-        arguments["page_host"] = "0.0.0.0"  # noqa: S104 -- asked for, and with a token
+        arguments["page_host"] = "0.0.0.0"  # noqa: S104 -- by an option, with a token
     activation.activate_children()
     request = LaunchRequest(
         file=str(find_launch_file(None, "drive.yaml")), arguments=arguments, show_all_output=True
@@ -232,7 +232,7 @@ def _lease(*, ends: bool) -> int:
         executor.add_node(node)
         holder = LeaseHolder(node, [])
         end_s = time.monotonic() + _ANSWER_S
-        # Who drives says so twice a second; a latched claim is there at once.
+        # The driving node publishes its claim at 2 Hz; a latched claim arrives at once.
         while holder.watch.holder is None and time.monotonic() < end_s:
             if node.count_publishers(LEASE_TOPIC) <= 1 and time.monotonic() > end_s - _ANSWER_S / 2:
                 break

@@ -66,7 +66,7 @@ class ControllerInterfaceParams:
         action_server: Function that creates the controller's action servers, with the arguments
             of `ActionServer`.
         robot_stop: State of the robot's stop.
-        lease: Who may command; None if anybody may.
+        lease: Command lease of the robot; None if any node may command.
     """
 
     controller_name: str
@@ -381,8 +381,8 @@ class ControllerInterface:
         """Called when new code replaces this active controller: return its state; None by default.
 
         The state goes to the new instance's `import_state`: for example the goal, the reference,
-        the time on a trajectory, an integral. Called between two cycles; the old instance may go on
-        afterwards, if the new one fails, so its state must not be changed by the new one before
+        the time on a trajectory, an integral. Called between two cycles; the old instance continues
+        if the new one fails, so its state must not be changed by the new one before
         its first update. Claimed interfaces and parameters are handed over in any case.
         """
         return None

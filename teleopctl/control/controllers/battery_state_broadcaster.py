@@ -66,7 +66,7 @@ class BatteryStateBroadcaster(ControllerInterface):
     ``~/raw_battery_states`` has the state of each of the ``batteries``; ``~/battery_state`` has
     their mean voltage, temperature, current and percentage, their summed charges and capacities,
     and the highest status and health. A battery is present if its voltage is neither NaN nor 0,
-    unless an interface says so.
+    unless an interface has the value.
     """
 
     def on_configure(self) -> CallbackReturn | None:

@@ -126,7 +126,7 @@ class GpioCommandController(ControllerInterface):
         self.logger.info("activate successful")
 
     def on_release(self) -> None:
-        """Do nothing: outputs go on following commands while the robot is stopped."""
+        """Do nothing: outputs keep following commands while the robot is stopped."""
 
     def interfaces_to_decelerate(self) -> Sequence[CommandInterface]:
         """Return none: outputs are no motion."""

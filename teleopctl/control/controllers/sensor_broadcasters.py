@@ -377,7 +377,7 @@ class GPSSensorBroadcaster(_SensorBroadcaster):
         return None
 
     def interface_names(self) -> Sequence[str]:
-        """Return the full names of status, service, position and, if wanted, variances."""
+        """Return the full names of status, service, position and, if configured, variances."""
         places = ("latitude", "longitude", "altitude")
         variances = [f"{place}_covariance" for place in places] if self._measures_variance else []
         return [f"{self._sensor}/{name}" for name in ("status", "service", *places, *variances)]

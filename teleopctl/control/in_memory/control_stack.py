@@ -53,7 +53,7 @@ class ControlStack:
         resources: Resource manager.
         manager: Controller manager.
         cycle: Control cycle.
-        lease: Who may command the controllers that are loaded from then on; None for anybody.
+        lease: Command lease for controllers that are loaded from then on; None for no lease.
 
     Example:
         >>> import teleopctl
@@ -174,7 +174,7 @@ class ControlStack:
         """Reload a controller's changed code, with one cycle if it is active; return what changed.
 
         Raises:
-            ReloadError: The new code failed, and the old code goes on.
+            ReloadError: The new code failed, and the old code still runs.
         """
         reload = ControllerReload(self.manager, name)
         reload.prepare()

@@ -233,7 +233,7 @@ class ControllerReload:
         """Exchange the instances between two cycles.
 
         Raises:
-            ReloadError: The new instance cannot take over; the old one goes on.
+            ReloadError: The new instance cannot take over; the old one still runs.
         """
         async_update = self._spec.async_update
         if async_update is not None:
@@ -418,7 +418,7 @@ class ControllerReload:
             return new.update(time_ns, period)
         try:
             outcome = new.update(time_ns, period)
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - the old code goes on
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - the old code still runs
             self._problem = f"its first update raised {with_origin(error)}"
         else:
             if outcome is not ReturnType.ERROR:
@@ -467,7 +467,7 @@ class ControllerReload:
         """Release the instance that is no longer used; return what was reloaded, in words.
 
         Raises:
-            ReloadError: The first update failed, and the old code goes on.
+            ReloadError: The first update failed, and the old code still runs.
         """
         if self._problem is not None:
             self._release_new()

@@ -119,7 +119,7 @@ class ReloadService:
             raise ReloadError(f"after {timeout_s:g} s, {phase}")
 
     async def _finish_later(self, reload: ControllerReload) -> None:
-        """Release the unused instance once cycles go on, for example after a pause."""
+        """Release the unused instance once cycles run again, for example after a pause."""
         decided = Future[None](executor=self._node.executor)
         reload.on_settled = lambda: decided.set_result(None)
         if not reload.is_settled.is_set():

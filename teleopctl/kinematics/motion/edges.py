@@ -49,7 +49,7 @@ class EdgeChecker:
         clearance: Checker of collisions; None to check none.
         condition: Further condition on the states; None for none.
         least_m: Distance from which a state is free, m.
-        is_canceled: Whether the search shall end, asked at each state; None for never.
+        is_canceled: Called at each state, returns whether to end the search; None for never.
 
     Attributes:
         least_m: Distance from which a state is free, m.

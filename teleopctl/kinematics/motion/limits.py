@@ -26,7 +26,7 @@ class MotionLimits:
         velocities: Velocities, (n,), rad/s or m/s.
         accelerations: Accelerations and decelerations, (n,), rad/s² or m/s².
         jerks: Jerks, (n,), rad/s³ or m/s³; infinite where jerk does not matter.
-        assumed: What is assumed since the description does not tell it, one sentence each.
+        assumed: Assumptions where the description has no limit, one sentence each.
     """
 
     velocities: Array

@@ -75,7 +75,7 @@ def compute_cartesian_path(
 ) -> CartesianPath:
     """Return joint positions with which the tool moves on straight lines through poses.
 
-    The origin moves linearly, the rotation about one axis (slerp). A path that cannot go on is
+    The origin moves linearly, the rotation about one axis (slerp). A path that cannot continue is
     returned as far as it goes.
 
     Args:

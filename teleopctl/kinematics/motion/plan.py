@@ -74,7 +74,7 @@ class MotionSettings:
         period_s: Time between the points of the plan, s.
         seed: Start of the random numbers; the same seed gives the same path.
         parameters: Parameters of the planner by OMPL's names, such as ``range``.
-        is_canceled: Whether planning shall end, asked at each state that is checked; it then raises
+        is_canceled: Called at each checked state, returns whether to end; planning then raises
             a PlanningError with the code PREEMPTED.
 
     Example:

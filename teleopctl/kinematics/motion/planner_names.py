@@ -49,7 +49,7 @@ def planner_names(library: str = "") -> tuple[str, ...]:
 
 
 def choose_planner(name: str = "", library: str = "") -> tuple[Planner, tuple[str, ...]]:
-    """Return the planner for a name, and what differs from what was asked for, in sentences.
+    """Return the planner for a name, and its differences from the requested one, in sentences.
 
     Args:
         name: Name of the planner, as OMPL or MoveIt's configurations write it; empty for the
@@ -58,7 +58,7 @@ def choose_planner(name: str = "", library: str = "") -> tuple[Planner, tuple[st
 
     Raises:
         UsageError: No planner of OMPL has the name.
-        UnsupportedError: OMPL is asked for, and not installed.
+        UnsupportedError: OMPL is requested, and not installed.
     """
     if library not in ("", OMPL, OWN):
         raise UsageError(f"There is no library of planners '{library}'", hint=f"{OMPL} or {OWN}")

@@ -39,7 +39,7 @@ _ROUNDING = 1e-9
 # Windows (as parts of the longest) that are tried where the geometry is kept.
 _WINDOWS = (0.0625, 0.125, 0.25, 0.375, 0.5, 0.75, 1.0, 1.5)
 # How often a window is made wider for the sake of the polynomials between two points, by how much
-# more than the jerk asks for, and how often a motion is slowed.
+# more than the jerk requires, and how often a motion is slowed.
 _WIDENINGS, _WIDER, _SLOWINGS = 4, 1.03, 5
 # Nodes and weights of Gauss' quadrature of degree 7 on [0, 1].
 _NEAR, _FAR = (math.sqrt((3.0 + sign * 2.0 * math.sqrt(1.2)) / 7.0) for sign in (-1.0, 1.0))

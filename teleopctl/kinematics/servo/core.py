@@ -45,7 +45,7 @@ class ServoSettings:
         thresholds: Conditions of the Jacobian at which directions are slowed and given up.
         halt_all_joints_in_joint_mode: Whether one joint at its limit halts all.
         halt_all_joints_in_cartesian_mode: Whether one joint at its limit halts the tool; else the
-            other joints go on, and the tool leaves its direction.
+            other joints keep moving, and the tool leaves its direction.
         linear: Largest linear speed while a pose is tracked, m/s.
         rotational: Largest angular speed while a pose is tracked, rad/s.
         linear_tolerance: Distance at which a tracked pose counts as reached, m.
@@ -324,8 +324,8 @@ class ServoCore:
     def _can_stop(self, velocities: Array, period_s: float, reasons: list[Reason]) -> bool:
         """Return whether all can still stop before limits and obstacles, at velocities, (n,).
 
-        The joints go on for a period and then stop together, so that they stay on a straight line
-        of the joints' space, which is checked against collisions as a planned motion is. Appends
+        The joints move on for a period and then stop together, so that they stay on a straight
+        line in joint space, which is checked against collisions as a planned motion is. Appends
         a reason if it is not free.
         """
         if not velocities.any():

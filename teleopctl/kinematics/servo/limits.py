@@ -55,7 +55,7 @@ def stoppable_part(distance: Array, speed: Array, stop_s: float, period_s: float
 
 
 def common_step(velocities: Array, wanted: Array, accelerations: Array, period_s: float) -> Array:
-    """Return velocities, (n,), nearer to the wanted ones, that the accelerations allow in a period.
+    """Return velocities, (n,), nearest to the desired ones, that accelerations allow in a period.
 
     All joints take the same part of the way, so that the direction of the tool changes smoothly.
     """

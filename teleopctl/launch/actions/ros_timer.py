@@ -65,7 +65,7 @@ class _SimulatedTimer:
         threading.Thread(target=self._wait, args=(report,), name="ros_timer", daemon=True).start()
 
     def dry_run(self) -> tuple[str, tuple[Step, ...]]:
-        """Return a text that says when the timer fires, and the timer's steps, for a dry run."""
+        """Return a text about when the timer fires, and the timer's steps, for a dry run."""
         return f"after {self._seconds:g} s of /clock", self._steps
 
     def answers(self, event: object, launch: Launch) -> bool:  # noqa: ARG002 -- a handler's form

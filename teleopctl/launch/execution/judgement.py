@@ -92,7 +92,7 @@ def own_nodes(
     """Return which new nodes are those of a process, and whether that is certain.
 
     Args:
-        said: Last progress of the process.
+        said: Last reported progress of the process.
         new_nodes: Nodes that appeared after the start of the process, by Zenoh session.
     """
     if said is None:

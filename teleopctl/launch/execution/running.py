@@ -180,7 +180,7 @@ def find_running(
 
 
 def how_to_stop(node_names: Collection[str]) -> str:
-    """Return the end of a sentence that says how to stop the processes of running nodes."""
+    """Return the end of a sentence about how to stop the processes of running nodes."""
     owners = {
         owner.pid: owner
         for entry in running(include_foreground=True)

@@ -218,7 +218,7 @@ class ServerGoalHandle(Generic[GoalT, ResultT, FeedbackT]):
     def accept_again(self) -> None:
         """Let an executing goal be set to executing once more, by new code of its server (ours).
 
-        No status is published: for clients the goal goes on.
+        No status is published: for clients the goal still runs.
         """
         with self._server.lock:
             if self._state is GoalState.EXECUTING:

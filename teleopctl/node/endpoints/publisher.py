@@ -175,7 +175,7 @@ class Publisher(Endpoint, Generic[MessageT]):
     def has_subscribers(self) -> bool:
         """Whether Zenoh would send a message to any subscriber (ours); for use by one thread.
 
-        For publishers that are called so often that preparing a message for nobody counts. Zenoh
+        For publishers that are called so often that preparing unneeded messages costs time. Zenoh
         reports changes, so that it takes as long in a large graph.
         """
         if self._matching is None:

@@ -1,6 +1,6 @@
 """Command lease of a robot: which node may stream commands to controllers and servo.
 
-Without a lease anybody may. While a node holds one, only it may, and the nodes through which its
+Without a lease every node may. While a node holds one, only it may, and the nodes through which its
 commands go. Of two claims the one with the higher term counts, then the earlier one, so that all
 that receive both decide alike. A lease ends by its release, after `SILENCE_S` without a claim, with
 the holder's node, and when the robot is stopped.

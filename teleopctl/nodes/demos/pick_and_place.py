@@ -95,7 +95,7 @@ class PickAndPlace(Node):
             self._on_description,
             qos_profile_latched,
         )
-        # The simulator's own states: controllers publish theirs only once time goes on.
+        # The simulator's own states: controllers publish theirs only while time advances.
         self.create_subscription(
             get_message("sensor_msgs/msg/JointState"),
             "/mujoco_sim/joint_states",
@@ -273,7 +273,7 @@ class PickAndPlace(Node):
     # --- time -------------------------------------------------------------------------------------
 
     def _advance(self) -> None:
-        """Advance the simulation by some steps, at most as fast as asked for, and see its state."""
+        """Advance the simulation by some steps, at the requested speed, and receive its state."""
         self._request(self._step, steps=_STEPS)
         self._now_ns += _STEP_NS
         self._wait(
@@ -313,7 +313,7 @@ class PickAndPlace(Node):
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Take the cube as often as asked for, and return 0 if it came into the bin each time.
+    """Take the cube as often as requested; return 0 if it came into the bin each time.
 
     Raises:
         TeleopctlError: The robot is another one, or does not come.

@@ -460,7 +460,7 @@ def _missing_topics(settings: EpisodeSettings, counts: dict[str, int]) -> str:
 
 
 def main(args: Sequence[str] | None = None) -> int:
-    """Record episodes until Ctrl-C, SIGTERM or the wanted number; return the exit status.
+    """Record episodes until Ctrl-C, SIGTERM or the requested number; return the exit status.
 
     Raises:
         InvalidParameterError: A parameter is missing or has an invalid value.

@@ -57,7 +57,7 @@ class GripperDrive:
         group: Name of the arm's group, which carries the gripper.
 
     Attributes:
-        wanted: Opening that is wanted, 0 (closed) to 1 (open); None before the first command.
+        wanted: Target opening, 0 (closed) to 1 (open); None before the first command.
         problem: Why it does not move, in words; empty if it does.
     """
 

@@ -133,7 +133,7 @@ class HandDriver:
         """Publish a command; call it with each sample, from any one thread.
 
         Args:
-            command: What the hand asks for.
+            command: The operator's command.
             speeds: Speed steps of its mapping.
         """
         with self._lock:
@@ -260,7 +260,7 @@ class HandDriver:
         return not self._refusal
 
     def _on_loss(self) -> None:
-        # It may be pressed again, not go on.
+        # Only a new press moves the robot.
         self._is_taken = self._is_moving or self._is_gripping
         self._refusal = "another hand has taken over" if self._is_taken else ""
         self._command = HandCommand()

@@ -61,7 +61,7 @@ class ServoOutput:
         """Publish a twist of the tool.
 
         Args:
-            command: What the hand asks for.
+            command: The operator's command.
             part: Part of servo's speeds.
             frame: ``base`` for the axes of the root link, ``tip`` for those of the gripper.
             begins: Whether a motion begins with it.
@@ -174,7 +174,7 @@ class BaseOutput:
         """Publish a velocity, in the axes of the base.
 
         Args:
-            command: What the hand asks for.
+            command: The operator's command.
             part: Part of the full speeds.
         """
         twist = self._message

@@ -212,7 +212,7 @@ class LeaderFollower:
         try:
             refusal = self._follow_pose(sample) if self._clutch.is_held else self._follow(sample)
         except DeviceError as error:
-            # The state says released already.
+            # The state is RELEASED already.
             self._driver.pull(None)
             self._clutch.release()
             self.problem = error.message

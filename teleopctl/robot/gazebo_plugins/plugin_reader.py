@@ -80,7 +80,7 @@ class PluginEffect:
     """Equivalent of one Gazebo plug-in: a controller, odometry or topics.
 
     Attributes:
-        says: End of a sentence with its topics: "listens to /cmd_vel".
+        says: End of a sentence with the topics: "listens to /cmd_vel".
         controller: Controller that replaces the plug-in, or None.
         truths: Odometry for the simulator to publish.
         planar_topics: Topics of velocities by which the simulator moves the base.

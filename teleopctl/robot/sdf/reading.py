@@ -235,7 +235,7 @@ class SdfFile:
         return x, y, z
 
     def flag(self, parent: Any, path: str, *, default: bool = False) -> bool:
-        """Return whether a child element says true; the default if the child is missing."""
+        """Return whether a child element is true; the default if the child is missing."""
         child = parent.find(path)
         return default if child is None else (child.text or "").strip().lower() in _TRUE
 

@@ -71,7 +71,7 @@ class CameraPublishers:
     Attributes:
         camera: The camera.
         schedule: Schedule of the camera's images.
-        wanted: Kinds of data that have subscribers; see `CameraModel`, with ``image/compressed``
+        wanted: Kinds of data with subscribers; see `CameraModel`, with ``image/compressed``
             and ``depth/compressedDepth``.
     """
 

@@ -289,7 +289,7 @@ class RunningSimulation:
         self._on_restart()
 
     def unused_name(self, wanted: str) -> str:
-        """Return the wanted name if no entity has that name, else with a number appended."""
+        """Return the requested name if no entity has that name, else with a number appended."""
         name, number = wanted, 0
         while not self.is_free(name):
             number += 1

@@ -297,7 +297,7 @@ class WorldServices:
 
 
 def _refuse_incomplete_world(request: Any, warnings: tuple[str, ...]) -> None:
-    """Refuse a world with missing parts, if the request says so."""
+    """Refuse a world with missing parts, if the request requires all."""
     meshes = meshes_left_out(warnings)
     others = [warning for warning in warnings if warning not in meshes]
     if meshes and not request.ignore_missing_or_unsupported_assets:

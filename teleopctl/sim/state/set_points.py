@@ -17,7 +17,7 @@ _SHARE, _LONG_S = 0.5, 0.05
 # two time constants of its drive.
 _BRAKING_S = 0.01
 
-# Greatest speed of positions that go on from a joint, as a factor of its speed: controllers may
+# Greatest speed of positions that continue from a joint, as a factor of its speed: controllers may
 # have to estimate it from measured positions.
 _AT_MOST = 1.5
 
@@ -70,7 +70,7 @@ def goes_on_from_joint(
     """Return whether a new position continues the joint's own motion, not that of its set-point.
 
     On the way to a distant position nothing is fed forward, and the set-point is ahead of the joint
-    by the lag of the drive and by its acceleration. Positions that then go on from the joint, at
+    by the lag of the drive and by its acceleration. Positions that then continue from the joint, at
     about its speed, as those of a stop do, would stop the set-point until the joint has caught up
     with it.
 

@@ -298,7 +298,7 @@ class Display:
         self._guarded(lambda: self.received(message))
 
     def _guarded(self, function: Callable[[], object]) -> None:
-        """Call a function, and report its exception as the display's status: the page goes on."""
+        """Call a function, and show its exception as the display's status; others continue."""
         try:
             function()
         except TeleopctlError as error:

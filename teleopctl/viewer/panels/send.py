@@ -76,7 +76,7 @@ class SendPanel(Panel):
         self._drop()
 
     def tick(self) -> None:
-        """Update the offered names, and publish again if that is wanted."""
+        """Update the offered names, and publish again if periodic publishing is on."""
         self._ticks += 1
         if self._is_graph_new and self._ticks % _TICKS_PER_LIST in (0, 1):
             self._is_graph_new = False

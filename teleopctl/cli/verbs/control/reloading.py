@@ -32,7 +32,7 @@ def reload(
 
     The new code is imported and configured beside the running one, and takes over between two
     control cycles, with state, claims, parameters and goals. If it fails, also in its first update,
-    the running code goes on.
+    the old code still runs.
     """
     if timeout <= 0.0:
         raise UsageError(f"--timeout must be above 0, got {timeout:g}")

@@ -81,7 +81,7 @@ def top(
 
 
 def fitting_lines(lines: Sequence[str], most: int) -> list[str]:
-    """Return at most so many lines; the last one says how many are left out."""
+    """Return at most so many lines; the last one contains the number of omitted lines."""
     if len(lines) <= most:
         return list(lines)
     kept = max(0, most - 1)

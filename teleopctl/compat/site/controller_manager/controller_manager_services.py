@@ -62,7 +62,7 @@ def service_caller(
         max_attempts: How often to call it where no response comes.
 
     Raises:
-        ServiceNotFoundError: Nobody offers it.
+        ServiceNotFoundError: The service did not become available in time.
         RuntimeError: It does not respond.
     """
     name = node.resolve_service_name(service_name)

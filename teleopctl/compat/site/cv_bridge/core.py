@@ -1,7 +1,7 @@
 """``cv_bridge.core``: images as numpy arrays and back.
 
 Conversions between colours, grey and transparency need numpy only; Bayer and YUV images and
-compressed ones need OpenCV (``cv2``), which a program that asks for them has installed.
+compressed ones need OpenCV (``cv2``), which a program that uses them must install.
 """
 
 from __future__ import annotations

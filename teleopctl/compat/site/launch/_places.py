@@ -32,7 +32,7 @@ def blamed(error: Exception, doing: str) -> TeleopctlError:
 
     Args:
         error: What was raised.
-        doing: What was being done, for an exception that says nothing of that.
+        doing: Description of the operation, for exceptions without a text.
     """
     if isinstance(error, RuntimeError) and isinstance(error.__cause__, TeleopctlError):
         error = error.__cause__.with_traceback(error.__traceback__)

@@ -72,7 +72,7 @@ class Action(LaunchDescriptionEntity):
         except TeleopctlError as error:
             if error.__cause__ is not None and not isinstance(error.__cause__, TeleopctlError):
                 raise error.__cause__ from error
-            # What launch raises, for a program that wants to go on.
+            # The exception that ROS 2's launch raises, which programs catch.
             raise RuntimeError(error.message) from error
         return None
 

@@ -150,7 +150,7 @@ class LaunchService:
         """Shut the launch down, if it runs. Thread-safe.
 
         Args:
-            force_sync: Whether nothing is wanted that could be awaited.
+            force_sync: Whether to return None instead of an awaitable.
 
         Returns:
             What can be awaited or made a task of, in the event loop of `run_async`; nothing

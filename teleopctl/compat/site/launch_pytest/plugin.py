@@ -181,7 +181,7 @@ def _run_whole(
     is_behind: bool,
     call: Callable[..., Any],
     *,
-    request: pytest.FixtureRequest,  # noqa: ARG001 -- asked for by all
+    request: pytest.FixtureRequest,  # noqa: ARG001 -- same signature for all
     launch_service: LaunchService,
     event_loop: asyncio.AbstractEventLoop,
 ) -> None:

@@ -36,7 +36,7 @@ class _LaunchDiedError(Exception):
 class _RunnerWorker:
     """Runs a launch on the main thread, and its tests on another thread.
 
-    The launch has to be on the main thread, which alone hears Ctrl-C.
+    The launch must run on the main thread, since only that receives SIGINT.
     """
 
     def __init__(
@@ -60,7 +60,7 @@ class _RunnerWorker:
 
         Raises:
             _LaunchDiedError: The launch has ended before the tests had.
-            unittest.SkipTest: The test description says that it is to be left out.
+            unittest.SkipTest: The test description raises it, to be skipped.
         """
         description, context = self._test_run.normalized_test_description(
             ready_fn=self._is_ready.set

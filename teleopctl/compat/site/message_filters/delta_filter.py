@@ -25,7 +25,7 @@ class ComparisonHandler:
 class CachedComparisonHandler(ComparisonHandler):
     """Handler that compares with the message passed on last; the first one always passes.
 
-    A message passes when `do_fields_fit` says so of any field.
+    A message passes if `do_fields_fit` returns True for any field.
     """
 
     def __init__(self) -> None:

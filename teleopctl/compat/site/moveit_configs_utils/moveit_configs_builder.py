@@ -166,7 +166,7 @@ class MoveItConfigsBuilder(ParameterBuilder):
         """Read the planning pipelines from the package's files, or use MoveIt's defaults.
 
         Args:
-            default_planning_pipeline: Which is used when nobody asks for another; by default OMPL.
+            default_planning_pipeline: Pipeline for requests that name none; by default OMPL.
             pipelines: Which of them; by default those of the package.
             load_all: Whether MoveIt's own are added where `pipelines` are not given.
 

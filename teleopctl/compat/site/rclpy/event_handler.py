@@ -97,7 +97,7 @@ class EventHandler(Waitable):
         self,
         *,
         callback_group: CallbackGroup,
-        callback: Callable[[Any], object],  # Any: what it is told depends on the event
+        callback: Callable[[Any], object],  # Any: the argument depends on the event
         event_type: QoSPublisherEventType | QoSSubscriptionEventType,
         parent_impl: Handle,
     ) -> None:
@@ -108,11 +108,11 @@ class EventHandler(Waitable):
         self._index = 0
 
     def is_ready(self, wait_set: WaitSet) -> bool:
-        """Return whether there is something to tell."""
+        """Return whether an event is pending."""
         return wait_set.is_ready("event", self._index)
 
     def take_data(self) -> object:
-        """Return what there is to tell."""
+        """Return the data of the pending event."""
         return self._event.take_event()
 
     async def execute(self, taken_data: object) -> object:

@@ -1,4 +1,4 @@
-"""``rclpy.subscription_content_filter_options``. Which messages of a topic are wanted."""
+"""``rclpy.subscription_content_filter_options``. Content filters of subscriptions."""
 
 from teleopctl.node import ContentFilterOptions
 

@@ -1,4 +1,4 @@
-"""``rclpy.topic_endpoint_info``. What the graph tells of an endpoint."""
+"""``rclpy.topic_endpoint_info``. Description of endpoints in the graph."""
 
 from teleopctl.node import TopicEndpointInfo, TopicEndpointTypeEnum
 

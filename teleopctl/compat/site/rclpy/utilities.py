@@ -1,4 +1,4 @@
-"""``rclpy.utilities``. What command lines and contexts tell."""
+"""``rclpy.utilities``. Command-line arguments, domain id and middleware."""
 
 import sys
 from collections.abc import Sequence

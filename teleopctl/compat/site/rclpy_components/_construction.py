@@ -1,4 +1,4 @@
-"""From a request to a component's node, whatever its class wants to be called with."""
+"""Construction of a component's node from a ``load_node`` request."""
 
 from __future__ import annotations
 
@@ -99,22 +99,22 @@ def constructed(
 
 
 def destroy(component: object, node: Node) -> None:
-    """Destroy a component's node, by the component's own way where it has one."""
+    """Destroy a component's node, by its own method if it has one."""
     try:
         own = getattr(component, "destroy_node", None)
         if callable(own):
             own()
-    except Exception:  # noqa: BLE001 -- it is a stranger's, and the others go on
+    except Exception:  # noqa: BLE001 -- third-party code must not stop the container
         traceback.print_exc()
     finally:
         node.destroy_node()
 
 
-# Any: what a stranger's constructor takes.
+# Any: constructors of components differ.
 def _arguments(
     make: Constructor, request: LoadNode.Request, options: NodeOptions
 ) -> dict[str, Any]:
-    """Return what a constructor has to be given; all else reaches the node in any case."""
+    """Return the arguments that a constructor requires; all others reach the node as options."""
     try:
         parameters = inspect.signature(make).parameters.values()
     except (TypeError, ValueError):  # one that is compiled

@@ -38,7 +38,7 @@ class _Loaded(NamedTuple):
 
 
 class ComponentManager(Node):
-    """Offers ``~/_container/load_node``, ``unload_node`` and ``list_nodes``.
+    """Node with the services ``~/_container/load_node``, ``unload_node`` and ``list_nodes``.
 
     Args:
         executor: Runs the components' callbacks; None where `set_executor` is to come.
@@ -67,13 +67,13 @@ class ComponentManager(Node):
         self.create_service(ListNodes, "~/_container/list_nodes", self.on_list_node)
 
     def set_executor(self, executor: Executor) -> None:
-        """Run the callbacks of the components that are loaded from now on."""
+        """Set the executor that runs the callbacks of components loaded from now on."""
         self._shared = executor
 
     def on_list_node(
         self, _request: ListNodes.Request, response: ListNodes.Response
     ) -> ListNodes.Response:
-        """Say which components there are."""
+        """Return the loaded components."""
         response.unique_ids = list(self._loaded)
         response.full_node_names = [
             loaded.node.get_fully_qualified_name() for loaded in self._loaded.values()
@@ -83,7 +83,7 @@ class ComponentManager(Node):
     def on_load_node(
         self, request: LoadNode.Request, response: LoadNode.Response
     ) -> LoadNode.Response:
-        """Load a component; whatever is wrong with it, the container and the others go on."""
+        """Load a component; an error affects neither the container nor other components."""
         try:
             found = find_component(request.package_name, request.plugin_name)
             self.get_logger().info(f"Found class: {found.type_name} ({found.target})")
@@ -103,7 +103,7 @@ class ComponentManager(Node):
             response.success = True
             response.unique_id = self._last_id
             response.full_node_name = node.get_fully_qualified_name()
-        # A component may have told how far it has come, as if the process were its own.
+        # A component may have reported progress, as if it owned the process.
         progress.report(progress.READY)
         return response
 
@@ -164,7 +164,7 @@ class ComponentManager(Node):
 
 
 def _spin(executor: Executor) -> None:
-    # A signal ends the container, which is told in its main thread.
+    # A signal ends the container; handlers are set in its main thread.
     with suppress(ExternalShutdownException):
         executor.spin()
 

@@ -49,7 +49,7 @@ class SequentialReader:
         self._messages: Iterator[bag.BagMessage] | None = None
         self._next: bag.BagMessage | None = None
         # The last message that was read, by its time, its topic, and its number among the messages
-        # of both: after a change of the filter, reading goes on behind it.
+        # of both: after a change of the filter, reading continues after it.
         self._read: tuple[int, str, int] | None = None
         self._read_then: dict[str, int] = {}
 

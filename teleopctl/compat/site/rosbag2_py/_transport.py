@@ -316,7 +316,7 @@ def _seconds(duration: object) -> float:
 
 
 def bag_rewrite(input_options: list[StorageOptions], output_config_file: str) -> None:
-    """Write bags again, as a file of outputs says; see ``ros2 bag convert``.
+    """Rewrite bags as an output options file defines; see ``ros2 bag convert``.
 
     Args:
         input_options: Bags to read, merged by time.

@@ -68,9 +68,9 @@ def read_points(
 
     Args:
         cloud: A ``sensor_msgs/msg/PointCloud2``.
-        field_names: The wanted fields; all if None.
+        field_names: The fields to read; all if None.
         skip_nans: Leave points out that have a NaN.
-        uvs: The numbers of the wanted points; all if None.
+        uvs: The indices of the points to read; all if None.
         reshape_organized_cloud: Give the array two dimensions where the cloud is organized: its
             width and its height, in this order, as `create_cloud` takes it.
 

@@ -1,4 +1,4 @@
-"""``tf2_py``: the buffer without a node, and what goes wrong with transforms."""
+"""``tf2_py``: the buffer without a node, and tf2's exceptions."""
 
 from teleopctl.tf import (
     BufferCore,

@@ -1,4 +1,4 @@
-"""``tf2_ros.buffer_client``. A buffer that asks another process."""
+"""``tf2_ros.buffer_client``. Client of a transform buffer in another process."""
 
 from teleopctl.tf import BufferClient
 

@@ -1,4 +1,4 @@
-"""``tf2_ros.buffer_interface``. What a buffer converts, and how to add to it."""
+"""``tf2_ros.buffer_interface``. Base class of buffers, and conversions of types."""
 
 from teleopctl.tf import (
     BufferInterface,

@@ -1,4 +1,4 @@
-"""``tf2_ros.transform_listener``. What fills a buffer."""
+"""``tf2_ros.transform_listener``. Subscription that fills a buffer."""
 
 from teleopctl.tf import TF_STATIC_TOPIC, TF_TOPIC, TransformListener
 

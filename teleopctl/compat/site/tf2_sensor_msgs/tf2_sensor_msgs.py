@@ -34,10 +34,10 @@ def transform_points(point_cloud: "NDArray[Any]", transform: "Transform") -> "ND
 
     Args:
         point_cloud: The points, (n, 3), in metres.
-        transform: Where their frame stands in the wanted one.
+        transform: Pose of their frame in the target frame.
 
     Returns:
-        The points in the wanted frame, (n, 3).
+        The points in the target frame, (n, 3).
     """
     turn, move = transform.rotation, transform.translation
     R = np.array(matrix_from_quaternion((turn.x, turn.y, turn.z, turn.w)))  # noqa: N806
@@ -52,7 +52,7 @@ def do_transform_cloud(
 
     Args:
         cloud: Has the fields x, y and z.
-        transform: Where its frame stands in the wanted one. A ``TransformStamped`` also gives the
+        transform: Pose of its frame in the target frame. A ``TransformStamped`` also gives the
             new cloud its frame.
 
     Raises:

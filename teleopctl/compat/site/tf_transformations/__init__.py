@@ -65,17 +65,17 @@ def euler_from_quaternion(
 
 
 def quaternion_multiply(quaternion1: Vector, quaternion0: Vector) -> Array:
-    """Return the rotation that turns by the second, then by the first."""
+    """Return the product of two quaternions: the second rotation, then the first."""
     return np.array(tf.multiply(_quaternion(quaternion1), _quaternion(quaternion0)))
 
 
 def quaternion_conjugate(quaternion: Vector) -> Array:
-    """Return a quaternion with its vector turned round."""
+    """Return the conjugate of a quaternion."""
     return np.array(tf.conjugate(_quaternion(quaternion)))
 
 
 def quaternion_inverse(quaternion: Vector) -> Array:
-    """Return the quaternion that takes another one back."""
+    """Return the inverse of a quaternion."""
     values = _quaternion(quaternion)
     return np.array(tf.conjugate(values)) / sum(value * value for value in values)
 
@@ -89,7 +89,7 @@ def quaternion_about_axis(angle: float, axis: Vector) -> Array:
 
 
 def quaternion_slerp(quat0: Vector, quat1: Vector, fraction: float) -> Array:
-    """Return the rotation between two, the shorter way."""
+    """Return the spherical interpolation of two rotations, the shorter way."""
     first, second = (tf.normalize(_quaternion(each)) for each in (quat0, quat1))
     return np.array(tf.slerp(first, second, fraction))
 
@@ -119,7 +119,7 @@ def quaternion_from_matrix(matrix: Any) -> Array:
 
 
 def random_rotation_matrix(rand: Vector | None = None) -> Array:
-    """Return a rotation, all of them alike likely; ``rand`` are three numbers from 0 up to 1."""
+    """Return a uniformly random rotation; ``rand`` are three numbers from 0 up to 1."""
     return quaternion_matrix(random_quaternion(rand))
 
 
@@ -134,14 +134,14 @@ def euler_from_matrix(matrix: Any, axes: str = _DEFAULT_AXES) -> tuple[float, fl
 
 
 def translation_matrix(direction: Vector) -> Array:
-    """Return the matrix that moves."""
+    """Return a translation matrix."""
     matrix = np.identity(4)
     matrix[:3, 3] = direction
     return matrix
 
 
 def translation_from_matrix(matrix: Any) -> Array:
-    """Return by how much a matrix moves."""
+    """Return the translation of a matrix."""
     return np.array(matrix, dtype=np.float64)[:3, 3]
 
 

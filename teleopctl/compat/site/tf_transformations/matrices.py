@@ -18,7 +18,7 @@ _SAME = 1e-8
 
 
 def identity_matrix() -> Array:
-    """Return the matrix that does nothing."""
+    """Return the identity matrix."""
     return np.identity(4)
 
 
@@ -38,7 +38,7 @@ def unit_vector(data: Any, axis: int | None = None) -> Array:
 
 
 def _about(matrix: Array, point: Vector | None) -> Array:
-    """The matrix that leaves a point where it is, and else does the same."""
+    """Return a transform about a point, which it leaves in place."""
     if point is not None:
         centre = np.asarray(point, dtype=np.float64)[:3]
         matrix[:3, 3] = centre - matrix[:3, :3] @ centre
@@ -92,7 +92,7 @@ def compose_matrix(
     translate: Vector | None = None,
     perspective: Vector | None = None,
 ) -> Array:
-    """Return the matrix that scales, shears, turns by roll, pitch and yaw, moves and projects.
+    """Return the matrix that scales, shears, rotates by Euler angles, translates and projects.
 
     Args:
         scale: A factor for each axis.
@@ -181,7 +181,7 @@ def is_same_transform(matrix0: Any, matrix1: Any) -> bool:
 
 
 def random_vector(size: Any) -> Array:
-    """Return numbers from 0 up to 1, as many as asked for."""
+    """Return random numbers from 0 up to 1."""
     found: Array = np.random.random(size)
     return found
 

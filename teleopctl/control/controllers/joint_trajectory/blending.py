@@ -22,9 +22,9 @@ def blend(
 ) -> list[TrajectoryPoint] | None:
     """Return points that follow a trajectory until a time, and then a new trajectory.
 
-    Joints that the new trajectory does not command go on along the old one, also after the end of
+    Joints that the new trajectory does not command continue on the old one, also after the end of
     the new one; the others stay at the end of the new one. Between the two there is a point of the
-    old trajectory, so that the motion goes on from its position and velocity.
+    old trajectory, so that the motion continues from its position and velocity.
 
     Args:
         old: Trajectory that is being followed.

@@ -433,7 +433,7 @@ class JointTrajectoryController(ControllerInterface):
     def _replace_trajectory(self, incoming: ReceivedTrajectory, time_ns: int) -> None:
         """Replace the trajectory; joints that the new one lacks hold their commanded positions.
 
-        With the parameter ``allow_trajectory_replacement`` they go on along a running trajectory.
+        With the parameter ``allow_trajectory_replacement`` they continue on a running trajectory.
         """
         current = self._outputs.positions() or self._position_states.read()
         points, start_ns = incoming.points(current), incoming.start_ns

@@ -114,7 +114,7 @@ class MoveGroupActions:
         _end(handle, outcome, result)
 
     def _move_goal(self, handle: Any, result: Any, tell: Any) -> Outcome:
-        """Plan, and execute unless only a plan is asked for; return the end."""
+        """Plan, and execute unless the request is for a plan only; return the end."""
         request, options = handle.request.request, handle.request.planning_options
         self._mention_unused(options)
         plan_only = bool(options.plan_only) or not self._execution.is_allowed()

@@ -40,7 +40,7 @@ class PoseGoal:
 
     Attributes:
         targets: Poses of the link, or of the tool beside its origin, in the root link's frame,
-            (4, 4), the wanted one first, then others within the tolerances.
+            (4, 4), the requested one first, then others within the tolerances.
         task: What of the pose is served; None for what the group's joints allow.
         tolerance: Largest errors.
     """

@@ -168,7 +168,7 @@ class MoveGroupNode(Node):
         description = RobotDescription.from_urdf(self._urdf)
         model = KinematicModel(description)
         for warning in model.warnings:
-            # The rest is about physics, and said by the simulator.
+            # The other warnings are about physics; the simulator logs them.
             if "collide" in warning or "overlap" in warning or "touch" in warning:
                 log.warning(warning)
             else:

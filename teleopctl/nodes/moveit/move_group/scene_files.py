@@ -74,7 +74,7 @@ def read_scene(file: Path) -> tuple[str, list[tuple[CollisionBody, Color | None]
 
 def _read_object(words: _Words) -> tuple[CollisionBody, Color | None]:
     name = words.rest_of_line()
-    # Files of older versions go on with the number of shapes, alone in its line.
+    # Files of older versions continue with the number of shapes, alone in its line.
     is_old = words.words_in_next_line() == 1
     pose = np.eye(4) if is_old else words.pose(f"the pose of '{name}'")
     color: Color | None = None

@@ -196,7 +196,7 @@ class ServoNode(Node):
         progress.report(progress.READY)
 
     def _use(self, model: KinematicModel, clearance: ClearanceChecker) -> ServoCore:
-        """Compute steps on a model from now on; the motion goes on."""
+        """Compute steps on a model from now on; the motion continues."""
         kinematics = GroupKinematics(model, self._group)
         before, task = self._core, str(self.parameters["task"])
         if before is None:

@@ -20,7 +20,7 @@ if TYPE_CHECKING:
 _PERIOD_S = 0.05
 # Size as part of the distance of the tool from the root link, and its range, m.
 _SIZE, _LEAST_M, _MOST_M = 0.16, 0.05, 0.3
-# Joints from which on an arm turns its tool as a hand wants.
+# Least number of joints with which an arm can orient its tool freely.
 _TURNING = 6
 # The arm does not follow if the handle is this far ahead, m, and the tool has moved less than that
 # for that time, m and s.
@@ -43,7 +43,7 @@ class DriveHandle:
     ) -> None:
         self._viewer, self._driver, self._is_open = viewer, driver, is_open
         self._node: viser.TransformControlsHandle | None = None
-        # Browser that drags the handle; None while nobody does.
+        # Browser that drags the handle; None while none does.
         self._client: int | None = None
         self._begin: Transform | None = None
         self._is_first = False
@@ -70,7 +70,7 @@ class DriveHandle:
         if self._node is None:
             self._node = self._add(arm.root, tool, turns=self._turns(arm))
         if self._client is not None and not self._is_first and not driver.is_pulled:
-            # The hand was silent, or another one drives: it may be pressed again, not go on.
+            # Samples were missing, or another node drives: only a new press moves the arm.
             self._let_go(self._client)
         if self._client is None:
             # Arrows of an arm that does not turn its tool keep their directions in the room: those

@@ -387,7 +387,7 @@ class PlotPanel(Panel):
         self._pause()
 
     def _pause(self) -> None:
-        """Pause all plots, or let them go on."""
+        """Pause or resume all plots."""
         self._paused = not self._paused
         self._buttons.options = ("Resume" if self._paused else "Pause", "Clear")
         for chart in self._charts:
@@ -502,7 +502,7 @@ class PlotPanel(Panel):
 
 # Any: a message, whose class is made from its definition at run time.
 def _has_lists(message: Any) -> bool:
-    """Return whether a message has sequences, whose lengths its type does not tell."""
+    """Return whether a message has sequences, whose lengths are not part of its type."""
     for field in message.__definition__.fields:
         kind = field.type
         if kind.shape in (Shape.BOUNDED, Shape.UNBOUNDED):

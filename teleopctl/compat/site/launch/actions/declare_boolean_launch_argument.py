@@ -14,7 +14,7 @@ class DeclareBooleanLaunchArgument(DeclareLaunchArgument):
 
     Args:
         name: Its name.
-        default_value: What it is where nobody gives it; None makes it required.
+        default_value: Default value; None makes the argument required.
         description: What it is for.
         kwargs: What `Action` takes.
 

@@ -18,7 +18,7 @@ class DeclareLaunchArgument(Action):
 
     Args:
         name: Its name.
-        default_value: What it is where nobody gives it; None makes it required.
+        default_value: Default value; None makes the argument required.
         description: What it is for.
         choices: What it may be; None for anything.
         kwargs: What `Action` takes.

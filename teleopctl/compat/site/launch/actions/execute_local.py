@@ -44,7 +44,7 @@ class ExecuteLocal(Action):
         output_format: Without effect, which is told where it is another one: a line has the
             process's name in front.
         cached_output: Whether `get_stdout` and `get_stderr` are to know what it has written.
-        log_cmd: Whether a line tells what is started.
+        log_cmd: Whether to log the command line.
         on_exit: What is done when it has ended, or a function that is called with event and
             context and may say so.
         respawn: Whether it is started again when it has ended.

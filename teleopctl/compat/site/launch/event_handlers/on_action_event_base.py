@@ -21,7 +21,7 @@ class OnActionEventBase(BaseEventHandler):
     """Base class of handlers for the events of an action.
 
     Args:
-        action_matcher: The action, a function that tells whether one is meant, or None for all.
+        action_matcher: The action, a predicate of actions, or None for all.
         on_event: What is done, or a function that is called with event and context and may say so.
         target_event_cls: Which events are answered.
         target_action_cls: Which actions can be meant.

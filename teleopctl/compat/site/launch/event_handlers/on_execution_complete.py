@@ -17,7 +17,7 @@ class OnExecutionComplete(OnActionEventBase):
     """Handles the end of an action: a process has exited, or a timer's actions are executed.
 
     Args:
-        target_action: The action, a function that tells, or None for all.
+        target_action: The action, a predicate of actions, or None for all.
         on_completion: What is done, or a function that is called with event and context and may
             say so.
         kwargs: What `BaseEventHandler` takes.

@@ -17,7 +17,7 @@ class OnProcessExit(OnActionEventBase):
     """Handles the exit of a process.
 
     Args:
-        target_action: The action that starts it, a function that tells, or None for all.
+        target_action: The action of the process, a predicate of actions, or None for all.
         on_exit: What is done, or a function that is called with event and context and may say so.
         kwargs: What `BaseEventHandler` takes.
     """

@@ -21,7 +21,7 @@ class OnProcessIO(OnActionEventBase):
     """Handles output of a process.
 
     Args:
-        target_action: The action that starts it, a function that tells, or None for all.
+        target_action: The action of the process, a predicate of actions, or None for all.
         on_stdin: Called for what goes into it.
         on_stdout: Called for what it writes to stdout.
         on_stderr: Called for what it writes to stderr.

@@ -103,7 +103,7 @@ def words_of(
         for key, value in element.fields(keys).items()
         if key.replace("-", "_") in {known_key.replace("-", "_") for known_key in keys}
     }
-    # What somebody else reads need not stand there.
+    # Attributes that the caller reads itself are optional here.
     given |= {key: Element(key, element.place, key) for key in ignore}
     step = read_step(name, Element(given, element.place, element.path))
     words = _known[kind][1](step.action)

@@ -42,7 +42,7 @@ def parse_substitution(string_value: str) -> list[Substitution]:
 
     Raises:
         LaunchError: It does not follow the grammar.
-        RuntimeError: It has a substitution that nobody knows.
+        RuntimeError: It has an unknown substitution.
     """
     return substitutions_of(Element(string_value, _NOWHERE, "").template()) or [
         TextSubstitution(text="")

@@ -16,7 +16,7 @@ class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
     Args:
         launch_file_path: The file.
         method: What it is, in words.
-        parser: Accepted for ROS 2's sake: the file's ending tells the language.
+        parser: Not used: the parser is chosen by the file's extension.
     """
 
     # Any: the original's parser class, of which nothing is used.

@@ -32,7 +32,7 @@ def get_launch_description_from_python_launch_file(
     """Return the launch description of a Python file.
 
     Raises:
-        InvalidPythonLaunchFileError: It has no function that says so.
+        InvalidPythonLaunchFileError: It has no ``generate_launch_description``.
     """
     module = load_python_launch_file_as_module(python_launch_file_path)
     function = getattr(module, _FUNCTION, None)

@@ -34,7 +34,7 @@ def with_per_logger_formatting(cls: type[logging.Handler]) -> type[logging.Handl
     return type(cls.__name__, (PerLoggerFormatting, cls), {"__doc__": cls.__doc__})
 
 
-# Any: one of Python's handlers, which are made when they are asked for.
+# Any: one of Python's handlers, imported on first use.
 def __getattr__(name: str) -> Any:
     for module in ("logging", "logging.handlers"):
         found = getattr(importlib.import_module(module), name, None)

@@ -22,7 +22,7 @@ class LaunchConfiguration(KnownSubstitution):
 
     Args:
         variable_name: Its name.
-        default: What stands for it where nobody has set it; None makes that an error.
+        default: Value if it is not set; with None, that is an error.
     """
 
     parameters = ("variable_name", "default")

@@ -108,7 +108,7 @@ async def wait_for_output(
     Args:
         launch_context: The launch.
         execute_process_action: The process; its output is cached.
-        validate_output: Called with the output, tells whether it is.
+        validate_output: Called with the output; returns whether it passes.
         timeout: Seconds to wait; None for as long as it takes.
 
     Returns:

@@ -25,7 +25,7 @@ class OnStateTransition(EventHandler):
         transition: The transition's label, or None for all; so the next two.
         start_state: The state that it leaves.
         goal_state: The state that it is in then.
-        matcher: Tells whether an event is meant, in place of all that.
+        matcher: Returns whether an event matches; replaces all other arguments.
         kwargs: What `EventHandler` takes.
 
     Raises:

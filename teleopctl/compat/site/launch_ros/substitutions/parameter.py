@@ -18,7 +18,7 @@ class Parameter(Substitution):
 
     Args:
         name: Its name.
-        default: What stands for it where nobody has set it; None makes that an error.
+        default: Value if it is not set; with None, that is an error.
     """
 
     # object: texts, numbers and truth values are all in use.

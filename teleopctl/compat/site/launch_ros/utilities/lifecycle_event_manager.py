@@ -10,7 +10,7 @@ from .._lifecycle import LifecycleLink, NamedNode
 class LifecycleEventManager:
     """Connects to launch events a lifecycle node that the launch does not start.
 
-    Its transitions become `StateTransition`, and `ChangeState` asks it for transitions.
+    Its transitions are emitted as `StateTransition`; `ChangeState` requests transitions.
 
     Args:
         lifecycle_node: The action that stands for it; it knows its ``node_name``.

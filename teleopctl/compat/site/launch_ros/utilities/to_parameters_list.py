@@ -34,7 +34,7 @@ def to_parameters_list(
 
     Args:
         context: What substitutions look at.
-        node_name: The node; what a file says of others is left out.
+        node_name: The node; sections of a file for other nodes are ignored.
         namespace: Its namespace.
         evaluated_parameters: What `evaluate_parameters` gives.
 

@@ -15,7 +15,7 @@ class Test(ExecuteProcess):
     """Starts a process as a test.
 
     Args:
-        timeout: Seconds after which it is asked to end; None for never.
+        timeout: Seconds after which the process is shut down; None for never.
         kill_timeout: Seconds from that to SIGTERM, and from there to SIGKILL.
         kwargs: What `ExecuteProcess` takes.
     """

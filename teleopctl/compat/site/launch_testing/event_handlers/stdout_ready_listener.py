@@ -15,7 +15,7 @@ class StdoutReadyListener(OnProcessIO):
 
     Args:
         target_action: The action that starts it; None for any process.
-        ready_txt: A part of what it says then.
+        ready_txt: Text in the line that marks it as ready.
         actions: What is done.
     """
 

@@ -110,7 +110,7 @@ class LaunchTestService:
             launch_description: What has the action.
             action: Starts the process; it is returned.
             output_test: What `output.create_output_test_from_file` and the like return.
-            test_suffix: Tells several tests of one process apart.
+            test_suffix: Distinguishes several tests of one process.
             output_filter: What is done to the output before.
             side_effect: ``shutdown`` where the launch ends once it has passed.
         """

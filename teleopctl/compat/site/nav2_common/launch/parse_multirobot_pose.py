@@ -22,7 +22,7 @@ class ParseMultiRobotPose:
         given = (word.removeprefix(start) for word in sys.argv if word.startswith(start))
         self._text = next(given, "")
 
-    # Any: numbers, unless somebody writes something else.
+    # Any: numbers, or other values that the user has written.
     def value(self) -> dict[str, dict[str, Any]]:
         """Return the poses by robot name; omitted values are zero."""
         poses = {}

@@ -101,7 +101,7 @@ def message_type_completer(**_: object) -> list[str]:
 def get_msg_class(
     node: Any, topic: str, blocking: bool = False, include_hidden_topics: bool = False
 ) -> Any:
-    """Return the class of a topic's messages; None for a topic that nobody publishes.
+    """Return the class of a topic's messages; None for a topic without publishers.
 
     Args:
         node: Node that knows the graph.

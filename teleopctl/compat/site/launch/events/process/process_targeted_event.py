@@ -13,7 +13,7 @@ class ProcessTargetedEvent(Event):
     """Base class of events that are addressed to processes by a matcher.
 
     Args:
-        process_matcher: Tells of the action that started a process whether it is meant.
+        process_matcher: Returns whether the event is for the process of an action.
     """
 
     name = "launch.events.process.ProcessTargetedEvent"
@@ -45,7 +45,7 @@ class SignalProcess(ProcessTargetedEvent):
 
     Args:
         signal_number: The signal, by its name or number.
-        process_matcher: Tells of the action that started a process whether it is meant.
+        process_matcher: Returns whether the event is for the process of an action.
     """
 
     name = "launch.events.process.SignalProcess"

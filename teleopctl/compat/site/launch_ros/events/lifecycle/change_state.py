@@ -33,11 +33,11 @@ class ChangeState(Event):
     """Request to lifecycle nodes for a transition.
 
     Args:
-        lifecycle_node_matcher: Tells which of them are meant.
+        lifecycle_node_matcher: Returns whether the event is for a node.
         transition_id: The transition, one of `lifecycle_msgs.msg.Transition`.
 
     Attributes:
-        valid_transitions: What can be asked for, and its name.
+        valid_transitions: Names of the valid transitions, by id.
         valid_states: The states, and their names.
 
     Raises:

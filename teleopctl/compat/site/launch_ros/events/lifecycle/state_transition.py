@@ -13,7 +13,7 @@ class StateTransition(Event):
 
     Args:
         action: The node.
-        msg: What it said of that.
+        msg: Received ``TransitionEvent`` message.
     """
 
     name = "launch_ros.events.lifecycle.StateTransition"
