@@ -91,6 +91,32 @@ class Bag(_MessageReader):
     remarks: list[str]
 
 
+class BagView(Bag):
+    """Base class of views of an open bag, with its attachments and metadata records.
+
+    Args:
+        bag: Open bag, which is closed with the view.
+    """
+
+    def __init__(self, bag: Bag) -> None:
+        self._bag = bag
+        self.path = bag.path
+        self.metadata = bag.metadata
+        self.remarks = bag.remarks
+
+    def attachments(self) -> Iterator[BagAttachment]:
+        """Yield the attachments of the bag."""
+        return self._bag.attachments()
+
+    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
+        """Yield the metadata records of the bag."""
+        return self._bag.records()
+
+    def close(self) -> None:
+        """Close the bag."""
+        self._bag.close()
+
+
 class BagFileReader(_MessageReader):
     """Base class of readers of one file of a bag: MCAP or SQLite.
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import itertools
 from collections.abc import Callable, Collection, Iterable, Iterator
 from dataclasses import replace
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
-from teleopctl.bag.base import Bag
+from teleopctl.bag.base import Bag, BagView
 from teleopctl.bag.records import NO_TIME_NS, BagMessage, BagTopic
 from teleopctl.bag.type_definitions import register_types
 from teleopctl.errors import TeleopctlError
@@ -20,9 +20,6 @@ from teleopctl.interfaces import (
     to_nanoseconds,
 )
 
-if TYPE_CHECKING:
-    from teleopctl.bag.records import BagAttachment
-
 _TRANSFORMS = ("/tf", "/tf_static")
 _TF = "tf2_msgs/msg/TFMessage"
 _HEADER = "std_msgs/msg/Header"
@@ -32,7 +29,7 @@ _LOOKED_AT = 2000
 # Any: messages, whose classes are created from definitions at run time.
 
 
-class OverlaidBag(Bag):
+class OverlaidBag(BagView):
     """View of a bag that starts at the time of another one and has names of its own.
 
     Topics get a prefix, except for those of transforms, whose frames get it instead; frames without
@@ -47,11 +44,10 @@ class OverlaidBag(Bag):
     """
 
     def __init__(self, bag: Bag, below: Bag, prefix: str) -> None:
-        self._bag, self._prefix = bag, prefix
+        super().__init__(bag)
+        self._prefix = prefix
         has_messages = bag.metadata.message_count and below.metadata.message_count
         self._shift_ns = below.metadata.start_ns - bag.metadata.start_ns if has_messages else 0
-        self.path = bag.path
-        self.remarks = bag.remarks
         topics = [(topic._replace(name=self._named(topic)), n) for topic, n in bag.metadata.topics]
         files = tuple(
             replace(file, start_ns=file.start_ns + self._shift_ns) for file in bag.metadata.files
@@ -123,18 +119,6 @@ class OverlaidBag(Bag):
             return []
         last_ns = end_ns if end_ns == NO_TIME_NS else end_ns - self._shift_ns
         return [*map(self._changed, self._bag.latest(self._inner[topic], last_ns, most))]
-
-    def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the attachments of the bag."""
-        return self._bag.attachments()
-
-    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the metadata records of the bag."""
-        return self._bag.records()
-
-    def close(self) -> None:
-        """Close the files of the underlying bag."""
-        self._bag.close()
 
 
 def _stamped_types(bag: Bag) -> dict[str, Any]:

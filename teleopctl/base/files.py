@@ -1,4 +1,4 @@
-"""Files that only their user may read, and text files that a person has named.
+"""Files with access for their owner only, and text files named by the user.
 
 Logs and command lines of a program are private to its user: they contain host names, paths, and
 keys in parameters. Their files are created with mode 0600, so that others can never open them. The

@@ -39,7 +39,7 @@ CONTROL = "control"
 """Part of a process: its controller manager, if it hosts one beside its own node."""
 
 ANY_SESSION = "*"
-"""Session of a process that does not know its Zenoh sessions, such as a program in C++."""
+"""Session of a process that cannot report its Zenoh sessions, such as a program in C++."""
 
 # The state of a process with several parts is the first of these that one of its parts has.
 _ORDER = (ENDED, FAILED, STARTING, WAITING, READY, STARTED)

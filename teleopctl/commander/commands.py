@@ -178,7 +178,7 @@ class RunningGoal:
         client.send_goal_async(goal).add_done_callback(self._accepted)
 
     def cancel(self) -> None:
-        """Let the joints stop, also if the goal has not been accepted yet."""
+        """Stop the joints, also if the goal has not been accepted yet."""
         with self._lock:
             self._is_canceling = True
             handle = self._handle

@@ -65,7 +65,7 @@ def gripper_positions(
         part: Opening, from 0 (closed) to 1 (open).
 
     Raises:
-        NotFoundError: The arm has no gripper that is known.
+        NotFoundError: No gripper of the arm was found.
     """
     from teleopctl.kinematics import gripper_ranges
 

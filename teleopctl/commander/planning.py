@@ -26,7 +26,7 @@ _CARTESIAN_PATH = "compute_cartesian_path"
 _POSITION_M, _ROTATION_RAD, _JOINT = 1e-4, 1e-3, 1e-4
 # Distance between two points of a line, m.
 _STEP_M = 0.005
-# Time beyond that of planning until an answer must have come, and between two looks at it, s.
+# Timeout for the result beyond the planning time, and polling period of the result, s.
 _ANSWER_S, _LOOK_S = 5.0, 0.05
 _SPHERE = 2
 # Distance, m, from the goal at which a motion that move_group planned is not executed.
@@ -44,7 +44,7 @@ class PlannedMotion:
         target: What it is planned for.
         planner: Library and name of the planner, or ``move_group``.
         computing_s: Time that planning took, s.
-        notes: What the user should know, one sentence each.
+        notes: Notes for the user, one sentence each.
         robot_trajectory: Answer of move_group, which executes it; None if planned here.
     """
 
@@ -202,7 +202,7 @@ class MoveGroupPlanner:
 def _check_end(arm: Arm, target: MotionTarget, trajectory: Any) -> None:
     """Raise a PlanningError if a planned motion does not end at its goal.
 
-    Another move_group may know another tip, or other frames.
+    Another move_group may have another tip, or other frames.
     """
     if target.pose is None or not trajectory.points:
         return

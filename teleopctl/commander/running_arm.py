@@ -47,7 +47,7 @@ from teleopctl.node import (
 if TYPE_CHECKING:
     from teleopctl.kinematics import Arm
 
-# Time between two looks at the goals, until an action must be offered, and after which a gone
+# Polling period of the goals, timeout for an action's server, and time after which a gone
 # controller is noticed, s.
 _PERIOD_S, _ANSWER_S, _LOOK_S = 0.05, 5.0, 1.0
 # Longest time, s, until the joints are at rest after a motion: change in a period, rad or m; and
@@ -489,7 +489,7 @@ class RunningArm:
     def _arrived(
         self, target: MotionTarget, end: Mapping[str, float], spent_s: float
     ) -> MotionResult:
-        """Return where a motion has ended that the controllers report as done.
+        """Return the result of a motion that the controllers report as done.
 
         Args:
             target: The goal.

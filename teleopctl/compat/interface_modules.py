@@ -37,7 +37,7 @@ class InterfaceModule(ModuleType):
         package, kind = self.__name__.split(".")[:2]
         type_name = f"{package}/{kind}/{name}"
         # The list of names leaves out the parts of services and actions, and the types that a
-        # user's package adds to a known package.
+        # user's package adds to a built-in package.
         if name not in self.__dir__() and (
             not _may_be_class(name) or known_types().find(type_name) is None
         ):

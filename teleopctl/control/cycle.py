@@ -175,7 +175,7 @@ class Cycle:
             manager.node.publish_activity()
 
     def _forget_last_updates(self) -> None:
-        """Make a time without cycles count for nothing in the updates of controllers."""
+        """Exclude a time without cycles from the update periods of controllers."""
         for spec in self._manager.active_controllers:
             spec.last_update_cycle_time_ns = None
 

@@ -73,7 +73,7 @@ class CycleWatchdog:
                 return
 
     def look(self) -> bool:
-        """Look at the cycle once, as the thread does; return whether the limit was reached."""
+        """Check the cycle once, as the thread does; return whether the limit was reached."""
         began_s, (name, function) = self._cycle.began_s, self._cycle.what_runs()
         took_s = time.monotonic() - began_s
         if began_s == 0.0:

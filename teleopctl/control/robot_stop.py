@@ -283,6 +283,17 @@ class StopRamp:
             command.value = 0.0
 
 
+def _measured_joint(
+    command: CommandInterface, states: Mapping[str, StateInterface], stop: RobotStop
+) -> tuple[str, StateInterface, StateInterface]:
+    """Return the joint of a command, with its position and velocity; NaN if not measured."""
+    # A reference interface has its controller's name in front of the joint's.
+    joint = command.prefix_name.rpartition("/")[2]
+    unknown = StateInterface(joint, "unknown")
+    velocity = states.get(f"{joint}/{VELOCITY}") or stop.estimated_speeds.get(joint, unknown)
+    return joint, states.get(f"{joint}/{POSITION}", unknown), velocity
+
+
 class _HeldJoint:
     """Effort command of one joint on its way to rest: that of a spring and a damper.
 
@@ -297,13 +308,8 @@ class _HeldJoint:
     def __init__(
         self, command: CommandInterface, states: Mapping[str, StateInterface], stop: RobotStop
     ) -> None:
-        # A reference interface has its controller's name in front of the joint's.
-        joint = command.prefix_name.rpartition("/")[2]
-        unknown = StateInterface(joint, "unknown")
         self.command = command
-        self._position = states.get(f"{joint}/{POSITION}", unknown)
-        speed = states.get(f"{joint}/{VELOCITY}")
-        self._velocity = speed or stop.estimated_speeds.get(joint, unknown)
+        joint, self._position, self._velocity = _measured_joint(command, states, stop)
         self._inertia = stop.inertia(joint)
         self._deceleration = stop.deceleration(joint)
         limits = stop.limits.get(joint)
@@ -344,13 +350,8 @@ class _JointRamp:
         stop: RobotStop,
         step_age_s: float,
     ) -> None:
-        # A reference interface has its controller's name in front of the joint's.
-        joint = command.prefix_name.rpartition("/")[2]
-        unknown = StateInterface(joint, "unknown")
         self._command = command
-        self._position = states.get(f"{joint}/{POSITION}", unknown)
-        speed = states.get(f"{joint}/{VELOCITY}")
-        self._velocity = speed or stop.estimated_speeds.get(joint, unknown)
+        joint, self._position, self._velocity = _measured_joint(command, states, stop)
         self._is_position = command.interface_name == POSITION
         self._limit = stop.deceleration(joint)
         limits = stop.limits.get(joint)

@@ -66,7 +66,7 @@ class RobotStopNode:
             raise InvalidParameterError(f"Parameter '{_LIMITS_FILE}' must be a path, got {path!r}")
         self._accelerations = read_acceleration_limits(Path(path)) if path else {}
         self._derived: list[str] = []
-        # Whether a cycle hangs that would obey a stop.
+        # Whether the cycle that would execute a stop hangs.
         self._is_late = False
         # Any: the class of std_msgs/Bool is generated at run time.
         self._bool: Any = get_message("std_msgs/msg/Bool")
@@ -89,7 +89,7 @@ class RobotStopNode:
         # The joints decelerate already.
         names = self._holders.name_all(_LONGEST_NAMING_S)
         self._stop.hold(", ".join(names))
-        # The next cycle obeys; one that hangs does not.
+        # The next cycle executes it, unless the cycle hangs.
         if names and not self._cycle_lock.acquire(timeout=LONGEST_CYCLE_S):
             self._is_late = True
             self._logger.error(f"{_LATE}. {self._stop.by} holds the robot stopped from then on")

@@ -170,7 +170,7 @@ class WorkStatistics:
             self.durations.limit_ns = self._period_ns
 
     def count_durations(self, wanted: bool) -> None:
-        """Begin to count execution times, unless they are counted; or end it."""
+        """Start or stop the counting of execution times. Idempotent."""
         if not wanted:
             self.durations = None
         elif self.durations is None:
@@ -240,7 +240,7 @@ class CycleTimes:
         self.period_errors: DurationHistogram | None = None
 
     def count_durations(self, wanted: bool) -> None:
-        """Begin to count times of cycles and period errors, unless they are counted; or end it."""
+        """Start or stop the counting of cycle times and period errors. Idempotent."""
         if not wanted:
             self.durations = self.period_errors = None
         elif self.durations is None:

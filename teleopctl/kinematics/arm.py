@@ -133,7 +133,7 @@ class Arm:
 
     @property
     def tool_name(self) -> str:
-        """What texts call the tool: the tip, or the tip with its tool."""
+        """Name of the tool in messages: the tip, or the tip with its tool."""
         tip = self.group.tip
         return f"{tip} with its tool" if self.kinematics.has_tool else tip
 

@@ -15,7 +15,7 @@ from teleopctl.kinematics.poses import Array
 
 Indices = npt.NDArray[np.intp]
 
-# What is known of a pair of bodies.
+# Cached data of a pair of bodies.
 _UNKNOWN, _COUNTS, _ALLOWED = 0, 1, 2
 _NO_DISTANCES, _NO_NUMBERS = np.zeros(0), np.zeros(0, dtype=np.intp)
 _NO_PAIRS = np.zeros((0, 2), dtype=np.intp)
@@ -194,6 +194,6 @@ class ClearanceChecker:
         self._decided[first, second] = _ALLOWED if may_touch else _COUNTS
 
     def _padding(self, padding: Array, geoms: Indices, owners: Indices) -> Array:
-        """Return how much nearer padding brings each pair of geoms, (c,), m; 0 for two links."""
+        """Return the padding between the geoms of each pair, (c,), m; 0 for two links."""
         is_robot = np.isin(owners, list(self._robot))
         return np.where(is_robot.all(axis=1), 0.0, padding[geoms].sum(axis=1))

@@ -114,7 +114,7 @@ def build_compiled(
 
 # Any: MuJoCo's classes have no types.
 def _remove_ground(spec: Any) -> None:
-    """Let the ground, on which a robot without a world is simulated, touch nothing."""
+    """Disable collisions of the ground, on which a robot without a world is simulated."""
     for geom in spec.geoms:
         if geom.type == mujoco.mjtGeom.mjGEOM_PLANE:
             geom.contype = geom.conaffinity = 0

@@ -95,7 +95,7 @@ class _Reader:
         }
 
     def read(self) -> RobotGroups:
-        """Return what the file describes.
+        """Return the content of the file.
 
         Raises:
             InvalidFileError: No group has a joint of the robot.

@@ -76,7 +76,7 @@ def is_free_by_design(description: RobotDescription) -> bool:
 
 
 def locomotion_of(shapes: RobotShapes, description: RobotDescription) -> str:
-    """Return what moves a robot: ``wheels``, ``legs``, ``rotors`` …; empty if it must be fixed.
+    """Return a robot's locomotion: ``wheels``, ``legs``, ``rotors`` …; empty if it must be fixed.
 
     Args:
         shapes: Shapes of the robot in its starting pose.

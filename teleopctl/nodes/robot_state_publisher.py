@@ -308,14 +308,14 @@ class RobotStatePublisher(Node):
         self._published = self._oldest = stamp
 
     def _take_names(self, names: list[str]) -> None:
-        """Make joints the present ones."""
+        """Prepare for states with the given joints."""
         if self._published:
             self._stamps.update(dict.fromkeys(self._names, self._published))
         self._names, self._published = names, 0
         self._oldest = min([self._stamps.get(name, 0) for name in names], default=0)
 
     def _forget_stamps(self) -> None:
-        """Have the next joint state published, however short the time since the last one."""
+        """Publish the next joint state, however short the time since the last one."""
         self._stamps.clear()
         self._published = self._oldest = 0
 

@@ -1,6 +1,6 @@
 """Executables ``rqt``, ``rqt_graph``, ``rqt_plot`` and so on: the page with the panel of each tool.
 
-Tools without a panel name the commands that stand for them.
+Tools without a panel name the commands that replace them.
 """
 
 from __future__ import annotations
@@ -40,7 +40,7 @@ _COMMANDS = {
     "rqt_tf_tree": "teleopctl tf view_frames",
     "rqt_top": "teleopctl top",
 }
-"""Command that stands for each tool without a panel."""
+"""Command that replaces each tool without a panel."""
 
 
 def rqt() -> int:

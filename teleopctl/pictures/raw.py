@@ -88,7 +88,7 @@ def raw_image(message: Any, width: int, scaling: GreyScaling) -> tuple[PilImage,
 
 
 def _rows(message: Any, row: int) -> tuple[int, int]:
-    """How many rows the bytes make, and how long each is."""
+    """Return the number of rows in the bytes, and the length of each."""
     step = message.step or row
     if step < row:
         raise PictureError(

@@ -23,7 +23,7 @@ _FIXED = frozenset(
 
 # Modification time, size and inode of a source file.
 _Stamp = tuple[int, int, int]
-# Version of the file from which each module was imported, as far as `remember_sources` knows it.
+# Version of the file from which each module was imported, as recorded by `remember_sources`.
 _imported_from: WeakKeyDictionary[ModuleType, _Stamp | None] = WeakKeyDictionary()
 # All names in the code of each module, from its compiled file soon after the import.
 _names_imported: WeakKeyDictionary[ModuleType, set[str]] = WeakKeyDictionary()

@@ -53,7 +53,7 @@ class StepRequest:
 
 
 def _do_nothing() -> None:
-    """Do nothing: steps begin once."""
+    """Do nothing: default of ``on_begin``."""
 
 
 class Ports(Protocol):
@@ -159,7 +159,7 @@ class LockstepLoop:
         self._lost_ns = 0
         self._command: Command | None = None
         self._unstamped: Command | None = None
-        # Resets that controllers have seen, and whether they have yet to see a restart of time.
+        # Resets that controllers have received, and whether a restart of time is still to be sent.
         self._resets_seen = simulation.resets
         self._began_anew = False
         self._exchanged = False

@@ -27,7 +27,7 @@ _NEARLY_UPRIGHT = 1e-6
 
 
 class BallJoints:
-    """Ball joints of a simulation, which ROS sees as three revolute joints each.
+    """Ball joints of a simulation, which ROS has as three revolute joints each.
 
     Args:
         joints: The robot's movable joints; three in a row with the same ``ball`` are a ball joint.
@@ -202,7 +202,7 @@ class _OfFile(Sensor):
     """Sensor of an MJCF file, with the noise of the file."""
 
     def add_to(self, spec: mujoco.MjSpec) -> None:
-        """Look up the MuJoCo sensor of the file, and make it measure without delay."""
+        """Get the MuJoCo sensor of the file, and make it measure without delay."""
         kind = self.description.type
         self._sensor = self.description.texts.get(f"{kind}/sensor", "")
         sensor = spec.sensor(self._sensor)

@@ -39,7 +39,7 @@ _GET_BUTTON_CODES, _MOST_BUTTONS, _FIRST_BUTTON = 0x84006A34, 0x200, 0x100
 _FULL = 32767.0
 # Polling period of pygame, s: without a window it offers no event to wait for.
 _PERIOD_S = 0.004
-# Time between two looks for a joystick that is gone, s.
+# Polling period for a joystick that was unplugged, s.
 _LOOK_S = 1.0
 
 # Names of the kernel's codes, <linux/input-event-codes.h>, as in Documentation/input/gamepad.rst.

@@ -94,7 +94,7 @@ class FrameTree:
         return True
 
     def __len__(self) -> int:
-        """Return how many names of frames are known."""
+        """Return the number of known frames."""
         return len(self._frames)
 
     def frames(self) -> list[str]:

@@ -78,7 +78,7 @@ class PageLayout:
     """Arrangement of the page's panels, and what was chosen in them.
 
     Attributes:
-        title: Name that people see.
+        title: Displayed name.
         left: Column at the left edge.
         right: Column at the right edge.
         bar: Names of the panels in the bar below the robot.

@@ -89,7 +89,7 @@ def robot_view(
 # Heights in pixels of what covers the lower edge of the scene: the bar, and on a phone the sheet of
 # viser's client, which has it in windows narrower than 576 pixels.
 _BAR_PX, _SHEET_PX, _PHONE_PX = 140, 260, 576
-# The bounding sphere of a robot is larger than what is seen of it.
+# The bounding sphere of a robot is larger than its visible part.
 _SEEN_SHARE = 0.95
 
 

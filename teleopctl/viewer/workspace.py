@@ -2,7 +2,7 @@
 
 A panel's controls are built once, for all browsers, in an invisible folder of viser's main panel.
 Each browser has viser panels of its own, whose tabs show the contents of these folders. So two
-people have arrangements of their own and one robot. viser does not report where a panel was
+users have arrangements of their own and one robot. viser does not report where a panel was
 dragged to; open panels, the camera and choices in panels are kept in the browser's local storage.
 """
 
@@ -468,7 +468,7 @@ class PageWorkspace:
             panel.plot(text)
 
     def layout_to_save(self, client: viser.ClientHandle) -> PageLayout:
-        """Return all that a browser's person has arranged: panels, camera, choices in panels.
+        """Return the arrangement in a browser: panels, camera, choices in panels.
 
         Args:
             client: viser's handle of the browser.

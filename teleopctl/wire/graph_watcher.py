@@ -267,6 +267,6 @@ class ListeningThread:
         self._on_sample(sample)
 
     def _end(self) -> None:
-        """Note the end of the callback; called by Zenoh on the thread."""
+        """Record the end of the callback; called by Zenoh on the thread."""
         self._thread = threading.current_thread()
         self._is_over.set()

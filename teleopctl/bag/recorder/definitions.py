@@ -62,7 +62,7 @@ class DefinitionFinder:
     def _nodes_with_type(
         self, type_name: str, version: str, graph: Graph
     ) -> Iterator[tuple[str, str, str]]:
-        """Yield nodes that may know a type, with the type and type hash to request from them."""
+        """Yield nodes that may have a type's definition, with the type and type hash to request."""
         users = (e for e in graph.endpoints if (e.type_name, e.type_hash) == (type_name, version))
         yield from self._reachable(users, graph)
         if type_name.endswith(_EVENT):

@@ -6,12 +6,12 @@ import heapq
 from collections.abc import Callable, Collection, Iterator, Sequence
 from operator import attrgetter
 
-from teleopctl.bag.base import Bag
+from teleopctl.bag.base import Bag, BagView
 from teleopctl.bag.records import NO_TIME_NS, BagAttachment, BagMessage, BagTopic
 from teleopctl.errors import RefusedError
 
 
-class BagPart(Bag):
+class BagPart(BagView):
     """View of an open bag that is limited to a time span.
 
     Metadata, attachments and records are those of the whole bag.
@@ -23,12 +23,9 @@ class BagPart(Bag):
     """
 
     def __init__(self, bag: Bag, start_ns: int = 0, end_ns: int = NO_TIME_NS) -> None:
-        self._bag = bag
+        super().__init__(bag)
         self._start_ns = start_ns
         self._end_ns = end_ns
-        self.path = bag.path
-        self.metadata = bag.metadata
-        self.remarks = bag.remarks
 
     def messages(
         self,
@@ -46,18 +43,6 @@ class BagPart(Bag):
         """Return up to `most` last messages of a topic before a log time, oldest first."""
         found = self._bag.latest(topic, min(end_ns, self._end_ns), most)
         return [message for message in found if message.log_time_ns >= self._start_ns]
-
-    def attachments(self) -> Iterator[BagAttachment]:
-        """Yield the attachments of the whole bag."""
-        return self._bag.attachments()
-
-    def records(self) -> Iterator[tuple[str, dict[str, str]]]:
-        """Yield the metadata records of the whole bag."""
-        return self._bag.records()
-
-    def close(self) -> None:
-        """Close the files of the underlying bag."""
-        self._bag.close()
 
 
 class MergedBags:

@@ -304,7 +304,7 @@ def _own_address() -> str:
 
 
 def _has_desktop() -> bool:
-    """Return whether a person sees this machine's desktop."""
+    """Return whether this machine has a desktop on which a browser can open."""
     if not sys.stdout.isatty() or "SSH_CONNECTION" in os.environ:
         return False
     if sys.platform in ("win32", "darwin"):

@@ -53,7 +53,7 @@ Timeout = Annotated[
 ]
 # Longest wait for responses to queries, in seconds, which nodes send at once.
 _LONGEST_WAIT_S = 5.0
-# A node appears in the graph before its services, one by one; on a busy machine, a command may see
+# A node appears in the graph before its services, one by one; on a busy machine, a command may find
 # it between. Longest wait for the first of them, and for the rest, in seconds.
 _FIRST_SERVICE_WITHIN_S = 0.5
 _SERVICES_WITHIN_S = 2.0

@@ -31,7 +31,7 @@ GROUP = VerbGroup(
 )
 
 LEVELS = {"unset": 0, "debug": 10, "info": 20, "warn": 30, "error": 40, "fatal": 50}
-"""Levels by the names that people type."""
+"""Levels by the names on the command line."""
 
 _NAMES = {number: name.upper() for name, number in LEVELS.items()}
 _GET, _SET = "get_logger_levels", "set_logger_levels"

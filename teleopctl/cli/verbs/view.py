@@ -82,7 +82,7 @@ def view(
 
 
 def _kind_of(thing: str | None) -> str:
-    """Return what a path names: bag, robot, view or layout; empty without a path.
+    """Return the kind of a path: bag, robot, view or layout; empty without a path.
 
     Raises:
         TeleopctlError: There is no such file, or it is none of these.

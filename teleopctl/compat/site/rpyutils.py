@@ -1,4 +1,4 @@
-"""``rpyutils``: what packages with a part in C do before they import it."""
+"""``rpyutils``: preparation for imports of packages with C libraries."""
 
 import os
 from collections.abc import Iterator
@@ -7,7 +7,7 @@ from contextlib import ExitStack, contextmanager
 
 @contextmanager
 def add_dll_directories_from_env(env_name: str) -> Iterator[None]:
-    """Let Windows find libraries in the folders that an environment variable names.
+    """Add the folders that an environment variable names to Windows' search path of DLLs.
 
     The folders count while the ``with`` block runs. Elsewhere the system's loader needs no help.
     """

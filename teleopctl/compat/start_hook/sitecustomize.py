@@ -1,4 +1,4 @@
-"""Python imports this as it starts, because ``PYTHONPATH`` names the folder.
+"""Start hook: Python imports this module, because ``PYTHONPATH`` has its folder.
 
 All Python child processes inherit the variable; those without teleopctl are not affected. The
 ``sitecustomize`` that this one hides, if any, runs first.

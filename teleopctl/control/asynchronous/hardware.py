@@ -2,7 +2,7 @@
 
 The plug-in and the controllers have interfaces of their own. Values pass between them in the
 control cycle: measured values after the plug-in has returned from a call, commands before the next
-call. So controllers never see a part of a read, and the plug-in sees the commands of one cycle.
+call. So controllers never get a part of a read, and the plug-in gets the commands of one cycle.
 """
 
 from __future__ import annotations

@@ -1,6 +1,6 @@
 """Scheduling of the control loop and of threads beside it: real-time, else short time slices.
 
-Sources: sched(7); for slices sched_setattr(2) with ``sched_runtime``, which Linux obeys for
+Sources: sched(7); for slices sched_setattr(2) with ``sched_runtime``, which Linux applies to
 ordinary threads since 6.12 (Documentation/scheduler/sched-eevdf).
 """
 

@@ -90,7 +90,7 @@ class ChainedFilter(ChainableControllerInterface):
         ]
 
     def on_activate(self) -> None:
-        """Set the outputs to NaN, and make the filters forget earlier values."""
+        """Set the outputs to NaN, and reset the filters."""
         for state in self.exported_state_interfaces:
             state.value = math.nan
         for chain in self._chains:

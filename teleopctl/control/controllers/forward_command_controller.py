@@ -104,7 +104,7 @@ class ForwardCommandController(ControllerInterface):
     def import_state(
         self, state: tuple[list[float] | None, tuple[int, int, bool], list[list[float]]]
     ) -> None:
-        """Go on with the last command of the replaced instance."""
+        """Continue with the last command of the replaced instance."""
         self._command, times, incoming = state
         self._since_ns, self._changed_ns, self._is_step = times
         self._incoming.extend(incoming)

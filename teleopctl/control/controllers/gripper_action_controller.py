@@ -145,7 +145,7 @@ class _GripperController(ControllerInterface):
         return {"attributes": kept, "incoming": list(self._incoming)}
 
     def import_state(self, state: dict[str, Any]) -> None:
-        """Go on with the command and the goals of the replaced instance."""
+        """Continue with the command and the goals of the replaced instance."""
         vars(self).update(state["attributes"])
         self._incoming.extend(state["incoming"])
 
@@ -376,7 +376,7 @@ class EffortGripperActionController(_GripperCommandController):
         return super().export_state() | {"pid": self._pid.export_state()}
 
     def import_state(self, state: dict[str, Any]) -> None:
-        """Go on with command, goals and integral of the replaced instance."""
+        """Continue with command, goals and integral of the replaced instance."""
         super().import_state(state)
         self._pid.import_state(state["pid"])
 

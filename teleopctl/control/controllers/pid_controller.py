@@ -236,7 +236,7 @@ class PidController(ChainableControllerInterface):
         }
 
     def import_state(self, state: dict[str, Any]) -> None:
-        """Go on with the integrals of the replaced instance."""
+        """Continue with the integrals of the replaced instance."""
         for pid, of_pid in zip(self._pids, state["pids"], strict=True):
             pid.import_state(of_pid)
         self._feedforward = state["feedforward"]

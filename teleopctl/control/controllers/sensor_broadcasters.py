@@ -245,12 +245,12 @@ class ForceTorqueSensorBroadcaster(_SensorBroadcaster, ChainableControllerInterf
         self._chain = None
 
     def on_activate(self) -> None:
-        """Make the filters forget earlier values."""
+        """Reset the filters."""
         if self._chain is not None:
             self._chain.reset()
 
     def on_restart(self) -> None:
-        """Make the filters forget earlier values after a simulation reset."""
+        """Reset the filters after a simulation reset."""
         self.on_activate()
 
     def interface_names(self) -> Sequence[str]:
@@ -426,7 +426,7 @@ def whole_number(value: float, lowest: int, highest: int, *, otherwise: int) -> 
     """Return an interface's value as an integer within bounds; another one if that is impossible.
 
     Args:
-        value: Value of a state interface that stands for an integer, such as a status.
+        value: Value of a state interface that encodes an integer, such as a status.
         lowest: Lowest value of the message's field.
         highest: Highest value of the message's field.
         otherwise: Result for NaN and for values outside the bounds.

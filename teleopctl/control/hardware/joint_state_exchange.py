@@ -69,7 +69,7 @@ class JointStateChannel(Protocol):
         """Announce that no more commands will be sent."""
 
     def absence(self) -> str:
-        """Return why no states can come, as a sentence without a period; empty if they may."""
+        """Return why no states can arrive, as a sentence without a period; empty if they can."""
 
     def send(self, time_ns: int, names: list[str], columns: Mapping[str, list[float]]) -> None:
         """Send the commands for the state of a time.
@@ -111,7 +111,7 @@ class TopicChannel:
         return 0 if publisher is None else int(publisher.get_subscription_count())
 
     def absence(self) -> str:
-        """Return that the topic of the states has no publisher; empty if it has."""
+        """Return a message if the topic of the states has no publisher; empty if it has."""
         subscription = self._subscription
         if subscription is None or subscription.get_publisher_count() > 0:
             return ""
@@ -214,7 +214,7 @@ class JointStateExchange:
             self._answer(time_ns)
 
     def absence(self) -> str:
-        """Return why no states come any more; empty if some came since the last call, or may come.
+        """Return why no states arrive; empty if some arrived since the last call, or can arrive.
 
         Before the first state, they may.
         """

@@ -25,7 +25,7 @@ def parse_bool(text: str | None) -> bool:
 
 
 _DYNAMICS = (POSITION, VELOCITY, ACCELERATION)
-# Interfaces that ros2_control knows; others are custom ones.
+# Standard interfaces of ros2_control; others are custom ones.
 _STANDARD = (*_DYNAMICS, EFFORT)
 
 

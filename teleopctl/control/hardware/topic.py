@@ -63,7 +63,7 @@ class JointStateTopicSystem(HardwareComponentInterface):
             self._exchange.cycle = cycle
 
     def absence(self) -> str:
-        """Return that the publisher of the states has ended; empty while states may come."""
+        """Return a message if the states' publisher has ended; empty while states can arrive."""
         return self._exchange.absence()
 
     def on_configure(self) -> None:

@@ -171,7 +171,7 @@ def _set_parameter(planner: Any, name: str, key: str, value: str) -> None:
     number = {"true": 1.0, "false": 0.0}.get(value.strip().lower())
     if number is None:
         number = number_of(name, key, value)
-    # Which of them a setter takes is not known before.
+    # Which of them a setter accepts depends on the planner.
     for kind in (float, int, bool):
         try:
             setter(kind(number))

@@ -113,7 +113,7 @@ class MotionPlan:
         duration_before_jerk_s: Duration under the limits of velocity and acceleration alone, s.
         waypoints: The path that is followed: corners, or points of the line, (m, n).
         fraction: Part of a line that is reached, 0 to 1; 1 for other motions.
-        notes: What the caller should know, one sentence each, such as a start that was left.
+        notes: Notes for the caller, one sentence each, such as a start that was left.
     """
 
     joint_names: tuple[str, ...]

@@ -37,7 +37,7 @@ class FoundPath:
         planner: Library and name of the planner; ``straight`` where the straight motion is free.
         first: Number of the corner at which the path is free and within the limits: above 0 if the
             start is not.
-        notes: What the caller should know, one sentence each.
+        notes: Notes for the caller, one sentence each.
         is_curve: Whether the corners are points of a curve on which a constraint is kept.
     """
 

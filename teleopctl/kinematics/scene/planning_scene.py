@@ -143,7 +143,7 @@ class CollisionScene:
         return other
 
     def restore(self, before: CollisionScene) -> None:
-        """Take back all changes since a `copy`."""
+        """Undo all changes since a `copy`."""
         self.allowed = before.allowed
         for name in ("padding_m", "scale", "colors", "_objects", "_attached"):
             setattr(self, name, getattr(before, name))
@@ -268,7 +268,7 @@ class CollisionScene:
         self.changed()
 
     def detach(self, name: str) -> None:
-        """Put an attached object where it is now, around the robot.
+        """Detach an object: it stays at its present pose, around the robot.
 
         Raises:
             NotFoundError: There is no such attached object.
@@ -376,7 +376,7 @@ class CollisionScene:
         return CompiledScene(model, clearance, self.version)
 
     def _check_across_joints(self, spec: Any) -> None:
-        """Let MuJoCo check what a link carries against the links before the last joint.
+        """Add pairs of what a link carries and the links before the last joint to MuJoCo's checks.
 
         It leaves out all that is fixed to the two links of a joint; for links this is said instead
         by exclusions.

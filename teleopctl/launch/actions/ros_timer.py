@@ -27,7 +27,7 @@ class RosTimer(TimedEntities):
             return
         seconds, cancel = self.settings(launch)
         timer = _SimulatedTimer(seconds, self.steps, self.is_cancelled, cancel, launch.emit)
-        # The steps of the timer do not see settings of later actions.
+        # Settings of later actions do not apply to the steps of the timer.
         with launch.scoped():
             launch.register(timer)
         launch.work(timer)

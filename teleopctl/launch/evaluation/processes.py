@@ -76,7 +76,7 @@ _PROGRAMS_THAT_END = frozenset(
     for suffix in ("", ".py")
 )
 _SPAWNERS = frozenset(("controller_manager", f"spawner{suffix}") for suffix in ("", ".py"))
-# What stands for `ros2` in a command line without it.
+# Replacement of `ros2` in a command line on machines without it.
 _OUR_ROS2 = [sys.executable, "-P", "-m", *COMMANDS["ros2"]]
 _CONTAINERS = "teleopctl.nodes.component_container:"
 _SIMULATOR = "teleopctl.nodes.mujoco_sim:"

@@ -236,7 +236,7 @@ class Supervisor:
     def _start_later(self, indices: list[int], simulators: list[int], latest_s: float) -> None:
         """Start processes once no simulator starts any more, or at a time of the monotonic clock.
 
-        Five interpreters on two cores: what only looks at the simulation would double the time
+        Five interpreters on two cores: processes that only display it would double the time
         until there is one.
         """
         is_starting = any(self._children[index].is_starting for index in simulators)

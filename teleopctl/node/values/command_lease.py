@@ -78,7 +78,7 @@ class CommandLease:
         return self._claim
 
     def receive(self, claim: LeaseClaim, now_s: float, *, is_held: bool = True) -> None:
-        """Take a claim, or its end.
+        """Process a claim, or its end.
 
         Args:
             claim: The claim.

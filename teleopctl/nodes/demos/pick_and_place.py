@@ -193,7 +193,7 @@ class PickAndPlace(Node):
         self._wait(lambda: bool(np.linalg.norm(self.cube()[:2] - wanted) < 0.01), "the cube")
 
     def record(self, *names: str) -> None:
-        """Let episode_recorder do something: ``start``, ``success``, ``save``."""
+        """Request a step of episode_recorder: ``start``, ``success``, ``save``."""
         for name in names:
             self._wait(self._episodes[name].service_is_ready, "episode_recorder")
             self._request(self._episodes[name])

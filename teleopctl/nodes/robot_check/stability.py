@@ -1,4 +1,4 @@
-"""Check that a robot stands in simulation, and that its joints follow commands."""
+"""Check that a robot stays upright in simulation, and that its joints follow commands."""
 
 from __future__ import annotations
 

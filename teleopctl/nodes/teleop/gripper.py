@@ -69,7 +69,7 @@ class GripperDrive:
         self.problem = ""
         self._commanded: float | None = None
         self._sent: float | None = None
-        # Toggled before it was known how far it is open.
+        # Toggled before its opening is known.
         self._is_toggled = False
         self._since_goal_s = _GOAL_PERIOD_S
         self._ends: tuple[dict[str, float], dict[str, float]] | None = None

@@ -1,6 +1,6 @@
 """Executables ``relay``, ``throttle``, ``drop``, ``delay``, ``mux`` and ``demux``.
 
-They pass on serialized messages of any type, also of one that is not known here.
+They pass on serialized messages of any type, also of types without a definition here.
 """
 
 from __future__ import annotations
@@ -70,7 +70,7 @@ class TopicTool(Node):
         self._subscription: Any = None
 
     def begin(self) -> None:
-        """Look for the input's publishers now and ten times a second; call it at the end."""
+        """Search for the input's publishers now and ten times a second; call it at the end."""
         self.create_timer(_LOOK_PERIOD_S, self.look, clock=_steady())
         self.look()
 
@@ -301,7 +301,7 @@ class Selector(TopicTool):
         raise NotImplementedError
 
     def _find(self, topic: str) -> str | None:
-        """Return how a topic is called among the several; None if it is not there."""
+        """Return the name of a topic among the several; None if it is not there."""
         if topic == NONE_TOPIC:
             return None
         full = self.resolve_topic_name(topic)
@@ -430,7 +430,7 @@ _USAGE = {
 
 
 def parse_words(program: str, words: Sequence[str]) -> dict[str, Any]:
-    """Return the parameters that the words of a program stand for; empty without words.
+    """Return the parameters for the command-line arguments; empty without arguments.
 
     Raises:
         UsageError: There are too few or too many words, or one is not a number.

@@ -131,7 +131,7 @@ LOOKS = len(_LOOKS)
 
 
 def turtle_picture(look: int) -> Pixels:
-    """Return the picture of a turtle that looks up: an array of height, width and four colours.
+    """Return the picture of a turtle that faces up: an array of height, width and four colours.
 
     Args:
         look: Which of the `LOOKS` pictures.

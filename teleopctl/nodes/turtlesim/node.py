@@ -95,7 +95,7 @@ class TurtleSim(Node):
         self._orders.put(self._clear)
 
     def reset(self) -> None:
-        """Begin anew with one turtle, in the next period; may be called on any thread."""
+        """Reset to one turtle, in the next period; thread-safe."""
         self._orders.put(self._reset)
 
     # --- services ---------------------------------------------------------------------------------

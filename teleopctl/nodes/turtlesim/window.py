@@ -1,4 +1,4 @@
-"""The window of turtlesim: a web page with the board and its turtles, seen from above."""
+"""The window of turtlesim: a web page with the board and its turtles, from above."""
 
 from __future__ import annotations
 
@@ -129,7 +129,7 @@ class TurtleWindow:
                 self._places[number] = place
                 image = self._images[number][1]
                 image.position = (turtle.x, SIZE - turtle.y, _ABOVE_M * (number + 1))
-                # The picture looks up, which is the direction pi/2.
+                # The turtle in the picture faces up, which is the direction pi/2.
                 image.wxyz = _turned(turtle.theta - math.pi / 2.0)
 
     def _add_turtle(self, number: int, look: int) -> Any:

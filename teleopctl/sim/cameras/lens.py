@@ -66,7 +66,7 @@ class Projection:
         bottom: Lower edge, -Y/Z.
         top: Upper edge, -Y/Z.
         pixels: For each pixel of the final image, row by row, the number of the rendered pixel;
-            ``width * height`` for pixels that see nothing. None without a lens.
+            ``width * height`` for pixels without a ray. None without a lens.
         faces: Faces of a cube that the view consists of; their pixels are numbered one face after
             the other, each from the lowest row on. Empty for a single image that looks ahead.
     """
@@ -138,7 +138,7 @@ def camera_projection(camera: CameraModel) -> Projection:
 
 
 def _cube(camera: CameraModel, lens: Lens) -> Projection:
-    """Return the projection of a wide angle camera: the faces of a cube that it sees."""
+    """Return the projection of a wide angle camera: the visible faces of a cube."""
     seen_from = directions(camera, lens)
     seen = np.isfinite(seen_from).all(axis=-1)
     along = np.stack([np.where(seen, seen_from @ forwards, -np.inf) for forwards, _ in _FACES])
@@ -171,7 +171,7 @@ def directions(camera: CameraModel, lens: Lens) -> Array:
     """Return the unit vectors that a wide-angle camera's pixels look along; NaN outside the lens.
 
     Returns:
-        Unit vectors, (height, width, 3); NaN for pixels that see nothing.
+        Unit vectors, (height, width, 3); NaN for pixels without a ray.
     """
     _, _, cx, _, _, cy, *_ = camera.intrinsics
     columns, rows = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
@@ -221,7 +221,7 @@ def _edges(width: int, height: int, fx: float, fy: float, cx: float, cy: float) 
 
 
 def undistorted(camera: CameraModel) -> tuple[Array, Array, npt.NDArray[np.bool_]]:
-    """Return the undistorted X/Z and Y/Z of each pixel, and whether the pixel sees anything."""
+    """Return the undistorted X/Z and Y/Z of each pixel, and whether the pixel has a ray."""
     fx, _, cx, _, fy, cy, *_ = camera.intrinsics
     columns, rows = np.meshgrid(np.arange(float(camera.width)), np.arange(float(camera.height)))
     wanted_x, wanted_y = (columns - cx) / fx, (rows - cy) / fy
@@ -241,6 +241,6 @@ def undistorted(camera: CameraModel) -> tuple[Array, Array, npt.NDArray[np.bool_
             y -= scale * (a * error_y - c * error_x)
         at_x, at_y = distorted(x, y, camera.distortion)
         seen = np.hypot(fx * (at_x - wanted_x), fy * (at_y - wanted_y)) < _PRECISE_PX
-        # Beyond its fold the lens model repeats the image, turned: those pixels see nothing.
+        # Beyond its fold the lens model repeats the image, turned: those pixels have no ray.
         seen &= (x * wanted_x + y * wanted_y >= 0.0) & (a * d - b * c > 0.0)
     return x, y, seen

@@ -246,7 +246,7 @@ def _rectangle(part: Projection | Face) -> Any:
 
 
 def _drawn_far(camera: _Camera) -> float:
-    """Return the far plane's distance with which the sky is behind all that the camera sees."""
+    """Return the far plane's distance at which the sky is behind all that the camera shows."""
     view = camera.view
     x, y = max(-view.left, view.right), max(-view.bottom, view.top)
     return camera.model.far * math.sqrt(1.0 + x * x + y * y) / _SKY

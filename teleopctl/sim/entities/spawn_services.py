@@ -78,7 +78,7 @@ class SpawnServices:
             )
 
     def _begin(self, running: RunningSimulation, request: Any) -> Callable[[Any], Awaitable[None]]:
-        """Begin to spawn an entity; return a function that waits for it and fills the answer."""
+        """Start to spawn an entity; return a function that waits for it and fills the response."""
         # simulation_interfaces 2 has URI and text in a message of their own.
         resource = getattr(request, "entity_resource", request)
         world = _read_resource(resource, _Answer, "what to spawn")
@@ -168,7 +168,7 @@ def _read_resource(resource: Any, codes: Any, noun: str) -> World:
 
 
 def meshes_left_out(warnings: Sequence[str]) -> list[str]:
-    """Return those of a model's warnings that report a missing mesh."""
+    """Return the warnings of a model that report a missing mesh."""
     return [warning for warning in warnings if re.search(r"Mesh '.*' is left out: ", warning)]
 
 

@@ -183,7 +183,7 @@ class BagPanel(Panel):
                 self._take_extra(one.name, one.value)
 
     def _take_extra(self, name: str, value: Any) -> None:
-        """Take whether the player loops, or the marks of its bag."""
+        """Process the parameters for looping and the marks of the bag."""
         content: Any = parameter_value_to_python(value)
         if name == _LOOP and isinstance(content, bool):
             self._loops = content

@@ -1,6 +1,6 @@
 """Base of panels, each a tab beside the 3D view, and the interface of the page that they use.
 
-Data comes only to what is seen: a panel subscribes in `Panel.began`, when a browser shows it, and
+Only visible panels receive data: a panel subscribes in `Panel.began`, when a browser shows it, and
 unsubscribes in `Panel.ended`, when no browser does any more.
 
 All methods are called on the node's thread. viser's callbacks arrive on another thread: a panel
@@ -52,7 +52,7 @@ class Arrangements(Protocol):
         """Plot a field or an expression, in the panel of plots."""
 
     def layout_to_save(self, client: Any) -> PageLayout:
-        """Return all that a browser's person has arranged: panels, camera, choices in panels."""
+        """Return the arrangement in a browser: panels, camera, choices in panels."""
 
     def forget(self, client_id: int) -> None:
         """Return a browser to the layout that it started with, and drop what it has stored."""
@@ -114,7 +114,7 @@ class Panel:
         title: Title of the tab.
         icon: Name of the tab's Tabler icon.
         works_hidden: Whether the panel works while the page is visible and the panel is not: one
-            that collects what people look back at.
+            that collects a history.
         page: The viewer's node.
         gui: The viser GUI, to add controls.
     """
@@ -190,7 +190,7 @@ class Panel:
 
     # Any: YAML values.
     def state(self) -> Any:
-        """Return what was chosen in the panel, as YAML values to keep; None for nothing.
+        """Return the choices in the panel, as YAML values to keep; None for nothing.
 
         Override.
         """

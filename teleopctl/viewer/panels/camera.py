@@ -1,4 +1,4 @@
-"""Panel of the cameras: each published image topic, side by side, for as long as it is seen.
+"""Panel of the cameras: each published image topic, side by side, while it is visible.
 
 Images are the largest messages of a robot: they are subscribed to only while the panel is visible,
 and are scaled for the page.

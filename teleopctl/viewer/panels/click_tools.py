@@ -201,7 +201,7 @@ class ClickTools:
     def _surface_point(
         self, origin: Vector3, direction: Vector3, ground: Vector3 | None
     ) -> Vector3 | None:
-        """Return where a ray first meets a robot or the ground."""
+        """Return the first intersection of a ray with a robot or the ground."""
         start = (float(origin[0]), float(origin[1]), float(origin[2]))
         along = (float(direction[0]), float(direction[1]), float(direction[2]))
         length = math.hypot(*along) or 1.0

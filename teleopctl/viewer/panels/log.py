@@ -275,7 +275,7 @@ def _shown(line: LogMessage) -> str:
 
 
 def stamp_of(text: str, newest_s: float) -> float:
-    """Return the time that a person has typed, in seconds.
+    """Return the time that the user has typed, in seconds.
 
     Args:
         text: A time of day, such as ``14:02`` or ``14:02:30.5``, or seconds.

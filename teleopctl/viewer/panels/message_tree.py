@@ -44,7 +44,7 @@ def message_tree(
 
     Args:
         message: The message.
-        flipped: Paths of fields that a person has opened or closed, against what is usual.
+        flipped: Paths of fields that the user has opened or closed, against the default.
         mark: Function that returns the attributes of an element which is clicked for an action:
             ``flip PATH`` or ``plot PATH``.
     """

@@ -257,7 +257,7 @@ class SimulationPanel(Panel):
                     self._take_pace(one.value)
 
     def _take_pace(self, value: Any) -> None:
-        """Take the simulator's real-time factor; None if it has no such parameter."""
+        """Receive the simulator's real-time factor; None if it has no such parameter."""
         number = None if value is None else parameter_value_to_python(value)
         is_number = isinstance(number, int | float) and not isinstance(number, bool)
         self._factor = float(number) if is_number else None  # type: ignore[arg-type]

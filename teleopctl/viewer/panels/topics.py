@@ -58,7 +58,7 @@ class TopicsPanel(Panel):
         self._received_s = 0.0
         self._ticks = 0
         self._watched = False
-        # Fields of the echoed message that a person has opened or closed.
+        # Fields of the echoed message that the user has opened or closed.
         self._flipped: set[str] = set()
 
     def build(self) -> None:

@@ -99,7 +99,7 @@ class Views:
             raise TeleopctlError("There is no robot to look at yet")
 
     def _look_through(self, topic: str, event: Any) -> None:
-        """Show the scene as a camera of the robot sees it, once its next message has come."""
+        """Show the scene from a camera of the robot, once its next message has come."""
         camera = event.client.camera
 
         def take(info: Any) -> None:
@@ -114,7 +114,7 @@ class Views:
         end = self._page.stage.subscribe(topic, _CAMERA_INFO, take, qos_profile_sensor_data)
 
     def _take_picture(self, event: Any) -> None:
-        """Send what a browser sees of the scene as a PNG file, in the size of its window."""
+        """Send a browser's view of the scene as a PNG file, in the size of its window."""
         client, camera = event.client, event.client.camera
 
         def render() -> bytes:
@@ -136,7 +136,7 @@ class Views:
         self._page.stage.run_in_background(render, send)
 
     def _film(self, event: Any) -> None:
-        """Let a browser begin or end a film of what it sees of the scene."""
+        """Begin or end a film of a browser's view of the scene."""
         browser = event.client.client_id
         if browser in self._filming:
             self._filming.discard(browser)

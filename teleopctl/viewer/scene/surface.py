@@ -82,7 +82,7 @@ def _moved(triangles: Triangles, pose: Transform) -> Triangles:
 
 
 def nearest_hit(triangles: Triangles, origin: Vector3, direction: Vector3) -> float | None:
-    """Return how far a ray goes to the nearest triangle, in lengths of its direction; None if none.
+    """Return the distance to the nearest hit, in lengths of the direction; None without a hit.
 
     The test of Möller and Trumbore (1997), for all triangles at once.
 

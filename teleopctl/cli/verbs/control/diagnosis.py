@@ -303,7 +303,7 @@ def _wrong_publishers(snapshot: ManagerSnapshot, one: Any) -> Iterator[Finding]:
 
 
 def _values_per_command(one: Any) -> list[str]:
-    """Return what the values of a message on ``~/commands`` are for."""
+    """Return the meaning of the values in a message on ``~/commands``."""
     names = list(one.required_command_interfaces)
     if one.type.endswith(_TRAJECTORY):
         # It takes one position for each joint.

@@ -93,7 +93,7 @@ class _Counted(NamedTuple):
     bins: Sequence[Bin]
 
     def since(self, before: "_Counted | None") -> "_Counted":
-        """Return what was counted since another time; all if a new instance was loaded since.
+        """Return the counts since another time; all if a new instance was loaded since.
 
         Clamped commands are counted by the interfaces, which stay.
         """

@@ -209,7 +209,7 @@ class _Histograms:
                 self._ask()
 
     def rows(self) -> list[UpdateTimes]:
-        """Return what was measured in the window."""
+        """Return the measured rows of the window."""
         return self._window.rows()
 
 
@@ -255,7 +255,7 @@ class _Statistics:
         time.sleep(seconds)
 
     def rows(self) -> list[UpdateTimes]:
-        """Return what was measured in the window; ask for nominal rates if names have changed."""
+        """Return the measured rows of the window; request nominal rates if names have changed."""
         with self._lock:
             names = next(iter(self._names.values()), [])
         if names != self._asked:

@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 
 
 def render_nothing() -> None:
-    """Let mujoco load no renderer, which a command of kinematics does not need.
+    """Disable mujoco's renderers, which a command of kinematics does not need.
 
     mujoco reads the variable at import.
     """

@@ -144,7 +144,7 @@ def _save(arm: "Arm", reached: "Workspace", file: Path) -> None:
     figure = Figure(figsize=(9.0, 4.6), layout="constrained")
     chain = _chain(arm)
     shaded = None
-    # The lowest last, so that singular places are seen.
+    # The lowest last, so that singular places are visible.
     order = reached.manipulability.argsort()[::-1]
     for number, (name, across, up) in enumerate(_VIEWS, 1):
         axes = figure.add_subplot(1, len(_VIEWS), number)

@@ -28,7 +28,7 @@ if TYPE_CHECKING:
 
 _HOLDER = "robot_stop"
 _STATE = "/is_stopped"
-# Longest wait for all controller managers to obey, in seconds.
+# Longest wait until all controller managers have stopped the robot, in seconds.
 _LONGEST_WAIT_S = 3.0
 
 
@@ -100,7 +100,7 @@ class _Graph:
         self.button = StopButton(node)
 
     def managers(self) -> list[str]:
-        """Return the nodes that obey ``/stop``."""
+        """Return the nodes that stop the robot on ``/stop``."""
         return sorted(
             topic.removesuffix(_STATE)
             for topic, types in self._node.get_topic_names_and_types()

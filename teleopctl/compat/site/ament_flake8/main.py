@@ -70,7 +70,7 @@ def main_with_errors(argv: Sequence[str] | None = None) -> tuple[int, list[str]]
 
 
 def _is_allowed(problem: Problem) -> bool:
-    """Return whether flake8, which looks at the text, allows what Ruff finds in the program."""
+    """Return whether flake8, which checks the text, allows what Ruff finds in the syntax tree."""
     pattern = _TEXTS.get(problem.code)
     line = linecache.getline(problem.file, problem.line)
     return pattern is not None and re.search(pattern, line) is None

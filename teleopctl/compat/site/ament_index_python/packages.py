@@ -29,7 +29,7 @@ class PackageNotFoundError(KeyError):
 
 
 def get_packages_with_prefixes() -> dict[str, str]:
-    """Return every known package with its prefix."""
+    """Return the names of all packages, with their prefixes."""
     return get_resources("packages")
 
 

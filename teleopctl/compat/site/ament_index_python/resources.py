@@ -1,6 +1,6 @@
 """``ament_index_python.resources``: the markers that installed packages leave.
 
-Those of the type ``packages`` stand for every package that teleopctl finds, installed or not. Those
+Those of the type ``packages`` are of every package that teleopctl finds, installed or not. Those
 of other types are below the prefixes of ``AMENT_PREFIX_PATH``, one of which has teleopctl's own
 packages, or declared by the sources of a workspace.
 """

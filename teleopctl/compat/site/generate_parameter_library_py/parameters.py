@@ -266,7 +266,7 @@ class ParamListener:
                 yield custom, getattr(ParameterValidators, custom), listed
 
     def _problem(self, parameter: Parameter, content: _Yaml) -> str:
-        """Return why a value is invalid; empty if it is not."""
+        """Return why a value is invalid; empty if it is valid."""
         for _, check, arguments in self._checks(content):
             if problem := check(parameter, *arguments):
                 return problem

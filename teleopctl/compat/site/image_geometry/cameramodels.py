@@ -36,7 +36,7 @@ def _opencv() -> Any:
 
 
 class PinholeCameraModel:
-    """Camera without a lens: straight lines stay straight in rectified images.
+    """Pinhole camera: straight lines stay straight in rectified images.
 
     Attributes:
         K: Intrinsic matrix (3, 3) of the raw image, for binning and region of interest.

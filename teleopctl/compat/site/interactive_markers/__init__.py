@@ -1,4 +1,4 @@
-"""``interactive_markers``. Markers that people move and click, for RViz and its like."""
+"""``interactive_markers``. Markers that users move and click, in RViz and on the page."""
 
 from interactive_markers.interactive_marker_server import InteractiveMarkerServer
 from interactive_markers.menu_handler import MenuHandler

@@ -53,7 +53,7 @@ class _Change(Enum):
 
 @dataclass
 class _Update:
-    """Change of a marker that clients do not know yet."""
+    """Change of a marker that is not published yet."""
 
     change: _Change
     marker: InteractiveMarker
@@ -62,7 +62,7 @@ class _Update:
 
 @dataclass
 class _Shown:
-    """Marker that clients know."""
+    """Marker as last published."""
 
     marker: InteractiveMarker
     callbacks: _Callbacks
@@ -144,7 +144,7 @@ class InteractiveMarkerServer:
         """Add or replace a marker, and set a callback of it.
 
         Args:
-            marker: Marker, known by its name.
+            marker: Marker, identified by its name.
             feedback_callback: Called with feedback; the callbacks stay if None.
             feedback_type: Type of the feedback; by default any that has no callback of its own.
         """

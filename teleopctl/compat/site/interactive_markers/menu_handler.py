@@ -24,7 +24,7 @@ class _Entry:
 
 
 class MenuHandler:
-    """Menu whose entries call functions; entries are known by numbers.
+    """Menu whose entries call functions; entries have numbers.
 
     Example:
         >>> menu = MenuHandler()

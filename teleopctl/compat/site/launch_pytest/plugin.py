@@ -33,7 +33,7 @@ event_loop = get_event_loop_fixture(overridable=False)
 _ALSO_ASKED_FOR = ("request", "launch_service", "event_loop")
 _SHUTDOWN = "[shutdown_test]"
 _END = object()
-# The attribute of a function that stands for a test.
+# Attribute that marks a function made for a test.
 _MARK = "_launch_test"
 
 
@@ -98,7 +98,7 @@ def _wait_until_ready(
         )
 
 
-# Any: whatever stands in a module.
+# Any: whatever is defined in a module.
 @pytest.hookimpl(tryfirst=True)
 def pytest_pycollect_makeitem(
     collector: pytest.Module | pytest.Class, name: str, obj: Any

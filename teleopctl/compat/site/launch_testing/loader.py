@@ -56,7 +56,7 @@ class TestRun:
         self.param_args = param_args
         self.pre_shutdown_tests = unittest.TestSuite(pre_shutdown_tests)
         self.post_shutdown_tests = unittest.TestSuite(post_shutdown_tests)
-        # A suite forgets its tests when it has run.
+        # A suite drops its tests when it has run.
         self._cases = [*_cases(self.pre_shutdown_tests), *_cases(self.post_shutdown_tests)]
         self.timeout: float = getattr(test_description_function, TIMEOUT, _READY_WITHIN_S)
         if param_args:

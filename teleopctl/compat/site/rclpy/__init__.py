@@ -81,11 +81,11 @@ def uninstall_signal_handlers() -> None:
 
 
 def get_rmw_implementation_identifier() -> str:
-    """Return the middleware whose wire format is spoken."""
+    """Return the name of the middleware whose wire format is used."""
     return "rmw_zenoh_cpp"
 
 
-# Programs write ``rclpy.qos.QoSProfile`` after a bare ``import rclpy``. Type checkers are told
+# Programs write ``rclpy.qos.QoSProfile`` after a bare ``import rclpy``. Type checkers get
 # which modules there are, so that a name that is none is an error for them too.
 if TYPE_CHECKING:
     from rclpy import (

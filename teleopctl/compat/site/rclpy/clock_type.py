@@ -1,4 +1,4 @@
-"""``rclpy.clock_type``. What a clock counts."""
+"""``rclpy.clock_type``. Types of clocks."""
 
 from teleopctl.node import ClockType
 

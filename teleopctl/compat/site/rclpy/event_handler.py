@@ -77,14 +77,14 @@ _NAMES_OF_SUBSCRIPTION = {
 def event_handle(
     parent_impl: Handle, event_type: QoSPublisherEventType | QoSSubscriptionEventType
 ) -> EventHandle:
-    """Return what counts an event of the publisher or subscription that a handle stands for."""
+    """Return the event counter of the publisher or subscription of a handle."""
     if isinstance(event_type, QoSPublisherEventType):
         return EventHandle(parent_impl.entity, _NAMES[event_type])
     return EventHandle(parent_impl.entity, _NAMES_OF_SUBSCRIPTION[event_type])
 
 
 class EventHandler(Waitable):
-    """Calls back for one event, once it is added to a node.
+    """Handler of one event of a publisher or subscription, once it is added to a node.
 
     Args:
         callback_group: Whose rules decide when it may.
@@ -116,20 +116,20 @@ class EventHandler(Waitable):
         return self._event.take_event()
 
     async def execute(self, taken_data: object) -> object:
-        """Call back."""
+        """Run the callback."""
         outcome = self.callback(taken_data)
         return await outcome if hasattr(outcome, "__await__") else outcome
 
     def get_num_entities(self) -> NumberOfEntities:
-        """Return that it waits for one event."""
+        """Return the numbers of entities: one event."""
         return NumberOfEntities(num_events=1)
 
     def add_to_wait_set(self, wait_set: WaitSet) -> None:
-        """Wait for the event."""
+        """Add the event to a wait set."""
         self._index = wait_set.add_event(self._event)
 
     def destroy(self) -> None:
-        """Count no more."""
+        """Stop counting events."""
         self._event.destroy_when_not_in_use()
 
 

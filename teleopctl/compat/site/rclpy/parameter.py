@@ -26,12 +26,12 @@ PARAMETER_SEPARATOR_STRING = "."
 
 
 def get_parameter_value(string_value: str) -> "ParameterValue":
-    """Return what a text of YAML stands for, as a message."""
+    """Return the value of a YAML text as a message."""
     return parameter_value_from_yaml(string_value)
 
 
 def parameter_value_to_python(parameter_value: "ParameterValue") -> "AllowableParameterValue":
-    """Return the Python value that a message holds.
+    """Return the Python value of a message.
 
     Raises:
         RuntimeError: The message is of no type that there is.
@@ -48,7 +48,7 @@ def parameter_dict_from_yaml_file(
     target_nodes: Sequence[str] | None = None,
     namespace: str = "",
 ) -> "dict[str, ParameterMessage]":
-    """Return what a parameter file holds as messages, by name; see `parameter_messages`.
+    """Return the parameters in a file as messages, by name; see `parameter_messages`.
 
     Raises:
         OSError: The file cannot be read.

@@ -1,4 +1,4 @@
-"""``rclpy.service_introspection``. Events of services, for those who watch them."""
+"""``rclpy.service_introspection``. Service introspection: states and events."""
 
 from teleopctl.node import ServiceIntrospectionState
 

@@ -1,4 +1,4 @@
-"""``rclpy.signals``. Signals that end contexts, and waits that end with a context."""
+"""``rclpy.signals``. Signals that end contexts, and guard conditions for the end."""
 
 from teleopctl.node import (
     Context,
@@ -28,9 +28,9 @@ class SignalHandlerGuardCondition(GuardHandle):
 
     @property
     def handle(self) -> GuardHandle:
-        """What is added to a wait set."""
+        """Handle, to be added to a wait set."""
         return self
 
     def destroy(self) -> None:
-        """Let the context end without it."""
+        """Unregister the guard condition from the context."""
         self._context.forget_on_shutdown(self.entity.trigger)

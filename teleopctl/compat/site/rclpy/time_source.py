@@ -1,4 +1,4 @@
-"""``rclpy.time_source``. Clocks of one's own that follow ``/clock`` as a node's does."""
+"""``rclpy.time_source``. Time source for clocks of a program: follows ``/clock`` as a node does."""
 
 from typing import TYPE_CHECKING
 
@@ -17,7 +17,7 @@ USE_SIM_TIME_NAME = "use_sim_time"
 
 
 class TimeSource:
-    """Moves clocks along ``/clock`` while a node's ``use_sim_time`` is true.
+    """Sets clocks to ``/clock`` while a node's ``use_sim_time`` is true.
 
     A node's own clock needs none.
 
@@ -49,7 +49,7 @@ class TimeSource:
         self._subscribe()
 
     def attach_node(self, node: Node) -> None:
-        """Follow a node, and the one before no more.
+        """Follow the parameter ``use_sim_time`` of a node, instead of the previous one.
 
         Raises:
             TypeError: It is no `Node`.
@@ -77,7 +77,7 @@ class TimeSource:
         self._subscription = None
 
     def attach_clock(self, clock: ROSClock) -> None:
-        """Move a clock.
+        """Set a clock from now on.
 
         Raises:
             ValueError: It is no `ROSClock`.
@@ -89,7 +89,7 @@ class TimeSource:
         self._clocks.append(clock)
 
     def clock_callback(self, msg: "Clock") -> None:
-        """Move the clocks to the time of a message."""
+        """Set the clocks to the time of a message."""
         self._last = Time.from_msg(msg.clock)
         for clock in self._clocks:
             clock.set_ros_time_override(self._last)

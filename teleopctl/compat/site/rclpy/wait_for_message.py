@@ -1,4 +1,4 @@
-"""``rclpy.wait_for_message``. One message, without a subscription of one's own."""
+"""``rclpy.wait_for_message``. Reception of one message, with a temporary subscription."""
 
 from teleopctl.interfaces import MessageT
 from teleopctl.node import (

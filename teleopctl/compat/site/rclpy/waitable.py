@@ -1,4 +1,4 @@
-"""``rclpy.waitable``. What executors wait for besides the entities of nodes."""
+"""``rclpy.waitable``. Base class of further entities that executors wait for."""
 
 from teleopctl.node import NumberOfEntities, Waitable
 

@@ -55,7 +55,7 @@ def constructor(component: Component) -> Constructor:
 def node_options(
     request: LoadNode.Request, extra: Mapping[str, bool], context: Context
 ) -> NodeOptions:
-    """Return what the component's node is given.
+    """Return the node options of a component.
 
     Raises:
         TeleopctlError: A remapping rule is malformed.
@@ -78,7 +78,7 @@ def node_options(
 def constructed(
     make: Constructor, request: LoadNode.Request, options: NodeOptions
 ) -> tuple[object, Node]:
-    """Make a component; of one that fails nothing stays in the graph.
+    """Construct a component; destroy its nodes if the constructor fails.
 
     Returns:
         The component and its node, which mostly are one.

@@ -110,7 +110,7 @@ class ComponentManager(Node):
     def on_unload_node(
         self, request: UnloadNode.Request, response: UnloadNode.Response
     ) -> UnloadNode.Response:
-        """Take a component out of the graph and out of the container."""
+        """Unload a component, and destroy its node."""
         loaded = self._loaded.pop(request.unique_id, None)
         response.success = loaded is not None
         if loaded is None:

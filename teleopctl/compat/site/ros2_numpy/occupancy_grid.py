@@ -1,4 +1,4 @@
-"""``ros2_numpy.occupancy_grid``. Maps as masked arrays: what is not known (-1) is masked."""
+"""``ros2_numpy.occupancy_grid``. Maps as masked arrays: unknown cells (-1) are masked."""
 
 from typing import TYPE_CHECKING, Any
 
@@ -26,7 +26,7 @@ def occupancygrid_to_numpy(msg: "OccupancyGrid") -> "np.ma.MaskedArray[Any, Any]
 def numpy_to_occupancy_grid(
     arr: npt.NDArray[np.int8], info: "MapMetaData | None" = None
 ) -> "OccupancyGrid":
-    """Return cells as a map; what is masked is not known.
+    """Return cells as a map; masked cells are unknown.
 
     Args:
         arr: The cells, (height, width).

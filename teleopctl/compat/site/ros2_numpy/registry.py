@@ -3,7 +3,7 @@
 from collections.abc import Callable, Sequence
 from typing import Any, TypeVar
 
-# Any: messages of any type, and the arrays that stand for them.
+# Any: messages of any type, and the corresponding arrays.
 _Function = TypeVar("_Function", bound=Callable[..., Any])
 
 _to_numpy: dict[tuple[type[Any], bool], Callable[..., Any]] = {}
@@ -11,7 +11,7 @@ _from_numpy: dict[tuple[type[Any], bool], Callable[..., Any]] = {}
 
 
 def converts_to_numpy(msgtype: type[Any], plural: bool = False) -> Callable[[_Function], _Function]:
-    """Make a function the one that turns messages of a type, or a list of them, into an array."""
+    """Register a function that converts messages of a type, or a list of them, to an array."""
 
     def register(function: _Function) -> _Function:
         _to_numpy[msgtype, plural] = function
@@ -23,7 +23,7 @@ def converts_to_numpy(msgtype: type[Any], plural: bool = False) -> Callable[[_Fu
 def converts_from_numpy(
     msgtype: type[Any], plural: bool = False
 ) -> Callable[[_Function], _Function]:
-    """Make a function the one that turns an array into a message of a type, or a list of them."""
+    """Register a function that converts an array to a message of a type, or a list of them."""
 
     def register(function: _Function) -> _Function:
         _from_numpy[msgtype, plural] = function

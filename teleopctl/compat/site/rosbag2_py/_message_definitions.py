@@ -1,4 +1,4 @@
-"""``rosbag2_py._message_definitions``. Definitions of the types that are known."""
+"""``rosbag2_py._message_definitions``. Definitions of message types."""
 
 from rosbag2_py._storage import MessageDefinition
 from teleopctl import bag
@@ -7,7 +7,7 @@ __all__ = ["LocalMessageDefinitionSource"]
 
 
 class LocalMessageDefinitionSource:
-    """Source of the definitions of the types that this process knows."""
+    """Source of the definitions of this process's types."""
 
     def get_full_text(self, topic_type: str) -> MessageDefinition:
         """Return the definition of a type, followed by those of all nested types.

@@ -361,7 +361,7 @@ def topics_of(metadata: bag.BagMetadata) -> list[TopicInformation]:
 
 
 def topic_of(topic: TopicMetadata) -> bag.BagTopic:
-    """Return a topic as bags are written with it, with its type's definition if it is known."""
+    """Return a topic for a bag writer, with its type's definition if there is one."""
     definition = bag.known_definition(topic.type, topic.type_description_hash)
     return bag.BagTopic(
         topic.name,

@@ -1,1 +1,1 @@
-"""``rosidl_adapter``. Definitions of messages, services and actions, as values."""
+"""``rosidl_adapter``. Parsed definitions of messages, services and actions."""

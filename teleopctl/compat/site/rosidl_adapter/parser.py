@@ -1,4 +1,4 @@
-"""``rosidl_adapter.parser``. Definitions of messages, services and actions, as values.
+"""``rosidl_adapter.parser``. Parser of definitions of messages, services and actions.
 
 Comments are not kept: the ``annotations`` are empty.
 """
@@ -63,31 +63,31 @@ VALID_CONSTANT_NAME_PATTERN = re.compile(r"[A-Z]([A-Z0-9_]?[A-Z0-9]+)*")
 
 
 class InvalidSpecification(Exception):
-    """A definition is invalid."""
+    """Raised when a definition is invalid."""
 
 
 class InvalidActionSpecification(InvalidSpecification):
-    """A definition of an action is invalid."""
+    """Raised when a definition of an action is invalid."""
 
 
 class InvalidServiceSpecification(InvalidSpecification):
-    """A definition of a service is invalid."""
+    """Raised when a definition of a service is invalid."""
 
 
 class InvalidResourceName(InvalidSpecification):
-    """A name is invalid."""
+    """Raised when a name is invalid."""
 
 
 class InvalidFieldDefinition(InvalidSpecification):
-    """A line is neither a field nor a constant."""
+    """Raised when a line is neither a field nor a constant."""
 
 
 class UnknownMessageType(InvalidSpecification):
-    """A field is of an unknown type."""
+    """Raised when a field has an unknown type."""
 
 
 class InvalidValue(Exception):
-    """A value does not fit its type."""
+    """Raised when a value does not fit its type."""
 
 
 def is_valid_package_name(name: str) -> bool:

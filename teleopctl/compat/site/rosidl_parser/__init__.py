@@ -1,1 +1,1 @@
-"""``rosidl_parser``: the types of fields as values."""
+"""``rosidl_parser``: the types of fields as Python objects."""

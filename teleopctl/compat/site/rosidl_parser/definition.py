@@ -96,14 +96,14 @@ class NamedType(AbstractNestableType):
 
 @dataclass(eq=False)
 class Annotation:
-    """What stands after an ``@``: its value is None, one value, or several by name."""
+    """Annotation ``@name(…)``: its value is None, one value, or several by name."""
 
     name: str
     value: object = None
 
 
 class Annotatable:
-    """What may have annotations."""
+    """Base class of elements with annotations."""
 
     annotations: list[Annotation]
 
@@ -123,11 +123,11 @@ class Annotatable:
         return values[0]
 
     def has_annotation(self, name: str) -> bool:
-        """Return whether there is just one of a name."""
+        """Return whether there is exactly one annotation of a name."""
         return len(self.get_annotation_values(name)) == 1
 
     def has_annotations(self, name: str) -> bool:
-        """Return whether there is any of a name."""
+        """Return whether there is an annotation of a name."""
         return bool(self.get_annotation_values(name))
 
     def get_comment_lines(self) -> list[str]:
@@ -158,7 +158,7 @@ class Structure(Annotatable):
     annotations: list[Annotation] = field(default_factory=list)
 
     def has_any_member_with_annotation(self, name: str) -> bool:
-        """Return whether a member has just one annotation of a name."""
+        """Return whether a member has exactly one annotation of a name."""
         return any(member.has_annotation(name) for member in self.members)
 
 
@@ -188,7 +188,7 @@ class Message:
 
 
 class Service:
-    """A request, a response, and what is made of them."""
+    """Service: request, response and event, and the types derived from them."""
 
     def __init__(
         self, namespaced_type: NamespacedType, request: Message, response: Message
@@ -206,7 +206,7 @@ class Service:
 
 
 class Action:
-    """A goal, a result, feedback, and what is made of them."""
+    """Action: goal, result and feedback, and the types derived from them."""
 
     def __init__(
         self, namespaced_type: NamespacedType, goal: Message, result: Message, feedback: Message
@@ -265,7 +265,7 @@ def _made(name: NamespacedType, suffix: str, **members: AbstractType) -> Message
 
 
 class IdlLocator:
-    """Where an IDL file is.
+    """Path of an IDL file.
 
     Args:
         basepath: A folder.
@@ -286,12 +286,12 @@ ElementT = TypeVar("ElementT", Include, Message, Service, Action)
 
 @dataclass(eq=False)
 class IdlContent:
-    """What an IDL file has: included files, and a message, a service or an action."""
+    """Content of an IDL file: includes, and a message, a service or an action."""
 
     elements: list[Include | Message | Service | Action] = field(default_factory=list)
 
     def get_elements_of_type(self, type_: type[ElementT]) -> list[ElementT]:
-        """Return those of one class."""
+        """Return the elements of a class."""
         return [one for one in self.elements if isinstance(one, type_)]
 
 

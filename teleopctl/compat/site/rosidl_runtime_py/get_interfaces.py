@@ -1,4 +1,4 @@
-"""``rosidl_runtime_py.get_interfaces``. Which types there are."""
+"""``rosidl_runtime_py.get_interfaces``. Lists of types and their files."""
 
 from collections.abc import Iterable
 from contextlib import suppress
@@ -66,7 +66,7 @@ def get_interface_path(interface_name: str) -> str:
             file = definition_file(name)
             if ending in ("", parts[1], file.suffix[1:]):
                 return str(file)
-    # ROS 2 looks for what a build makes of it.
+    # ROS 2 searches for the file that a build generates.
     missing = interface_name if ending else f"{interface_name}.idl"
     raise LookupError(f"Could not find the interface '{missing}'")
 
@@ -77,7 +77,7 @@ def _prefix(package: str) -> str:
 
 
 def _is_module(package: str) -> bool:
-    """Whether it is a package that comes as a Python module only, as rclpy does here."""
+    """Return whether a package is a Python module only, as rclpy is here."""
     return package.isidentifier() and find_spec(package) is not None
 
 

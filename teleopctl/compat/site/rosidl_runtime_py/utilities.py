@@ -30,7 +30,7 @@ def get_action(identifier: str) -> Any:
 
 
 def get_namespaced_type(identifier: str) -> NamespacedType:
-    """Return the type that a name stands for."""
+    """Return the type of a name."""
     *namespaces, name = identifier.split("/")
     return NamespacedType(namespaces, name)
 

@@ -1,4 +1,4 @@
-"""``sensor_msgs_py.numpy_compat``. What NumPy has under other names where it is old."""
+"""``sensor_msgs_py.numpy_compat``. Compatibility with old versions of NumPy."""
 
 from numpy.lib.recfunctions import structured_to_unstructured, unstructured_to_structured
 

@@ -30,7 +30,7 @@ _FLOAT32 = 7
 
 
 class PointTypesError(InvalidMessageError, AssertionError):
-    """Points are not of the types that are needed; sensor_msgs_py has an assertion there."""
+    """Raised when points have other types than required; sensor_msgs_py asserts that."""
 
 
 # Any, here and below: PointCloud2, PointField and Header, or what has their fields.

@@ -30,7 +30,7 @@ def from_msg_msg(msg: "PointCloud2") -> "PointCloud2":
 
 # Any: numbers of whatever kind the cloud has.
 def transform_points(point_cloud: "NDArray[Any]", transform: "Transform") -> "NDArray[Any]":
-    """Move points.
+    """Transform points.
 
     Args:
         point_cloud: The points, (n, 3), in metres.
@@ -48,7 +48,7 @@ def transform_points(point_cloud: "NDArray[Any]", transform: "Transform") -> "ND
 def do_transform_cloud(
     cloud: "PointCloud2", transform: "Transform | TransformStamped"
 ) -> "PointCloud2":
-    """Move the points of a cloud; its other fields stay as they are.
+    """Transform the points of a cloud; its other fields stay as they are.
 
     Args:
         cloud: Has the fields x, y and z.

@@ -172,7 +172,7 @@ class AdmittanceController(ChainableControllerInterface):
         self._forget()
 
     def on_release(self) -> None:
-        """Go on from the present commands, at rest: their distance to the references is kept."""
+        """Continue from the present commands, at rest; their distance to the references is kept."""
         rule, settings = self._rule, self._settings
         assert rule is not None
         places = [state.value for state in self._measured_positions]
@@ -191,7 +191,7 @@ class AdmittanceController(ChainableControllerInterface):
         return list(self._rule.joint_positions), self._reference, self._speeds
 
     def import_state(self, state: tuple[list[float], list[float], list[float]]) -> None:
-        """Go on with the offsets of the replaced instance, from rest."""
+        """Continue with the offsets of the replaced instance, from rest."""
         assert self._rule is not None
         offsets, self._reference, self._speeds = state
         self._awaits_state = False

@@ -74,7 +74,7 @@ class FilterBase(Generic[T]):
         """
 
     def reset(self) -> None:
-        """Called on activation and after a simulation reset: forget earlier values."""
+        """Called on activation and after a simulation reset: discard earlier values."""
 
     def close(self) -> None:
         """Called on cleanup: release what ``configure`` created."""
@@ -211,7 +211,7 @@ class FilterChain(Generic[T]):
                 self._controller.logger.error(f"{error}: the filter keeps the earlier value")
 
     def reset(self) -> None:
-        """Make all filters forget earlier values."""
+        """Reset all filters."""
         for one in self._filters:
             one.reset()
 

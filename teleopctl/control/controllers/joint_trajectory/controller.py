@@ -246,7 +246,7 @@ class JointTrajectoryController(ControllerInterface):
 
     # Any: attributes of any type.
     def import_state(self, state: dict[str, Any]) -> None:
-        """Go on with the trajectory and the goal of the replaced instance.
+        """Continue with the trajectory and the goal of the replaced instance.
 
         Raises:
             ValueError: The joints are others.
@@ -306,7 +306,7 @@ class JointTrajectoryController(ControllerInterface):
         self._holding = True
 
     def on_release(self) -> None:
-        """Go on holding the positions at which the robot has stopped."""
+        """Hold the positions at which the robot has stopped."""
         # A goal may have been accepted at the instant of the stop.
         self._discard_waiting("The robot was stopped")
         self._stopping_from = None

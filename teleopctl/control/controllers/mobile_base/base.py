@@ -181,7 +181,7 @@ class MobileBaseController(ControllerInterface):
         }
 
     def import_state(self, state: dict[str, Any]) -> None:
-        """Go on with the odometry and the velocity of the replaced instance."""
+        """Continue with the odometry and the velocity of the replaced instance."""
         self._odometry.import_state(state["odometry"])
         self._input.latest, self._last = state["velocity"], state["last"]
         for limiter, of_limiter in zip(self._rate_limiters(), state["limiters"], strict=True):

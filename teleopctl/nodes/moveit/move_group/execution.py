@@ -24,7 +24,7 @@ from teleopctl.node import StopHolders
 from teleopctl.nodes.moveit.move_group.context import MoveGroupContext
 from teleopctl.nodes.moveit.move_group.parameters import configured_controllers, setting
 
-# Time between two looks at the scene, a cancel request and the clock during execution, s.
+# Polling period of the scene, of cancel requests and of the clock during execution, s.
 _PERIOD_S = 0.02
 # Time to wait until the joints are at rest, s.
 _STOP_S = 10.0

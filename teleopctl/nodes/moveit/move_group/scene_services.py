@@ -204,7 +204,7 @@ class SceneServices:
         self._try(lambda: context.apply_attached(context.scene, message))
 
     def _try(self, change: Callable[[], object]) -> str:
-        """Change the scene, see that it compiles and publish it; return and log what is wrong."""
+        """Change, compile and publish the scene; return and log what is wrong."""
         context = self._context
         problem = ""
         with context.lock:

@@ -18,7 +18,7 @@ from teleopctl.sim import WORLD_MARKERS_TOPIC
 SIMULATED_DB = "mujoco_sim"
 """``type.db`` of the objects: clients that draw the simulator's world need not draw them again."""
 
-# Time between two looks at the poses of moving bodies, s, and the least change that counts, m.
+# Polling period of the poses of moving bodies, s, and the least change that counts, m.
 _PERIOD_S, _MOVED_M = 0.5, 5e-4
 # The floor of the simulation, and its frame where the robot does not stand on it by itself.
 _FLOOR, _WORLD = "floor", "world"

@@ -215,7 +215,7 @@ class ServoNode(Node):
         return core
 
     def _on_scene(self, scene: CompiledScene) -> None:
-        """Take a new planning scene, on a thread of its own; the next step uses it."""
+        """Compile a new planning scene, on a thread of its own; the next step uses it."""
         self._scene = scene
 
     def _adopt_scene(self) -> None:
@@ -368,7 +368,7 @@ class ServoNode(Node):
         self._step()
 
     def _reset(self) -> bool:
-        """Begin anew at the measured state; return whether there is one, and a controller."""
+        """Restart at the measured state; return whether there is one, and a controller."""
         self._adopt_scene()
         assert self._core is not None
         missing = [name for name in self._kinematics.names if name not in self._states]
@@ -593,7 +593,7 @@ _NAMES = {
 
 
 def _served(task: PoseTask, kinematics: GroupKinematics) -> str:
-    """Return what a group serves of a twist, in words."""
+    """Return the directions of a twist that a group executes, in words."""
     if task is PoseTask.POSE:
         return "it serves all six directions"
     count = len(kinematics.names)

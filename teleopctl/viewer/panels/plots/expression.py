@@ -1,6 +1,6 @@
 """Expressions of plotted fields, such as ``/a/position[0] - /b/position[0]`` or ``d(/a/data)``.
 
-Expressions are typed by people, perhaps on another machine: they are parsed with Python's grammar,
+Expressions are typed by users, perhaps on another machine: they are parsed with Python's grammar,
 and only arithmetic and the functions of `FUNCTIONS` are evaluated, on arrays.
 """
 

@@ -43,7 +43,7 @@ class ExecuteLocal(Action):
             ``stderr``.
         output_format: Without effect, which is told where it is another one: a line has the
             process's name in front.
-        cached_output: Whether `get_stdout` and `get_stderr` are to know what it has written.
+        cached_output: Whether to keep the output for `get_stdout` and `get_stderr`.
         log_cmd: Whether to log the command line.
         on_exit: What is done when it has ended, or a function that is called with event and
             context and may say so.

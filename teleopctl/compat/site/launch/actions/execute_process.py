@@ -60,7 +60,7 @@ class ExecuteProcess(ExecuteLocal):
         """Return the class and its constructor arguments, parsed from a launch file.
 
         Args:
-            entity: What stands there.
+            entity: The element.
             parser: What reads it.
             ignore: Keys that a subclass reads itself.
         """

@@ -30,7 +30,7 @@ class GroupAction(Action):
     Args:
         actions: The actions.
         scoped: Whether what they set ends with the group.
-        forwarding: Whether they see what was set before, where scoped.
+        forwarding: Whether a scoped group inherits the settings before it.
         launch_configurations: Launch variables that are set for them.
         left_over_kwargs: What `Action` takes.
     """

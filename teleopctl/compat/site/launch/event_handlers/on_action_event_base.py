@@ -107,7 +107,7 @@ class OnActionEventBase(BaseEventHandler):
         target = self._target
         whom = "any"
         if isinstance(target, Action):
-            # What the process is called, where that is known already.
+            # Name of the process, if it is known already.
             known = getattr(target, "process_details", None)
             whom = known["name"] if known is not None else target.describe()
         elif target is not None:

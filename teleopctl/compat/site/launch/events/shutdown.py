@@ -10,7 +10,7 @@ class Shutdown(Event):
 
     Args:
         reason: Why.
-        due_to_sigint: Whether a person pressed Ctrl-C.
+        due_to_sigint: Whether SIGINT was received (Ctrl-C).
     """
 
     name = "launch.events.Shutdown"

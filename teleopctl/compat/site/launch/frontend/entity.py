@@ -17,7 +17,7 @@ class Entity:
     Args:
         type_name: Its name.
         element: What belongs to it.
-        parent: What it stands in, or None.
+        parent: Parent element, or None.
     """
 
     def __init__(self, type_name: str, element: Element, parent: Entity | None = None) -> None:

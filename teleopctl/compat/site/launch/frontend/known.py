@@ -86,7 +86,7 @@ def words_of(
 
     Args:
         made: The class, or one that derives from it.
-        element: What stands in the text; what else stands there is left alone.
+        element: Element of the launch file; other attributes are ignored.
         ignore: Keys to leave alone as well.
 
     Raises:

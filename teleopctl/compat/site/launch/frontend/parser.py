@@ -95,7 +95,7 @@ class Parser:
 
         Args:
             kind: The class, or one that derives from it.
-            entity: What stands in the text.
+            entity: Element of the launch file.
             ignore: Keys that are left alone.
 
         Raises:
@@ -176,7 +176,7 @@ class Parser:
         """Read a launch file; if its extension is unknown, try each parser.
 
         Returns:
-            What stands in it, and what makes actions of it.
+            Root element of the file, and its parser.
 
         Raises:
             InvalidFrontendLaunchFileError: It is in none of them.

@@ -19,7 +19,7 @@ class WithDefault(KnownSubstitution):
 
     Args:
         name: Its name.
-        default_value: What stands for it where there is none; None makes that an error.
+        default_value: Value if there is none; with None, that is an error.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ("name", "default_value")

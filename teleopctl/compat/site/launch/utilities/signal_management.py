@@ -61,7 +61,7 @@ class AsyncSafeSignalManager:
 
     def _restore(self, signum: int) -> None:
         replaced = self._replaced.pop(signum)
-        # None stands for a handler that was not set from Python, which cannot be set again.
+        # None means a handler that was not set from Python, which cannot be restored.
         signal.signal(signum, signal.SIG_DFL if replaced is None else replaced)
 
     def _on_signal(self, signum: int, _frame: FrameType | None) -> None:

@@ -31,7 +31,7 @@ def evaluate_parameters(context: LaunchContext, parameters: Parameters) -> Evalu
     """Return the evaluated parameter files and parameters.
 
     Args:
-        context: What substitutions look at.
+        context: Context for the substitutions.
         parameters: What `normalize_parameters` gives.
 
     Raises:

@@ -13,7 +13,7 @@ class LifecycleEventManager:
     Its transitions are emitted as `StateTransition`; `ChangeState` requests transitions.
 
     Args:
-        lifecycle_node: The action that stands for it; it knows its ``node_name``.
+        lifecycle_node: Action of the node, with a ``node_name``.
     """
 
     def __init__(self, lifecycle_node: NamedNode) -> None:

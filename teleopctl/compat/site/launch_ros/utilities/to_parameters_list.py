@@ -33,7 +33,7 @@ def to_parameters_list(
     """Return parameters as a list of `rclpy.parameter.Parameter`.
 
     Args:
-        context: What substitutions look at.
+        context: Context for the substitutions.
         node_name: The node; sections of a file for other nodes are ignored.
         namespace: Its namespace.
         evaluated_parameters: What `evaluate_parameters` gives.

@@ -15,7 +15,7 @@ class ReplaceString(Substitution):
 
     Args:
         source_file: The file.
-        replacements: What stands for what.
+        replacements: New strings by old ones.
         condition: Has to hold; otherwise it is the path of the file itself.
     """
 

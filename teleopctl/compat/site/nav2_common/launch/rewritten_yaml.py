@@ -27,7 +27,7 @@ class RewrittenYaml(Substitution):
             with ``ros__parameters`` in it is added where the file lacks it.
         root_key: What the whole file is put below, unless it is empty.
         key_rewrites: New names of keys.
-        value_rewrites: What stands for which values.
+        value_rewrites: New values by old ones.
         convert_types: Whether new values that look like numbers become numbers; truth values
             always do.
         out_dir: The folder for the copy.

@@ -1,4 +1,4 @@
-"""``rclpy.action``. Action clients and servers, and questions about the actions of the graph."""
+"""``rclpy.action``. Action clients and servers, and queries of the actions in the graph."""
 
 from rclpy.action.client import ActionClient
 from rclpy.action.graph import (

@@ -1,4 +1,4 @@
-"""``rclpy.action.graph``. Questions about the actions of the graph."""
+"""``rclpy.action.graph``. Queries of the actions in the graph."""
 
 from teleopctl.node import (
     get_action_client_names_and_types_by_node,

@@ -1,1 +1,1 @@
-"""``rclpy.impl``. What programs take from rclpy's inside for type annotations."""
+"""``rclpy.impl``. Classes of rclpy's implementation that programs import for type annotations."""

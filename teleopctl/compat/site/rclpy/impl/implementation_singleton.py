@@ -1,4 +1,4 @@
-"""``rclpy.impl.implementation_singleton``. What programs use of the C library's bindings."""
+"""``rclpy.impl.implementation_singleton``. The parts of rclpy's C bindings that programs use."""
 
 import time
 from types import SimpleNamespace
@@ -41,7 +41,7 @@ __all__ = ["rclpy_implementation"]
 
 
 def _wait_set(*numbers_and_context: Any) -> WaitSet:
-    """Make a wait set; how many entities it will have need not be known."""
+    """Return a wait set; the numbers of entities are not needed."""
     *_, context = numbers_and_context
     return WaitSet(context.entity)
 

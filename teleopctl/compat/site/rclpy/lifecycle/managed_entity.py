@@ -1,4 +1,4 @@
-"""``rclpy.lifecycle.managed_entity``. What a managed node takes along."""
+"""``rclpy.lifecycle.managed_entity``. Entities that follow the life cycle of their node."""
 
 from teleopctl.node import ManagedEntity, SimpleManagedEntity, TransitionCallbackReturn
 

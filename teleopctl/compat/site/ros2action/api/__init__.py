@@ -49,7 +49,7 @@ def get_action_clients_and_servers(
 
 
 def action_type_completer(**_: object) -> list[str]:
-    """Return the names of all action types that are known."""
+    """Return the names of all action types."""
     return [
         f"{package}/{name}" for package, names in get_action_interfaces().items() for name in names
     ]

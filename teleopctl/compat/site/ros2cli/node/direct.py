@@ -21,7 +21,7 @@ DEFAULT_TIMEOUT = 0.5
 
 
 class DirectNode:
-    """Node of a command-line tool, which looks at the graph; used in a ``with`` statement.
+    """Node of a command-line tool, for queries of the graph; a context manager.
 
     The default context is initialized, and shut down at the end, unless the program has done so.
 

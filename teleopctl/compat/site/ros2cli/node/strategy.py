@@ -8,7 +8,7 @@ __all__ = ["NodeStrategy", "add_arguments"]
 
 
 class NodeStrategy(DirectNode):
-    """Node of a command-line tool; the graph is read directly, since no daemon knows it better.
+    """Node of a command-line tool; reads the graph directly, since that needs no daemon.
 
     Args:
         args: Parsed command line, as for a `DirectNode`.
@@ -19,7 +19,7 @@ class NodeStrategy(DirectNode):
 
     @property
     def daemon_node(self) -> None:
-        """None: there is no daemon that knows the graph."""
+        """None: there is no daemon with a copy of the graph."""
 
     @property
     def direct_node(self) -> DirectNode:

@@ -96,7 +96,7 @@ def get_topics(
     *,
     include_hidden_topics: bool = False,
 ) -> list[TopicInfo]:
-    """Return what a function returns for a node, by its name and namespace."""
+    """Return the result of a graph query for a node, by its name and namespace."""
     remote = parse_node_name(remote_node_name)
     return [
         TopicInfo(name, types)

@@ -39,7 +39,7 @@ def get_service_class(node: Any, service_name: str, include_hidden_services: boo
     """Return the class of a service of the graph.
 
     Args:
-        node: Node that knows the graph.
+        node: Node for the queries of the graph.
         service_name: Full name of the service.
         include_hidden_services: Whether to find hidden services.
 
@@ -61,7 +61,7 @@ def get_service_class(node: Any, service_name: str, include_hidden_services: boo
 
 
 def service_type_completer(**_: object) -> list[str]:
-    """Return the names of all service types that are known."""
+    """Return the names of all service types."""
     return [
         f"{package}/{name}" for package, names in get_service_interfaces().items() for name in names
     ]

@@ -90,7 +90,7 @@ def get_topic_names(*, node: Any, include_hidden_topics: bool = False) -> list[s
 
 
 def message_type_completer(**_: object) -> list[str]:
-    """Return the names of all message types that are known."""
+    """Return the names of all message types."""
     return [
         f"{package}/{name}"
         for package, names in sorted(get_message_interfaces().items())
@@ -104,7 +104,7 @@ def get_msg_class(
     """Return the class of a topic's messages; None for a topic without publishers.
 
     Args:
-        node: Node that knows the graph.
+        node: Node for the queries of the graph.
         topic: Name of the topic, relative to the node.
         blocking: Whether to wait until the topic is in the graph.
         include_hidden_topics: Whether to find hidden topics.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class RosGzBridge(Action):
-    """What passes on the simulator's topics under the names that they have in ROS.
+    """Starts a bridge between topics of the simulator and of ROS.
 
     Args:
         bridge_name: The node's name.

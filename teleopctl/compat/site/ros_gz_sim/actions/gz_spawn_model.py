@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class GzSpawnModel(Action):
-    """A robot that is put into the simulator.
+    """Spawns a robot in the simulator.
 
     Args:
         world: The world's name.

@@ -14,7 +14,7 @@ if TYPE_CHECKING:
 
 
 class GzServer(Action):
-    """The simulator, with time that passes from the start.
+    """Starts the simulator, unpaused.
 
     Args:
         world_sdf_file: A world.
