@@ -296,7 +296,7 @@ class Cycle:
         withdrew = component.lifecycle_state is State.INACTIVE
         if withdrew and self._manager.node.parameter(_STOP_ON_DEACTIVATE) is False:
             self._manager.logger.error(
-                f"'{component.name}' is now inactive; its controllers go on, since "
+                f"'{component.name}' is now inactive; its controllers keep running, since "
                 f"{_STOP_ON_DEACTIVATE} is false"
             )
             self._changed = True

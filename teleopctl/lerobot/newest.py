@@ -162,7 +162,7 @@ def _kinds(node: Node, topic: str, longest_s: float) -> list[str]:
     node.context.wait_for_change(is_there, longest_s)
     if topic not in known:
         raise UnavailableError(
-            f"Nobody publishes {topic}", hint=did_you_mean(topic, known) or "Does the robot run?"
+            f"No node publishes {topic}", hint=did_you_mean(topic, known) or "Does the robot run?"
         )
     return known[topic]
 

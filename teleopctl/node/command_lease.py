@@ -147,7 +147,7 @@ class LeaseHolder:
             by_force: Whether to take it over from another node.
         """
         if self.is_lost() and not by_force:
-            return "another hand has taken over"
+            return "another node has taken over"
         present = self.watch.holder
         if self._own is None:
             others = present is not None and present.holder != self._name

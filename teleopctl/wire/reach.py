@@ -59,7 +59,7 @@ class RouterReach:
             f"The router listens at {', '.join(self.beyond)}: every machine that reaches "
             f"{'one of these addresses' if len(self.beyond) > 1 else 'this address'} can "
             + (
-                "connect, and whether certificates are asked for is a matter of its configuration."
+                "connect, and whether certificates are required is a matter of its configuration."
                 if certified
                 else "read and command all nodes, without authentication."
             )

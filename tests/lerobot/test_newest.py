@@ -56,7 +56,7 @@ def test_a_topic_of_another_type_or_without_a_publisher_is_named(
     with pytest.raises(NotFoundError, match="/picture has sensor_msgs/msg/Image, not"):
         NewestPositions(shared_ros.node, "/picture")
     monkeypatch.setattr(newest, "FIRST_S", 0.1)
-    with pytest.raises(UnavailableError, match="Nobody publishes /pictures"):
+    with pytest.raises(UnavailableError, match="No node publishes /pictures"):
         NewestPositions(shared_ros.node, "/pictures")
 
 

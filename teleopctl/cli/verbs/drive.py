@@ -101,7 +101,8 @@ def drive(
     ] = False,
     who: Annotated[bool, Option("--who", help="Print who drives now, and start nothing.")] = False,
     release: Annotated[
-        bool, Option("--release", help="End the lease of whoever drives now, and start nothing.")
+        bool,
+        Option("--release", help="End the lease of the node that drives now, and start nothing."),
     ] = False,
     detach: Annotated[bool, Option("--detach", "-d", help="Return once everything is up.")] = False,
 ) -> int:
@@ -239,7 +240,7 @@ def _lease(*, ends: bool) -> int:
             executor.spin_once(0.05)
         claim = holder.end_any() if ends else holder.watch.holder
     if claim is None:
-        console.out("Nobody drives")
+        console.out("No node drives the robot")
         return 0
     since = time.strftime("%H:%M:%S", time.localtime(claim.since_ns / 1e9))
     console.out(f"{'Ended: ' if ends else ''}{claim} drives since {since}")

@@ -147,8 +147,7 @@ def _robot_remappings(words: Sequence[str], context: LaunchContext) -> str:
     if not names and context.launch is not None:
         if kept:
             remarks.append(
-                f"<plugin> of ros2_control remaps what controllers publish and hear: "
-                f"{', '.join(kept)}"
+                f"<plugin> of ros2_control remaps topics of controllers: {', '.join(kept)}"
             )
         for remark in remarks:
             context.launch.log("INFO", remark, "launch")

@@ -244,7 +244,7 @@ _ATTRIBUTES = {
     ("node", "ns"): "<node namespace=…>",
     ("group", "ns"): "<push_ros_namespace namespace=…/> in the group",
     ("include", "ns"): "<push_ros_namespace namespace=…/> in a group around it",
-    ("include", "pass_all_args"): "needless, since the included file sees every argument,",
+    ("include", "pass_all_args"): "needless, since the included file has every argument,",
     ("arg", "doc"): "<arg description=…>",
 }
 

@@ -69,7 +69,7 @@ class HandDriver:
         self._base_topic = base
         self._looked_s = 0.0
         self._began_s = time.monotonic()
-        # Whether another hand has taken over since this one began to hold something.
+        # Whether another node has taken over since this one began to hold something.
         self._is_taken = False
         # Whether the hand holds something, also while it is silent or refused.
         self._is_held = False
@@ -262,7 +262,7 @@ class HandDriver:
     def _on_loss(self) -> None:
         # Only a new press moves the robot.
         self._is_taken = self._is_moving or self._is_gripping
-        self._refusal = "another hand has taken over" if self._is_taken else ""
+        self._refusal = "another node has taken over" if self._is_taken else ""
         self._command = HandCommand()
         self._hold_gripper(0.0)
         self._target = None
@@ -326,7 +326,7 @@ class HandDriver:
 
     def _lose_silent(self) -> None:
         if self._is_held and time.monotonic() - self._applied_s > SILENCE_S:
-            self._lose("the hand was silent: let go, and press again")
+            self._lose("no input was received for a time: let go, and press again")
 
     def _watch(self) -> None:
         """Release inputs without new samples, and continue the gripper's motion."""

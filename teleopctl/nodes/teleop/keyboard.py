@@ -216,7 +216,7 @@ class KeyboardTeleop(Node):
         """Close the gripper if it is open, else open it."""
         self._is_toggled = False
         if self._gripper is None:
-            self._status = "the robot has no gripper that is known"
+            self._status = "no gripper of the robot was found"
         elif refusal := self._lease.take("keyboard"):
             self._status = refusal
         else:

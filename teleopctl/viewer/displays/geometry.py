@@ -145,7 +145,7 @@ class Range(DrawnDisplay):
             self.set_status(
                 WARN,
                 f"Nothing between {message.min_range:.3g} and {message.max_range:.3g} m: "
-                f"the sensor says {message.range:.3g} m",
+                f"the sensor measures {message.range:.3g} m",
             )
             return drawing
         across = 2 * distance * math.tan(min(abs(message.field_of_view), _WIDEST_RAD) / 2)

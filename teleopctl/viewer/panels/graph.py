@@ -75,7 +75,7 @@ class GraphPanel(Panel):
         self._arrows: Any = self.gui.add_dropdown(
             "Topics with",
             (_NAMES, _TYPES, _RATES, _BOTH),
-            hint="Rates subscribe to the topics while this panel is seen",
+            hint="Rates subscribe to the topics while this panel is visible",
         )
         self._space: Any = self.gui.add_dropdown("Namespace", (_ALL,))
         self._hidden: Any = self.gui.add_checkbox(

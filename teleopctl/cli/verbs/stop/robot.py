@@ -73,7 +73,9 @@ def _print(managers: list[str], late: list[str], state: str, as_json: bool) -> N
     if late:
         raise UnavailableError(
             f"Not {state} within {_LONGEST_WAIT_S:g} s: the robot of {', '.join(late)}",
-            hint=("The joints may go on with their last commands. " if state == "stopped" else "")
+            hint=(
+                "The joints may keep following their last commands. " if state == "stopped" else ""
+            )
             + "`teleopctl logs` has what keeps the controller manager from it.",
         )
     if as_json:

@@ -51,7 +51,7 @@ _WITHOUT_EFFECT = (
     (
         "joint_limits.yaml",
         ("robot_description_planning.default_",),
-        "each request says its own scaling factors",
+        "each request has its own scaling factors",
     ),
     (
         "ompl_planning.yaml",

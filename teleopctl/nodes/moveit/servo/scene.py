@@ -99,5 +99,5 @@ class SceneFollower:
                 self._on_scene(scene.compile())
             except TeleopctlError as error:
                 self._node.get_logger().error(
-                    f"Servo goes on with the planning scene before: {error.message}"
+                    f"Servo keeps the previous planning scene: {error.message}"
                 )

@@ -111,7 +111,7 @@ class OnActionEventBase(BaseEventHandler):
             known = getattr(target, "process_details", None)
             whom = known["name"] if known is not None else target.describe()
         elif target is not None:
-            whom = "those that a function tells"
+            whom = "actions that a function selects"
         return f"{type(self).__name__}({whom})"
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
