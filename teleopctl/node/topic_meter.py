@@ -88,15 +88,16 @@ class _Count:
         self.subscription: Subscription[Any] = node.create_subscription(
             raw_message_class(type_name, type_hash),
             topic,
-            self._take,
+            lambda payload: self._take(len(payload)),
             qos_profile_sensor_data,
             raw=True,
             immediate=True,
         )
+        self.subscription.count_bytes(self._take)
 
-    def _take(self, payload: bytes) -> None:
+    def _take(self, size: int) -> None:
         self.messages += 1
-        self.bytes += len(payload)
+        self.bytes += size
         self.last_s = time.monotonic()
 
     def sample(self, now_s: float) -> Traffic:

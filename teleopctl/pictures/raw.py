@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 import numpy.typing as npt
 
+from teleopctl.interfaces import as_numpy
 from teleopctl.pictures.mosaics import (
     from_bayer,
     from_semi_planar,
@@ -79,7 +80,7 @@ def raw_image(message: Any, width: int, scaling: GreyScaling) -> tuple[PilImage,
     if encoding in _BYTES:
         mode, raw_mode, size = _BYTES[encoding]
         rows, step = _rows(message, size * message.width)
-        data = np.frombuffer(message.data, np.uint8, rows * step)
+        data = as_numpy(message, "data")[: rows * step]
         image = Image.frombuffer(mode, (message.width, rows), data, "raw", raw_mode, step, 1)
         return image, rows
     if encoding in _SEMI_PLANAR:
@@ -94,7 +95,7 @@ def _rows(message: Any, row: int) -> tuple[int, int]:
         raise PictureError(
             f"Rows of {step} bytes do not hold {message.width} pixels of {message.encoding}"
         )
-    available = len(message.data)
+    available = len(as_numpy(message, "data"))
     # The last row may lack the padding.
     rows = min((available + step - row) // step, message.height)
     if rows * step > available:
@@ -111,7 +112,7 @@ def numbers_of(message: Any, dtype: str, channels: int) -> Array:
     numbers = np.dtype(dtype).newbyteorder(">" if message.is_bigendian else "<")
     row = message.width * channels * numbers.itemsize
     rows, step = _rows(message, row)
-    data = np.frombuffer(message.data, np.uint8, rows * step).reshape(rows, step)[:, :row]
+    data = as_numpy(message, "data")[: rows * step].reshape(rows, step)[:, :row]
     own = np.ascontiguousarray(data).view(numbers)
     return own.reshape(rows, message.width, channels).astype(numbers.newbyteorder("="), copy=False)
 
@@ -159,7 +160,7 @@ def _semi_planar(message: Any, *, coarse: bool) -> tuple[PilImage, int]:
     step, height = message.step or message.width, message.height
     if step < message.width or message.width < 2 or height < 2:
         raise PictureError(f"{message.width} x {height} pixels are no {message.encoding}")
-    data = np.frombuffer(message.data, np.uint8)
+    data = as_numpy(message, "data")
     rows = height + height // 2
     if data.size < rows * step:
         raise PictureError(f"{data.size} bytes are not {rows} rows of {message.encoding}")

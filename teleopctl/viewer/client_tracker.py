@@ -35,6 +35,7 @@ import viser
 
 from teleopctl.base.access import Answer
 from teleopctl.node import LogOnce
+from teleopctl.viewer import phone_style
 
 _PATH, _CLICK_PATH = "/visibility", "/click"
 _BROWSER, _VISIBILITY = "teleopctl-browser", "teleopctl-visibility"
@@ -282,10 +283,13 @@ class PageServer(viser.ViserServer):
     def __init__(
         self, host: str, port: int, clients: ClientTracker, client_errors: LogOnce
     ) -> None:
+        from viser._messages import RunJavascriptMessage
+
         super().__init__(host, port, verbose=False)
         self.clients = clients
         self.client_errors = client_errors
         clients.attach(self)
+        self._websock_server.queue_message(RunJavascriptMessage(phone_style.SCRIPT))
         self.set_title("")
 
     def fill(self, texts: Mapping[str, str]) -> None:

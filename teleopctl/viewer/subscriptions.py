@@ -1,4 +1,4 @@
-"""QoS of the page's subscriptions, and topics whose message type is not installed here."""
+"""The page's subscriptions: their QoS, shared ones, and topics of a type that is not installed."""
 
 from __future__ import annotations
 
@@ -6,7 +6,7 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
-from teleopctl.interfaces import known_types
+from teleopctl.interfaces import get_message, known_types
 from teleopctl.node import DurabilityPolicy, QoSProfile, ReliabilityPolicy, add_type_from_graph
 
 if TYPE_CHECKING:
@@ -16,7 +16,7 @@ _DEPTH = 5
 _MOST = 100
 
 
-# Any: YAML values.
+# Any: YAML values, messages, and subscriptions to them.
 def topic_qos(
     node: Node, topic: str, mapping: Mapping[str, Any], *, latched: bool = False
 ) -> QoSProfile:
@@ -46,6 +46,79 @@ def topic_qos(
         if latched or keeps
         else DurabilityPolicy.VOLATILE,
     )
+
+
+@dataclass(slots=True, eq=False)
+class _Topic:
+    """A subscription, and the functions that are called with its messages."""
+
+    subscription: Any
+    depth: int
+    callbacks: tuple[Callable[[Any], object], ...] = ()
+
+
+# Any: messages of any type.
+class SharedSubscriptions:
+    """Subscriptions of a node that any number of displays and panels share.
+
+    A message is decoded once, however many show it: decoding a picture of 100 megapixels takes a
+    tenth of a second, in which the page does not answer.
+
+    Args:
+        node: The viewer's node.
+        guarded: Function that calls a function with a message, and logs what it raises.
+    """
+
+    def __init__(self, node: Node, guarded: Callable[..., object]) -> None:
+        self._node, self._guarded = node, guarded
+        self._topics: dict[tuple[object, ...], _Topic] = {}
+
+    def subscribe(
+        self, topic: str, type_name: str, callback: Callable[[Any], object], qos: QoSProfile
+    ) -> Callable[[], None]:
+        """Subscribe to a topic of a known type; return a function that unsubscribes.
+
+        Args:
+            topic: Name of the topic.
+            type_name: Full name of its message type.
+            callback: Function called with each message, which it does not change.
+            qos: QoS of the subscription.
+
+        Returns:
+            A function that ends the calls; after the last one the subscription is destroyed.
+        """
+        key: tuple[object, ...] = (topic, type_name, qos.reliability, qos.durability)
+        if qos.durability == DurabilityPolicy.TRANSIENT_LOCAL:
+            # A publisher sends what it has kept once, to each new subscription.
+            key = (object(),)
+        shared = self._topics.get(key)
+        if shared is None:
+            shared = self._topics[key] = _Topic(None, -1)
+        if qos.depth > shared.depth:
+            former, shared.depth = shared.subscription, qos.depth
+            shared.subscription = self._node.create_subscription(
+                get_message(type_name), topic, lambda message: self._pass_on(shared, message), qos
+            )
+            if former is not None:
+                self._node.destroy_subscription(former)
+
+        def call(message: Any) -> None:
+            self._guarded(callback, message)
+
+        shared.callbacks = (*shared.callbacks, call)
+
+        def end() -> None:
+            shared.callbacks = tuple(one for one in shared.callbacks if one is not call)
+            if not shared.callbacks and self._topics.pop(key, None) is shared:
+                self._node.destroy_subscription(shared.subscription)
+
+        return end
+
+    @staticmethod
+    def _pass_on(shared: _Topic, message: Any) -> None:
+        for call in shared.callbacks:
+            if call in shared.callbacks:  # not ended by one before it
+                call(message)
 
 
 @dataclass(slots=True, eq=False)

@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import get_message, get_service, known_types
+from teleopctl.interfaces import get_service, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import NamedTransformListener, Transform
 from teleopctl.viewer.layout import PageLayout
@@ -30,7 +30,7 @@ from teleopctl.viewer.robot_file import RobotFile
 from teleopctl.viewer.robot_stop import RobotStopControl
 from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
 from teleopctl.viewer.scene_view import SceneView
-from teleopctl.viewer.subscriptions import UnknownTypes
+from teleopctl.viewer.subscriptions import SharedSubscriptions, UnknownTypes
 from teleopctl.viewer.workspace import PageWorkspace
 
 if TYPE_CHECKING:
@@ -83,6 +83,7 @@ class Viewer(Node):
         self._queue: deque[Callable[[], object]] = deque()
         self._queued = self.create_guard_condition(self._run_queued)
         self._types = UnknownTypes(self, self.run_in_background)
+        self._subscriptions = SharedSubscriptions(self, self.guarded)
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
         self.buffer = FrameBuffer(self)
         self.frames = SceneFrames(server.scene, self.buffer)
@@ -128,14 +129,7 @@ class Viewer(Node):
         """
 
         def begin() -> Callable[[], None]:
-            subscription = self.create_subscription(
-                get_message(type_name), topic, lambda message: self.guarded(callback, message), qos
-            )
-
-            def end() -> None:
-                self.destroy_subscription(subscription)
-
-            return end
+            return self._subscriptions.subscribe(topic, type_name, callback, qos)
 
         return (
             begin() if self.knows_type(type_name) else self._types.call_when_known(type_name, begin)

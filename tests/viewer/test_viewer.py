@@ -2,9 +2,10 @@
 
 from teleopctl import plugins
 from teleopctl.interfaces import get_message
-from teleopctl.node import QoSProfile, SingleThreadedExecutor, init
+from teleopctl.node import Node, QoSProfile, SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S, eventually
 from teleopctl.viewer import PageLayout, Panel, Viewer, open_server, viewer as viewer_module
+from teleopctl.viewer.subscriptions import SharedSubscriptions
 from tests.benchmarks.page_client import PageClient
 
 String = get_message("std_msgs/msg/String")
@@ -155,4 +156,35 @@ def test_a_browser_that_hides_the_page_does_not_look(ros, monkeypatch):
         first.close()
         spin_until_noted("began", "ended", "began", "ended")
         second.close()
+        executor.shutdown()
+
+
+def test_panels_that_show_the_same_topic_share_a_subscription(ros):
+    del ros  # this process is in it
+    with init(args=[]), Node("page") as node:
+        executor = SingleThreadedExecutor()
+        executor.add_node(node)
+        shared = SharedSubscriptions(node, lambda function, message: function(message))
+        first: list[object] = []
+        second: list[object] = []
+        end_first = shared.subscribe(
+            "/words", "std_msgs/msg/String", first.append, QoSProfile(depth=1)
+        )
+        end_second = shared.subscribe(
+            "/words", "std_msgs/msg/String", second.append, QoSProfile(depth=5)
+        )
+        (subscription,) = node.subscriptions
+        assert subscription.qos_profile.depth == 5
+        publisher = node.create_publisher(String, "/words", 10)
+        publisher.publish(String(data="one"))
+        while not second:
+            executor.spin_once(LONGEST_WAIT_S)
+        assert first[0] is second[0]  # it was decoded once
+        end_first()
+        publisher.publish(String(data="two"))
+        while len(second) < 2:
+            executor.spin_once(LONGEST_WAIT_S)
+        assert len(first) == 1
+        end_second()
+        assert not list(node.subscriptions)
         executor.shutdown()

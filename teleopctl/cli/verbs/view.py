@@ -13,6 +13,7 @@ VERB = Verb(
     examples=(
         "teleopctl view",
         "teleopctl view session",
+        "teleopctl view session --over other_session",
         "teleopctl view my_robot.urdf.xacro",
         "teleopctl view my_robot.rviz",
     ),
@@ -21,7 +22,6 @@ VERB = Verb(
 _ROBOTS = (".urdf", ".xacro", ".sdf", ".xml", ".mjcf")
 _BAGS = (".mcap", ".db3")
 _LAYOUTS = (".yaml", ".yml")
-_PORT = 8080
 
 
 def view(
@@ -37,8 +37,20 @@ def view(
         str | None,
         Option("--layout", help="Layout of the page: a preset or a file.", metavar="NAME|FILE"),
     ] = None,
+    over: Annotated[
+        str | None,
+        Option(
+            "--over",
+            help="Of a bag: a second bag to show over it, as of `teleopctl bag view`.",
+            metavar="BAG",
+            complete="files",
+        ),
+    ] = None,
     host: Annotated[str, Option("--host", help="Address to listen on.")] = "127.0.0.1",
-    port: Annotated[int, Option("--port", help="Port to listen on.")] = _PORT,
+    port: Annotated[
+        int | None,
+        Option("--port", help="Port to listen on; by default 8080, or the next free one."),
+    ] = None,
     no_open: Annotated[
         bool, Option("--no-open", help="Print the address, and open no browser.")
     ] = False,
@@ -49,16 +61,21 @@ def view(
     display.yaml`, and all else is the page alone, as of `teleopctl run rviz2 rviz2`.
     """
     kind = _kind_of(thing)
+    if over is not None and kind != "bag":
+        raise UsageError(
+            f"--over {over}: a bag is shown over another bag",
+            hint=f"With the first bag's name: teleopctl view BAG --over {over}",
+        )
     if kind == "bag":
         from teleopctl.cli.verbs.bag.view import view as view_bag
 
         _refuse(layout, "A bag has the layout 'bag'")
-        view_bag(str(thing), host=host, port=port, open_page=not no_open)
+        view_bag(str(thing), over=over, host=host, port=port, open_page=not no_open)
         return None
     if kind == "robot":
         from teleopctl.cli.verbs.launch import launch
 
-        if host != "127.0.0.1" or port != _PORT:
+        if host != "127.0.0.1" or port is not None:
             raise UsageError(
                 "A robot's file is displayed by display.yaml, whose page is on this machine",
                 hint=f"For another address: teleopctl launch --detach display.yaml model:={thing} "
@@ -72,7 +89,8 @@ def view(
         return launch(["display.yaml", f"model:={thing}", *chosen])
     from teleopctl.cli.verbs.run import run
 
-    words = ["rviz2", "rviz2", "--host", host, "--port", str(port)]
+    words = ["rviz2", "rviz2", "--host", host]
+    words += [] if port is None else ["--port", str(port)]
     words += [] if no_open else ["--open"]
     words += ["-d", str(thing)] if kind == "view" else []
     if kind == "layout":

@@ -125,6 +125,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         self._watching: tuple[EventHandler, ...] = ()
         self._measure: Callable[[int | None], None] | None = None
         self._on_destroy: Callable[[], object] | None = None
+        self._on_size: Callable[[int], None] | None = None
         self._lifespan_ns = bound_ns(qos.lifespan)
         self._channel = self._declare(qos, immediate=immediate)
         self._announce()
@@ -149,6 +150,14 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
             on_destroy: Called when the subscription is destroyed.
         """
         self._measure, self._on_destroy = on_message, on_destroy
+
+    def count_bytes(self, on_message: Callable[[int], None]) -> None:
+        """Call a function with each message's size in bytes, in place of the callback (ours).
+
+        The messages are not copied: a copy of 300 MB takes a tenth of a second. For a subscription
+        that is ``immediate``.
+        """
+        self._on_size = on_message
 
     def add_event_callbacks(
         self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup
@@ -271,6 +280,9 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
     def _handle_now(self, sample: zenoh.Sample) -> None:
         self._notify_event_handlers(sample)
+        if self._on_size is not None:
+            self._on_size(len(sample.payload))
+            return
         arguments = self._arguments(sample, time.time_ns())
         if arguments is None:
             return

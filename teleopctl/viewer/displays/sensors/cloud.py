@@ -10,6 +10,7 @@ import numpy as np
 import numpy.typing as npt
 
 from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import as_numpy
 from teleopctl.tf import Transform
 
 # The numbers of sensor_msgs/msg/PointField.
@@ -53,7 +54,7 @@ def read_cloud(message: Any, max_points: int) -> Cloud:
     Raises:
         CloudError: The message has no fields x, y, z, or its sizes contradict each other.
     """
-    step, data = message.point_step, np.frombuffer(message.data, np.uint8)
+    step, data = message.point_step, as_numpy(message, "data")
     if not message.width or not message.height or not data.size:
         return Cloud(np.empty((0, 3), np.float32), 0)
     row = message.row_step or message.width * step

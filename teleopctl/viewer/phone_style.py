@@ -1,0 +1,36 @@
+"""Style of the page on a phone: viser's sheet as wide as the screen, with controls for a thumb.
+
+viser's sheet has the width and the buttons of a panel for a mouse: 266 of 390 pixels, and buttons
+of 50 x 18. The sections of panels lie side by side in two columns; an open one takes both.
+"""
+
+from __future__ import annotations
+
+import json
+
+# viser shows its sheet up to this width.
+_PHONE = "(max-width: 36em)"
+_SHEET = '.mantine-Paper-root[style*="position: fixed"]'
+_SECTIONS = "div:has(> .mantine-Tabs-root > [role=button][aria-expanded])"
+_STYLE = f"""
+@media {_PHONE} {{
+  {_SHEET}, {_SHEET} div[style*="width: 20em"] {{ width: 100% !important }}
+  {_SHEET} div[style*="height: 3.5em"] {{ height: 40px !important }}
+  {_SHEET} .mantine-ActionIcon-root {{ width: 40px; height: 40px; min-width: 40px }}
+  {_SHEET} .mantine-Button-root {{ height: 38px; min-width: 0; flex-basis: 0 }}
+  {_SHEET} [role=tab] {{ min-height: 40px }}
+  {_SHEET} .mantine-Input-input {{ min-height: 36px }}
+  {_SECTIONS} {{ display: grid; grid-template-columns: 1fr 1fr }}
+  {_SECTIONS} > .mantine-Tabs-root:has(> [aria-expanded=true]) {{ grid-column: 1 / -1; order: -1 }}
+  {_SECTIONS} > * > [role=button] {{ min-height: 40px !important }}
+  {_SECTIONS} > * > [role=button] > p {{ white-space: normal; line-height: 1.15 }}
+}}
+"""
+
+SCRIPT = f"""
+const style = document.getElementById("teleopctl-phone") ?? document.createElement("style");
+style.id = "teleopctl-phone";
+style.textContent = {json.dumps(_STYLE)};
+document.head.append(style);
+"""
+"""Script that adds the style to the page."""
