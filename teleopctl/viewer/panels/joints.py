@@ -73,6 +73,7 @@ class JointsPanel(Panel):
         # Slider that the next tick begins with.
         self._next = 0
         self._sliders: dict[str, Any] = {}
+        self._disabled: dict[str, bool] = {}
         # Last value of each slider, set by the user or by this panel.
         self._shown: dict[str, float] = {}
         self._measured: dict[str, float] = {}
@@ -162,6 +163,7 @@ class JointsPanel(Panel):
         for slider in self._sliders.values():
             slider.remove()
         self._sliders.clear()
+        self._disabled.clear()
         self._shown.clear()
         self._goals.clear()
         assert self._joints is not None
@@ -222,8 +224,9 @@ class JointsPanel(Panel):
         mover = self._selector.mover
         for name, slider in self._sliders.items():
             disabled = mover is None or not mover.can_move(name, self._measured)
-            if slider.disabled != disabled:
-                slider.disabled = disabled
+            # Kept here, since reading a property of viser takes long for thousands of sliders.
+            if self._disabled.get(name, False) != disabled:
+                slider.disabled = self._disabled[name] = disabled
 
     # --- moving -------------------------------------------------------------------------------
 
