@@ -20,6 +20,8 @@ _STYLE = f"""
   {_SHEET} .mantine-Button-root {{ height: 38px; min-width: 0; flex-basis: 0 }}
   {_SHEET} [role=tab] {{ min-height: 40px }}
   {_SHEET} .mantine-Input-input {{ min-height: 36px }}
+  {_SHEET} .mantine-Slider-thumb::after {{ content: ""; position: absolute; inset: -14px }}
+  {_SHEET} .teleopctl-marks {{ padding: 0 57px 0 96px !important }}
   {_SECTIONS} {{ display: grid; grid-template-columns: 1fr 1fr }}
   {_SECTIONS} > .mantine-Tabs-root:has(> [aria-expanded=true]) {{ grid-column: 1 / -1; order: -1 }}
   {_SECTIONS} > * > [role=button] {{ min-height: 40px !important }}

@@ -35,7 +35,8 @@ NOT_TYPED = {
     "page": [
         "teleopctl view                          # the running robot: "
         "teleopctl run rviz2 rviz2 --open",
-        "teleopctl view session                  # a bag",
+        "teleopctl view session                  # a bag; --over other_session lays a second one "
+        "over it",
         "teleopctl view my_robot.urdf.xacro      # a robot's file, with sliders: "
         "launch display.yaml",
         "teleopctl view my_robot.rviz            # an .rviz file; my_layout.yaml a layout",

@@ -24,7 +24,7 @@ def started(tmp_path, monkeypatch):
     return calls
 
 
-PAGE = ["rviz2", "rviz2", "--host", "127.0.0.1", "--port", "8080", "--open"]
+PAGE = ["rviz2", "rviz2", "--host", "127.0.0.1", "--open"]
 
 
 @pytest.mark.parametrize(
@@ -63,4 +63,12 @@ def test_an_option_without_an_effect_is_refused(started):
             verb.view(thing, layout="control")
     with pytest.raises(TeleopctlError, match="whose page is on this machine"):
         verb.view("arm.urdf.xacro", host="0.0.0.0")
+    with pytest.raises(TeleopctlError, match="--over one.mcap: a bag is shown over another bag"):
+        verb.view("arm.urdf.xacro", over="one.mcap")
     assert not started
+
+
+def test_a_second_bag_lies_over_the_first(started, monkeypatch):
+    monkeypatch.setattr(bag_view, "view", lambda path, over, **_: started.append((path, over)))
+    verb.view("session", over="one.mcap")
+    assert started == [("session", "one.mcap")]
