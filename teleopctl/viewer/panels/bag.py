@@ -38,7 +38,8 @@ _COLORS = {"warning": "#e0a100", "error": "#e5484d", "contact": "#3b8fd6", "epis
 # Below viser's slider, which stands between its label and its number.
 _STRIP = (
     '<div class="teleopctl-marks" style="padding:0 64px 0 110px">'
-    '<div style="position:relative;height:12px;border-radius:2px;background:#8a94a026">{marks}</div></div>'
+    '<div style="position:relative;height:12px;border-radius:2px;background:#8a94a026">'
+    "{marks}</div></div>"
 )
 _MARK = (
     '<span {click}><span title="{text}" style="position:absolute;left:calc({left:.2f}% - 2px);'

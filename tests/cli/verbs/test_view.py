@@ -63,7 +63,7 @@ def test_an_option_without_an_effect_is_refused(started):
             verb.view(thing, layout="control")
     with pytest.raises(TeleopctlError, match="whose page is on this machine"):
         verb.view("arm.urdf.xacro", host="0.0.0.0")
-    with pytest.raises(TeleopctlError, match="--over one.mcap: a bag is shown over another bag"):
+    with pytest.raises(TeleopctlError, match="a bag is shown over another bag"):
         verb.view("arm.urdf.xacro", over="one.mcap")
     assert not started
 
