@@ -20,7 +20,7 @@ ALLOWED = {
     "interfaces": set(),
     "wire": {"interfaces"},
     "bag": {"interfaces", "node", "pictures", "wire"},
-    "pictures": set(),
+    "pictures": {"interfaces"},
     "diagram": {"wire"},
     "node": {"interfaces", "wire"},
     "robot": {"tf"},

@@ -1,6 +1,6 @@
 """Camera pictures: conversion of image messages to pixels, and to formats that browsers show.
 
-May import `base`, `errors`, `packages` and `plugins` only.
+May import `interfaces`, and what every package may: `base`, `errors`, `packages` and `plugins`.
 """
 
 from __future__ import annotations

@@ -10,7 +10,8 @@ import pytest
 import yaml
 from playwright.sync_api import Browser, Locator, Page, expect
 
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import get_action, get_message, get_service
+from teleopctl.node import ActionServer
 from teleopctl.packages import package_share
 from teleopctl.robot import Joints, RobotDescription, SegmentTree, expand_xacro
 from teleopctl.testing import RosGraph, eventually
@@ -19,6 +20,9 @@ from tests.system.window import window
 
 JointState = get_message("sensor_msgs/msg/JointState")
 Image = get_message("sensor_msgs/msg/Image")
+String = get_message("std_msgs/msg/String")
+SetBool = get_service("std_srvs/srv/SetBool")
+Fibonacci = get_action("example_interfaces/action/Fibonacci")
 TFMessage = get_message("tf2_msgs/msg/TFMessage")
 
 ADDRESS = re.compile(r"^The robot in your browser: (http://localhost:\d+/)$", re.MULTILINE)
@@ -202,6 +206,57 @@ def test_a_camera_is_shown_while_it_is_seen_and_each_browser_finds_its_panels_ag
     page.reload()
     expect(page.get_by_role("tab", name="Log")).to_be_visible()
     expect(page.get_by_role("tab", name="Topics")).to_have_count(0)
+
+
+FORMS = """
+version: 1
+title: Forms
+right: {panels: [[send]]}
+"""
+
+
+@pytest.mark.nightly
+def test_a_message_a_call_and_a_goal_are_sent_by_their_forms(ros, chromium):
+    heard: list[object] = []
+    ros.node.create_subscription(String, "/words", lambda words: heard.append(words.data), 10)
+
+    def switch(request, response):
+        heard.append(request.data)
+        response.success, response.message = True, "switched <b>on</b>"
+        return response
+
+    def count(goal):
+        heard.append(goal.request.order)
+        goal.succeed()
+        return Fibonacci.Result(sequence=[0, 1, 1, 2])
+
+    ros.node.create_service(SetBool, "/switch", switch)
+    server = ActionServer(ros.node, Fibonacci, "/count", count)
+    layout = ros.folder / "forms.yaml"
+    layout.write_text(FORMS)
+    page = opened(chromium, run_page(ros, "--layout", str(layout)))
+
+    def open_form(target: str, field: str) -> Locator:
+        choice = page.get_by_role("combobox").first
+        choice.click()
+        choice.fill(target)
+        page.get_by_role("option", name=target, exact=True).click()
+        row = page.get_by_text(field, exact=True).locator("xpath=ancestor::div[1]/..")
+        return row.locator("input").first
+
+    open_form("topic /words", "data").fill("good day")
+    page.get_by_role("button", name="Publish", exact=True).click()
+    eventually(lambda: heard == ["good day"])
+    expect(page.get_by_text("Published to 1 subscription.")).to_be_visible()
+    open_form("service /switch", "data").check(force=True)
+    page.get_by_role("button", name="Call", exact=True).click()
+    # What comes from outside is text.
+    expect(page.get_by_text("switched <b>on</b>")).to_be_visible()
+    open_form("action /count", "order").fill("3")
+    page.get_by_role("button", name="Send goal", exact=True).click()
+    expect(page.get_by_text("The goal succeeded.")).to_be_visible()
+    assert heard == ["good day", True, 3]
+    server.destroy()
 
 
 @pytest.mark.nightly
