@@ -187,6 +187,14 @@ class _ThreadLog:
     logger: str
 
 
+@dataclass(frozen=True, slots=True)
+class _NameKnown:
+    """Event: a component without a name in the launch file has been loaded."""
+
+    calls: CallSequence
+    name: str
+
+
 _LOGGER = "launch_ros.actions.load_composable_nodes"
 
 # By launch and container name: the event that is set when the last loads have ended.
@@ -242,6 +250,8 @@ class ComponentLoading(CallSequence):
             if response.success:
                 text = f"Loaded node '{response.full_node_name}' in container '{self.node_name}'"
                 self.log("INFO", text, _LOGGER)
+                if each.name is None:
+                    self._launch.emit(_NameKnown(self, response.full_node_name))
                 if each.autostart:
                     self.activate(node, response.full_node_name)
             else:
@@ -251,6 +261,13 @@ class ComponentLoading(CallSequence):
                     f"'{self.node_name}': {response.error_message}",
                     _LOGGER,
                 )
+
+    def respond(self, event: object, launch: Launch) -> tuple[Step, ...]:
+        """Count a component whose name only the container knew; otherwise as the base does."""
+        if isinstance(event, _NameKnown) and event.calls is self:
+            launch.count_node(event.name, _LOGGER)
+            return ()
+        return super().respond(event, launch)
 
     def finish(self) -> None:
         """Let the next sequence of loads into the same container start."""
@@ -265,7 +282,8 @@ def _request(request: Any, plan: ComponentPlan) -> Any:
     full_name = f"{plan.namespace.rstrip('/')}/{plan.name or ''}"
     values: dict[str, Any] = {}
     for file in plan.parameter_files:
-        values.update(read_parameter_file(Path(file)).for_node(full_name))
+        read = read_parameter_file(Path(file), may_be_plain=True)
+        values.update(read.for_node(full_name, names_win=True))
     request.package_name = plan.package
     request.plugin_name = plan.plugin
     request.node_name = plan.name or ""

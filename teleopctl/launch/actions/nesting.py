@@ -84,7 +84,10 @@ class TimedEntities(Action):
 
     def evaluate(self, launch: Launch) -> None:
         """Add a timer to the launch that runs the actions after the period of wall time."""
-        seconds, cancel = self.settings(launch)
+        self.begin(launch, *self.settings(launch))
+
+    def begin(self, launch: Launch, seconds: float, cancel: bool) -> None:
+        """Add a timer of wall time to the launch, with what `settings` returned."""
         launch.after(seconds, self.steps, self.is_cancelled, outlives_shutdown=not cancel)
 
     def settings(self, launch: Launch) -> tuple[float, bool]:

@@ -21,16 +21,21 @@ class RosTimer(TimedEntities):
     __slots__ = ()
 
     def evaluate(self, launch: Launch) -> None:
-        """Add the timer to the launch: by ``/clock`` if ``use_sim_time`` is set, else wall time."""
-        if not launch.scope.use_sim_time:
-            super().evaluate(launch)
-            return
+        """Add the timer to the launch: by ``/clock`` if ``use_sim_time`` is set, else wall time.
+
+        That is set for the whole launch, so that a later action counts as well.
+        """
         seconds, cancel = self.settings(launch)
-        timer = _SimulatedTimer(seconds, self.steps, self.is_cancelled, cancel, launch.emit)
-        # Settings of later actions do not apply to the steps of the timer.
-        with launch.scoped():
+
+        def add() -> None:
+            if not launch.uses_sim_time:
+                self.begin(launch, seconds, cancel)
+                return
+            timer = _SimulatedTimer(seconds, self.steps, self.is_cancelled, cancel, launch.emit)
             launch.register(timer)
-        launch.work(timer)
+            launch.work(timer)
+
+        launch.decide_last(add)
 
 
 @dataclass(frozen=True, slots=True)

@@ -207,7 +207,7 @@ class SetParametersFromFile(Action):
 
 @dataclass(frozen=True, slots=True, kw_only=True)
 class SetUseSimTime(Action):
-    """``set_use_sim_time``: sets whether following ``ros_timer`` actions use ``/clock``."""
+    """``set_use_sim_time``: sets whether the launch's ``ros_timer`` actions use ``/clock``."""
 
     keys = ("value",)
 
@@ -219,9 +219,9 @@ class SetUseSimTime(Action):
         return cls(value=entity.required("value"))
 
     def evaluate(self, launch: Launch) -> None:
-        """Set whether following ``ros_timer`` actions use ``/clock`` or wall time."""
+        """Set whether the launch's ``ros_timer`` actions use ``/clock`` or wall time."""
         with values.at_key("value"):
-            launch.scope.use_sim_time = values.flag(launch.text(self.value))
+            launch.uses_sim_time = values.flag(launch.text(self.value))
 
 
 @dataclass(frozen=True, slots=True, kw_only=True)

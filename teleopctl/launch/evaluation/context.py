@@ -49,6 +49,7 @@ class LaunchContext:
         declared: Names of the launch arguments that were declared by a launch file, or by a robot
             description to which they were passed.
         node_names: Number of nodes with each full name, as far as the launch file gives names.
+        uses_sim_time: Whether timers of ROS time follow ``/clock``.
         event: Event that is being handled; None during the evaluation of the launch files.
         launch: Evaluation that this context belongs to; None before the evaluation is created.
         shown_as: Object with which the Python front end represents this context; None until then.
@@ -68,6 +69,7 @@ class LaunchContext:
         self.declared: set[str] = set()
         self._declared_in: dict[Path, set[str]] = {}
         self.node_names: Counter[str] = Counter()
+        self.uses_sim_time = False
         self.file = Path()
         self.warnings: list[str] = []
         self._live_nodes: frozenset[str] | None = None

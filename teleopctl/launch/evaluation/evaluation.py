@@ -8,6 +8,7 @@ launch configurations of the point at which they were registered.
 
 from __future__ import annotations
 
+import itertools
 import threading
 from contextlib import AbstractContextManager, contextmanager
 from pathlib import Path
@@ -28,7 +29,12 @@ from teleopctl.launch.evaluation.substitution import evaluated_text
 from teleopctl.launch.frontends import read_launch_file
 from teleopctl.launch.model import values
 from teleopctl.launch.model.action import Action, Handler, LaunchFile, Step
-from teleopctl.launch.model.descriptions import ComponentPart, Condition, ProcessPart
+from teleopctl.launch.model.descriptions import (
+    ComponentPart,
+    Condition,
+    NodePart,
+    ProcessPart,
+)
 from teleopctl.launch.model.events import (
     ProcessEvent,
     ProcessOutput,
@@ -144,6 +150,10 @@ class _Registered(NamedTuple):
     moment: EvaluationPoint
 
 
+# Of the parameter files that `Evaluation.ros_arguments_of` writes.
+_numbers = itertools.count(1)
+
+
 class TimedSteps(NamedTuple):
     """Steps that a launch timer runs when it fires, with scope and file to evaluate them in."""
 
@@ -185,6 +195,7 @@ class Evaluation:
         self.files_read: frozenset[Path] = frozenset()
         self._handlers: list[_Registered] = []
         self._follow_up = FollowUp()
+        self._decisions: list[tuple[Callable[[], None], EvaluationPoint]] = []
         # Id of the thread that evaluates, and function that takes events of other threads.
         self._evaluates: int | None = None
         self._happened: Callable[[object], None] | None = None
@@ -193,6 +204,15 @@ class Evaluation:
     def scope(self) -> Scope:
         """Launch configurations, environment, namespace and so on for the next action."""
         return self.context.scope
+
+    @property
+    def uses_sim_time(self) -> bool:
+        """Whether timers of ROS time follow ``/clock``; holds for the whole launch, as in ROS 2."""
+        return self.context.uses_sim_time
+
+    @uses_sim_time.setter
+    def uses_sim_time(self, value: bool) -> None:
+        self.context.uses_sim_time = value
 
     @property
     def file(self) -> Path:
@@ -306,9 +326,26 @@ class Evaluation:
         """Return the plan of a ``node`` or ``executable``, whose process is not started."""
         return self._builder.copy(self.context).build(process)
 
+    def ros_arguments_of(self, node: NodePart) -> tuple[list[str], str | None]:
+        """Return a node's words from ``--ros-args`` on and its full name, with files written."""
+        context = self.context
+        if context.log_directory == Path():
+            import tempfile
+
+            context.log_directory = Path(tempfile.mkdtemp(prefix="launch_params_"))
+        builder = self._builder.copy(context)
+        found = builder.ros_arguments(node, f"node-{next(_numbers)}")
+        context.log_directory.mkdir(parents=True, exist_ok=True)
+        FollowUp(files=builder.files).write_files()
+        return found
+
     def component(self, part: ComponentPart) -> ComponentPlan:
         """Return the plan for loading a component, evaluated from its description."""
         return self._builder.build_component(part)
+
+    def count_node(self, full_name: str, logger: str) -> None:
+        """Count a node of the launch by its full name; warn if there is another one."""
+        self._builder.count(full_name, logger)
 
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
         """Return the plan of the process that runs a node, by the node's full name; or None."""
@@ -331,6 +368,10 @@ class Evaluation:
         moment = EvaluationPoint(self.scope.copy(), self.file)
         timer = TimedSteps(max(0.0, seconds), steps, moment, is_cancelled, outlives_shutdown)
         self._follow_up.timers.append((timer.seconds, timer))
+
+    def decide_last(self, decide: Callable[[], None]) -> None:
+        """Call a function in a copy of the present scope, once all steps have been evaluated."""
+        self._decisions.append((decide, EvaluationPoint(self.scope.copy(), self.file)))
 
     def work(self, work: Work) -> None:
         """Add background work, such as service calls; the launch starts and awaits the work."""
@@ -426,6 +467,10 @@ class Evaluation:
 
     def take_follow_up(self) -> FollowUp:
         """Return the collected follow-up (processes, timers, messages …), and begin a new one."""
+        decisions, self._decisions = self._decisions, []
+        for decide, moment in decisions:
+            with self.context.at(moment):
+                decide()
         follow_up, self._follow_up = self._follow_up, FollowUp()
         follow_up.files, self._builder.files = self._builder.files, {}
         return follow_up

@@ -153,7 +153,10 @@ class ProcessBuilder:
         name = f"{_UNSAFE.sub('_', name)}-{len(self.actions) + 1}"
         node_name = None
         if action.node is not None:
-            ros_arguments, node_name = self._ros_arguments(action.node, name)
+            ros_arguments, node_name = self.ros_arguments(action.node, name)
+            has_namespace = action.node.namespace is not None or self._context.scope.has_namespace
+            if node_name is not None and has_namespace:
+                self.count(node_name, name)
             command += [*ros_arguments, *self._requested_ros_arguments(program)]
         ends = (package, program) in _PROGRAMS_THAT_END or ends_by_itself(command, shell=shell)
         command = self._with_prefix(command, action.prefix, shell=shell)
@@ -212,7 +215,7 @@ class ProcessBuilder:
         namespace = self._namespace(part.namespace)
         words = self._parameter_arguments((*scope.parameters, *part.parameters), label)
         if name:
-            self._count(f"{namespace.rstrip('/')}/{name}", label)
+            self.count(f"{namespace.rstrip('/')}/{name}", label)
         return ComponentPlan(
             package=self._text(part.package),
             plugin=plugin,
@@ -227,9 +230,47 @@ class ProcessBuilder:
             autostart=self._value(part.autostart, "autostart", values.boolean, default=False),
         )
 
+    def ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
+        """Return a node's words from ``--ros-args`` on, and its full name if that is known.
+
+        Args:
+            node: The node.
+            process_name: Name of its process, for messages and the names of parameter files.
+
+        Raises:
+            TeleopctlError: A parameter file does not exist, or a value cannot be read.
+        """
+        # In the order of ROS 2: the first of two conflicting arguments has precedence.
+        words: list[str] = []
+        if node.ros_arguments is not None:
+            words += self._words(node.ros_arguments, "ros_args")
+        name = self._optional(node.name)
+        namespace = self._namespace(node.namespace)
+        if name:
+            words += ["-r", f"__node:={name}"]
+        if namespace != "/":
+            words += ["-r", f"__ns:={namespace}"]
+        entries = (*self._context.scope.parameters, *node.parameters)
+        words += self._parameter_arguments(entries, process_name)
+        for source, target in self._remaps(node.remaps):
+            words += ["-r", f"{source}:={target}"]
+        full_name = f"{namespace.rstrip('/')}/{name}" if name else None
+        return (["--ros-args", *words] if words else []), full_name
+
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
         """Return the plan of the process that runs a node, by the node's full name; or None."""
         return next((p for p in self._plans.values() if p.node_name == full_name), None)
+
+    def count(self, node_name: str, process_name: str) -> None:
+        """Count a node by its full name; warn in the name of a process if there is another one."""
+        names = self._context.node_names
+        names[node_name] += 1
+        if names[node_name] > 1:
+            self._warn(
+                f"there are now at least {names[node_name]} nodes with the name {node_name} "
+                "created within this launch context",
+                process_name,
+            )
 
     def notify_action(self, event: ProcessEvent) -> None:
         """Call the ``on_event`` callback, if any, of the action that made the event's process."""
@@ -274,43 +315,11 @@ class ProcessBuilder:
         )
         return "", name, "", ours
 
-    def _ros_arguments(self, node: NodePart, process_name: str) -> tuple[list[str], str | None]:
-        # In the order of ROS 2: the first of two conflicting arguments has precedence.
-        words: list[str] = []
-        if node.ros_arguments is not None:
-            words += self._words(node.ros_arguments, "ros_args")
-        name = self._optional(node.name)
-        namespace = self._namespace(node.namespace)
-        if name:
-            words += ["-r", f"__node:={name}"]
-        if namespace != "/":
-            words += ["-r", f"__ns:={namespace}"]
-        entries = (*self._context.scope.parameters, *node.parameters)
-        words += self._parameter_arguments(entries, process_name)
-        for source, target in self._remaps(node.remaps):
-            words += ["-r", f"{source}:={target}"]
-        full_name = f"{namespace.rstrip('/')}/{name}" if name else None
-        if full_name is not None and (
-            node.namespace is not None or self._context.scope.has_namespace
-        ):
-            self._count(full_name, process_name)
-        return (["--ros-args", *words] if words else []), full_name
-
     def _requested_ros_arguments(self, program: str) -> list[str]:
         """Return the ROS arguments that the launch request gives to a node."""
         given = self._request.ros_arguments
         words = [*given.get(program, ()), *given.get("", ())]
         return ["--ros-args", *words] if words else []
-
-    def _count(self, node_name: str, process_name: str) -> None:
-        names = self._context.node_names
-        names[node_name] += 1
-        if names[node_name] > 1:
-            self._warn(
-                f"there are now at least {names[node_name]} nodes with the name {node_name} "
-                "created within this launch context",
-                process_name,
-            )
 
     def _namespace(self, own: Template | None) -> str:
         inner = self._optional(own)

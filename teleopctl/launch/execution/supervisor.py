@@ -107,7 +107,7 @@ class Supervisor:
         self._starts: dict[int, StartTime] = {}
         if respondent is not None:
             respondent.connect(lambda event: self._loop.put(partial(self._respond, event)))
-        self._shutting_down = False
+        self._shutting_down = self._tells_shutdown = False
         # Whether anything failed, and whether the launch itself failed, not only a process.
         self._failed = self._failed_itself = False
 
@@ -346,7 +346,10 @@ class Supervisor:
             for work in follow_up.works:
                 self._timers.begin(work)
         if follow_up.shutdown is not None:
-            self._shut_down(follow_up.shutdown)
+            if self._shutting_down:
+                self._tell_shutdown(follow_up.shutdown)
+            else:
+                self._shut_down(follow_up.shutdown)
 
     def _exited(self, child: Child) -> None:
         index = self._children.index(child)
@@ -431,13 +434,23 @@ class Supervisor:
         self._shutting_down = True
         self.restarts.close()
         self._timers.shut_down()
-        self._respond(ShutdownBegan(reason, by_interrupt))
+        self._tell_shutdown(reason, by_interrupt=by_interrupt)
         # Processes that wait for their start or respawn are not started any more.
         self._expected &= self._live
         for index in sorted(self._live - self._companions):
             self._terminator.terminate(self._children[index])
         self._end_companions()
         self._published.publish()
+
+    def _tell_shutdown(self, reason: str, *, by_interrupt: bool = False) -> None:
+        """Emit the event; further requests have one of their own, but not those of its handlers."""
+        if self._tells_shutdown:
+            return
+        self._tells_shutdown = True
+        try:
+            self._respond(ShutdownBegan(reason, by_interrupt))
+        finally:
+            self._tells_shutdown = False
 
     def _say(self, level: str, text: str, *, shown: str | None = None) -> None:
         self._screen.log(level, _LAUNCH, text, in_short=shown)

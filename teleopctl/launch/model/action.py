@@ -189,6 +189,13 @@ class Launch(Protocol):
         """The launch file that is being evaluated."""
 
     @property
+    def uses_sim_time(self) -> bool:
+        """Whether timers of ROS time follow ``/clock``; holds for the whole launch, as in ROS 2."""
+
+    @uses_sim_time.setter
+    def uses_sim_time(self, value: bool) -> None: ...
+
+    @property
     def is_trial(self) -> bool:
         """Whether this is a dry run, which must have no effects outside the evaluation."""
 
@@ -230,6 +237,9 @@ class Launch(Protocol):
     def component(self, part: ComponentPart) -> ComponentPlan:
         """Return the plan for loading a component, evaluated from its description."""
 
+    def count_node(self, full_name: str, logger: str) -> None:
+        """Count a node of the launch by its full name; warn if there is another one."""
+
     def plan_of_node(self, full_name: str) -> ProcessPlan | None:
         """Return the plan of the process that runs a node, by the node's full name; or None."""
 
@@ -245,6 +255,9 @@ class Launch(Protocol):
         outlives_shutdown: bool = False,
     ) -> None:
         """Add a timer that runs steps after a delay in a copy of the scope, unless cancelled."""
+
+    def decide_last(self, decide: Callable[[], None]) -> None:
+        """Call a function in a copy of the present scope, once all steps have been evaluated."""
 
     def work(self, work: Work) -> None:
         """Add background work, such as service calls; the launch starts and awaits the work."""

@@ -20,7 +20,6 @@ class Scope:
         environment: Environment variables set for the processes; None removes a variable.
         parameters: Parameters and parameter files of every following node.
         remaps: Remappings of every following node.
-        use_sim_time: Whether ``ros_timer`` actions use ``/clock``.
         loop_values: Values of the enclosing loops, by name.
         given: Names of the launch arguments that the including file passed.
         configuration_stack: Scopes saved by `push_configurations`, the last one at the end.
@@ -31,7 +30,6 @@ class Scope:
     environment: dict[str, str | None] = field(default_factory=dict)
     parameters: tuple[ParameterEntry | ParameterFileEntry, ...] = ()
     remaps: tuple[tuple[str, str], ...] = ()
-    use_sim_time: bool = False
     loop_values: Mapping[str, str] = field(default_factory=dict)
     given: frozenset[str] = frozenset()
     configuration_stack: tuple[Scope, ...] = ()

@@ -35,15 +35,22 @@ class ParameterFile(NamedTuple):
     # Any, here and below: YAML's values, which `Parameter` checks.
     sections: tuple[tuple[str, dict[str, Any]], ...]
 
-    def for_node(self, full_name: str, use_wildcard: bool = True) -> dict[str, Any]:
+    def for_node(
+        self, full_name: str, use_wildcard: bool = True, *, names_win: bool = False
+    ) -> dict[str, Any]:
         """Return the parameters that apply to a node; later sections override earlier ones.
 
         Args:
             full_name: Full name of the node.
             use_wildcard: Whether sections with wildcards apply.
+            names_win: Whether sections without a wildcard override those with one, wherever they
+                stand, as ``launch_ros`` has it for components.
         """
         result: dict[str, Any] = {}
-        for pattern, parameters in self.sections:
+        sections = self.sections
+        if names_win:
+            sections = tuple(sorted(sections, key=lambda section: "*" not in section[0]))
+        for pattern, parameters in sections:
             if (use_wildcard or "*" not in pattern) and _matches(pattern, full_name):
                 result.update(parameters)
         return result
@@ -103,8 +110,13 @@ def _sections(
             yield from _sections(rest, path, name)
 
 
-def read_parameter_file(path: Path) -> ParameterFile:
+def read_parameter_file(path: Path, *, may_be_plain: bool = False) -> ParameterFile:
     """Read, check and return a parameter file; raise InvalidFileError if it is invalid.
+
+    Args:
+        path: Path of the file.
+        may_be_plain: Whether a file without any ``ros__parameters`` has the parameters of every
+            node, as ``launch_ros`` takes it for components.
 
     Raises:
         InvalidFileError: The file cannot be read, is not YAML or has another layout.
@@ -119,6 +131,8 @@ def read_parameter_file(path: Path) -> ParameterFile:
         return ParameterFile(())
     if not isinstance(tree, Mapping):
         raise InvalidFileError(f"{path}: a mapping of node names is expected at the top")
+    if may_be_plain and not _has_section(tree):
+        tree = {_EVERY_NODE: {_PARAMETERS: tree}}
     sections = tuple(_sections(tree, path))
     for _, parameters in sections:
         for name, value in parameters.items():
@@ -129,6 +143,13 @@ def read_parameter_file(path: Path) -> ParameterFile:
                     f"{path}{line}: parameter '{name}' cannot be {shortened(str(value))}: {reason}."
                 )
     return ParameterFile(sections)
+
+
+# Any: as above.
+def _has_section(tree: Mapping[str, Any]) -> bool:
+    return _PARAMETERS in tree or any(
+        isinstance(value, Mapping) and _has_section(value) for value in tree.values()
+    )
 
 
 def _line_of_fault(text: str) -> str:

@@ -296,3 +296,20 @@ def test_what_a_launch_file_leaves_among_the_temporary_files_goes_with_the_launc
     path = re.search(r"file (\S+\.params)", text)
     assert path is not None
     assert not Path(path[1]).parent.exists()
+
+
+def test_each_shutdown_of_a_launch_that_ends_already_is_an_event_with_its_reason(launch):
+    text = launch(
+        """
+        def generate_launch_description():
+            return LaunchDescription([
+                TimerAction(period=0.0, actions=[Shutdown(reason="first")]),
+                TimerAction(period=0.2, actions=[Shutdown(reason="second")],
+                            cancel_on_shutdown=False),
+                RegisterEventHandler(OnShutdown(on_shutdown=lambda event, context: [
+                    tell("told of the ", event.reason), Shutdown(reason="third")])),
+            ])
+        """
+    )
+    in_order(text, "told of the first", "told of the second")
+    assert "told of the third" not in text

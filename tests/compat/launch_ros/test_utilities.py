@@ -8,7 +8,7 @@ from hypothesis import given, strategies as st
 from launch import LaunchContext
 from launch.substitutions import LaunchConfiguration, SubstitutionFailure, TextSubstitution
 from launch.utilities.type_utils import coerce_to_type
-from launch_ros.actions import Node
+from launch_ros.actions import Node, PushROSNamespace, SetRemap
 from launch_ros.descriptions import Parameter, ParameterFile, ParameterValue
 from launch_ros.utilities import (
     add_node_name,
@@ -170,3 +170,40 @@ def test_nodes_of_the_same_name_are_counted_and_told():
     (message,) = context.launch.take_follow_up().messages
     assert message[0] == "WARNING"
     assert "at least 2 nodes with the name /ns/me" in message[2]
+
+
+class OwnContext:
+    """What tests of launch files hand over in place of a context."""
+
+    def __init__(self):
+        self.launch_configurations = {}
+
+    def perform_substitution(self, substitution):
+        return substitution.perform(None)
+
+
+def test_a_node_is_evaluated_without_a_launch_for_subclasses_and_tests_of_launch_files():
+    context = OwnContext()
+    PushROSNamespace("outer").execute(context)
+    SetRemap("from", "to").execute(context)
+    assert context.launch_configurations == {
+        "ros_namespace": "/outer",
+        "ros_remaps": [("from", "to")],
+    }
+    node = Node(
+        package="unknown", executable="program", name="eye", namespace="inner",
+        parameters=[{"gain": 2}], remappings=[("a", "b")], arguments=["x"],
+    )  # fmt: skip
+    node._perform_substitutions(context)
+    assert node.node_name == "/outer/inner/eye"
+    assert node._Node__expanded_remappings == [("from", "to"), ("a", "b")]
+    ((file, is_file),) = node._Node__expanded_parameter_arguments
+    assert is_file
+    assert yaml.safe_load(Path(file).read_text()) == {"/**": {"ros__parameters": {"gain": 2}}}
+    assert evaluate_parameters(LaunchContext(), node._Node__parameters) == ({"gain": 2},)
+    assert (node._Node__package, node._Node__node_executable) == ("unknown", "program")
+    assert (node._Node__arguments, len(node._Node__remappings)) == (["x"], 1)
+    # It is counted where it is started, not here.
+    known = LaunchContext()
+    node._perform_substitutions(known)
+    assert get_node_name_count(known, "/inner/eye") == 0

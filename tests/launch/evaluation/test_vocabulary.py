@@ -206,6 +206,9 @@ def test_a_timer_in_ros_time_counts_seconds_unless_time_is_simulated(plan):
     assert seconds == 2.0
     simulated = plan(f'<set_use_sim_time value="true"/>{timer}').start
     assert (len(simulated.timers), len(simulated.works)) == (0, 1)
+    # It holds for the whole launch: also for a timer before it.
+    before = plan(f'<group>{timer}</group><set_use_sim_time value="true"/>').start
+    assert (len(before.timers), len(before.works)) == (0, 1)
 
 
 @pytest.mark.parametrize(

@@ -59,3 +59,14 @@ def test_a_list_of_mappings_counts_as_one_mapping_as_in_ros_2(tmp_path):
     assert values == dict(zip(names, (["output1"], 1, []), strict=True))
     lines = read_parameter_lines(file).for_node("/gpio_controller")
     assert lines == dict(zip(names, (5, 7, 8), strict=True))
+
+
+def test_for_a_component_a_file_may_be_plain_and_its_name_wins_over_wildcards(tmp_path):
+    file = tmp_path / "parameters.yaml"
+    file.write_text("speed: 1\ngroup: {rate: 2}\n", encoding="utf-8")
+    values = read_parameter_file(file, may_be_plain=True).for_node("/any")
+    assert values == {"speed": 1, "group.rate": 2}
+    file.write_text("a: {ros__parameters: {x: 1}}\n/**: {ros__parameters: {x: 2, y: 2}}\n")
+    read = read_parameter_file(file, may_be_plain=True)
+    assert read.for_node("/a", names_win=True) == {"x": 1, "y": 2}
+    assert read.for_node("/a") == {"x": 2, "y": 2}

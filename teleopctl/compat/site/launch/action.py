@@ -66,9 +66,11 @@ class Action(LaunchDescriptionEntity):
 
     def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:
         """Execute the action; return the entities to visit next."""
+        from .launch_context import LaunchContext
+
         try:
-            with context.launch.user_code():
-                context.launch.run_action(self.model_action())
+            with LaunchContext.standing_for(context) as known, known.launch.user_code():
+                known.launch.run_action(self.model_action())
         except TeleopctlError as error:
             if error.__cause__ is not None and not isinstance(error.__cause__, TeleopctlError):
                 raise error.__cause__ from error

@@ -91,6 +91,26 @@ class LaunchContext:
             log_config.take_over(launch.context.log_directory)
         return known
 
+    # Any: an object of a user's test that is used as a context.
+    @classmethod
+    @contextmanager
+    def standing_for(cls, context: Any) -> Iterator[LaunchContext]:
+        """Yield a context, or one with the configurations of an object that is used as one.
+
+        Tests of launch files hand over objects of their own with ``launch_configurations``, which
+        are written back at the end of the block.
+
+        Args:
+            context: A context, or an object that is used as one.
+        """
+        if isinstance(context, cls):
+            yield context
+            return
+        known = cls()
+        known.launch_configurations.update(context.launch_configurations)
+        yield known
+        context.launch_configurations.update(known.launch_configurations)
+
     def text(self, text: Template) -> str:
         """Return the value of a template."""
         return self.launch.text(text)

@@ -38,6 +38,7 @@ class LoadComposableNodes(Action):
     ) -> None:
         super().__init__(**kwargs)
         self._components = tuple(composable_node_descriptions)
+        self._target = target_container
         self._container = (
             Template((_NameOf(target_container),), target_container.describe())
             if isinstance(target_container, ComposableNodeContainer)
@@ -77,6 +78,13 @@ def get_composable_node_load_request(
         composable_node_description: The component.
         context: Context with the pushed namespaces, remappings and parameters.
     """
+    from launch.launch_context import LaunchContext
+
+    with LaunchContext.standing_for(context) as known:
+        return _load_request(composable_node_description, known)
+
+
+def _load_request(described: ComposableNode, context: LaunchContext) -> LoadNode.Request | None:
     from composition_interfaces.srv import LoadNode
 
     from ..utilities import (
@@ -87,7 +95,6 @@ def get_composable_node_load_request(
         to_parameters_list,
     )
 
-    described = composable_node_description
     condition = described.condition()
     if condition is not None and not condition.evaluate(context):
         return None

@@ -9,17 +9,18 @@ from typing import TYPE_CHECKING, Any
 
 from launch._texts import optional, template
 from launch.actions import ExecuteProcess
+from launch.launch_context import LaunchContext
 
 from teleopctl.launch import Launch, Node as ModelNode, NodePart, ProcessPart, ProcessPlan
 
 from .._parameters import parameters as model_parameters
-from ..utilities import normalize_remap_rules
+from ..utilities import normalize_parameters, normalize_remap_rules
 
 if TYPE_CHECKING:
     from launch.some_substitutions_type import SomeSubstitutionsType
 
-    from ..parameters_type import SomeParameters
-    from ..remap_rule_type import SomeRemapRules
+    from ..parameters_type import Parameters, SomeParameters
+    from ..remap_rule_type import RemapRule, SomeRemapRules
 
 # The spellings of ROS 2 before Foxy.
 _OLD_NAMES = {
@@ -73,6 +74,15 @@ class Node(ExecuteProcess):
         super().__init__(cmd=[], name=exec_name, **kwargs)
         self._node_name = optional(old.get("name", name))
         self._node_namespace = optional(old.get("namespace", namespace))
+        self._given: dict[str, Any] = {
+            "package": package,
+            "executable": executable,
+            "name": old.get("name", name),
+            "namespace": old.get("namespace", namespace),
+            "parameters": parameters or [],
+            "remappings": list(remappings or ()),
+            "arguments": arguments,
+        }
         self._part = NodePart(
             package=optional(package),
             executable=template(executable),
@@ -81,12 +91,15 @@ class Node(ExecuteProcess):
             parameters=tuple(model_parameters(parameters or [])),
             remaps=tuple(
                 (template(source), template(target))
-                for source, target in normalize_remap_rules(remappings or ())
+                for source, target in normalize_remap_rules(self._given["remappings"])
             ),
             ros_arguments=_words(ros_arguments),
         )
         self._arguments = _words(arguments)
         self._has_namespace = False
+        # Once it is evaluated: its command line, or what ROS 2 adds to it, and its full name.
+        self._words: list[str] | None = None
+        self._full_name: str | None = None
 
     @property
     def node_package(self) -> Any:
@@ -105,12 +118,11 @@ class Node(ExecuteProcess):
         Raises:
             RuntimeError: It has not been evaluated yet.
         """
-        if self._plan is None:
+        if self._words is None:
             raise RuntimeError("cannot access 'node_name' before executing action")
-        if self._plan.node_name is not None and self._has_namespace:
-            return self._plan.node_name
-        name = (self._plan.node_name or self.UNSPECIFIED_NODE_NAME).rpartition("/")[2]
-        return f"{self.expanded_node_namespace.rstrip('/')}/{name}"
+        if self._full_name is not None and self._has_namespace:
+            return self._full_name
+        return f"{self.expanded_node_namespace.rstrip('/')}/{self.__expanded_node_name}"
 
     @property
     def expanded_node_namespace(self) -> str:
@@ -125,18 +137,75 @@ class Node(ExecuteProcess):
         return [rule for rule in self._rules() if not rule[0].startswith("__")] or None
 
     def _rules(self) -> list[tuple[str, str]]:
-        words = self._plan.command if self._plan is not None else []
-        rules = [rule for word, rule in itertools.pairwise(words) if word == "-r"]
+        rules = [rule for word, rule in itertools.pairwise(self._words or ()) if word == "-r"]
         return [(source, target) for source, _, target in (rule.partition(":=") for rule in rules)]
 
     def is_node_name_fully_specified(self) -> bool:
         """Return whether name and namespace are given."""
-        return self._plan is not None and self._plan.node_name is not None and self._has_namespace
+        return self._full_name is not None and self._has_namespace
 
     def planned(self, plan: ProcessPlan, launch: Launch) -> None:
         """Record the evaluated process, which is about to start."""
-        self._has_namespace = self._node_namespace is not None or launch.scope.has_namespace
+        self._record(plan.command, plan.node_name, launch)
         super().planned(plan, launch)
+
+    def _record(self, words: list[str], full_name: str | None, launch: Launch) -> None:
+        self._words, self._full_name = words, full_name
+        self._has_namespace = self._node_namespace is not None or launch.scope.has_namespace
+
+    # The names below are private in ROS 2's class of the same name. Subclasses call the method
+    # before they look at `node_name`, and tests of launch files read the others.
+    def _perform_substitutions(self, context: LaunchContext) -> None:
+        """Evaluate name, namespace, parameters and remappings; nothing is started."""
+        with LaunchContext.standing_for(context) as known:
+            self._record(*known.launch.ros_arguments_of(self._part), known.launch)
+
+    # Any: what was given.
+    @property
+    def __package(self) -> Any:
+        return self._given["package"]
+
+    @property
+    def __node_executable(self) -> Any:
+        return self._given["executable"]
+
+    @property
+    def __node_name(self) -> Any:
+        return self._given["name"]
+
+    @property
+    def __node_namespace(self) -> Any:
+        return self._given["namespace"]
+
+    @property
+    def __arguments(self) -> Any:
+        return self._given["arguments"]
+
+    @property
+    def __parameters(self) -> Parameters:
+        return normalize_parameters(self._given["parameters"])
+
+    @property
+    def __remappings(self) -> list[RemapRule]:
+        return list(normalize_remap_rules(self._given["remappings"]))
+
+    @property
+    def __expanded_node_name(self) -> str:
+        return (self._full_name or self.UNSPECIFIED_NODE_NAME).rpartition("/")[2]
+
+    @property
+    def __expanded_node_namespace(self) -> str:
+        return self.expanded_node_namespace
+
+    @property
+    def __expanded_remappings(self) -> list[tuple[str, str]] | None:
+        return self.expanded_remapping_rules
+
+    @property
+    def __expanded_parameter_arguments(self) -> list[tuple[str, bool]] | None:
+        words = itertools.pairwise(self._words or ())
+        files = [(file, True) for word, file in words if word == "--params-file"]
+        return files or None
 
     def describe(self) -> str:
         """Return a readable form of the action."""
