@@ -1,6 +1,7 @@
 """``launch_ros.utilities``: parameters, names and namespaces, as a launch itself treats them."""
 
 from pathlib import Path
+from typing import Any
 
 import pytest
 import yaml
@@ -183,14 +184,15 @@ class OwnContext:
 
 
 def test_a_node_is_evaluated_without_a_launch_for_subclasses_and_tests_of_launch_files():
-    context = OwnContext()
+    context: Any = OwnContext()
     PushROSNamespace("outer").execute(context)
     SetRemap("from", "to").execute(context)
     assert context.launch_configurations == {
         "ros_namespace": "/outer",
         "ros_remaps": [("from", "to")],
     }
-    node = Node(
+    # Any: names that are private in ROS 2.
+    node: Any = Node(
         package="unknown", executable="program", name="eye", namespace="inner",
         parameters=[{"gain": 2}], remappings=[("a", "b")], arguments=["x"],
     )  # fmt: skip
