@@ -176,9 +176,9 @@ class DefectError(TeleopctlError):
 
 def did_you_mean(name: str, known: Iterable[str], most: int = 3) -> str | None:
     """Return a hint with up to three (or ``most``) similarly spelt names; None for none."""
-    from difflib import get_close_matches
+    from teleopctl.base.spelling import similar_names
 
-    matches = get_close_matches(name, list(known), n=most)
+    matches = similar_names(name, known, most)
     return f"Did you mean {' or '.join(matches)}?" if matches else None
 
 

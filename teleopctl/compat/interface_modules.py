@@ -79,9 +79,9 @@ def has_package(package: str, kind: str | None = None) -> bool:
 
 def unknown_name(name: str, module: str) -> str:
     """Return the error text for an unknown class of an interface module."""
-    import difflib
+    from teleopctl.base.spelling import similar_names
 
-    close = difflib.get_close_matches(name, class_names(module), n=3)
+    close = similar_names(name, class_names(module))
     also = f"; did you mean {' or '.join(close)}?" if close else ""
     return f"cannot import name {name!r} from {module!r}{also}"
 

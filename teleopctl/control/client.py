@@ -9,9 +9,14 @@ from typing import Any, Protocol
 
 from teleopctl.control.manager_log import NOT_RELOADED, ManagerLog
 from teleopctl.errors import UnavailableError
-from teleopctl.interfaces import from_seconds, get_message, get_service, set_stamp
-from teleopctl.node import (
+from teleopctl.interfaces import (
     AllowableParameterValue,
+    from_seconds,
+    get_message,
+    get_service,
+    set_stamp,
+)
+from teleopctl.node import (
     AsyncParameterClient,
     Client,
     ExternalShutdownException,

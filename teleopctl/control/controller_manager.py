@@ -41,7 +41,8 @@ from teleopctl.errors import (
 )
 
 if TYPE_CHECKING:
-    from teleopctl.node import AllowableParameterValue, Node, RcutilsLogger
+    from teleopctl.interfaces import AllowableParameterValue
+    from teleopctl.node import Node, RcutilsLogger
 
 
 LONGEST_CYCLE_S = 1.0

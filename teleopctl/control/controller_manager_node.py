@@ -33,9 +33,8 @@ from teleopctl.control.statistics_publishers import (
     StatisticsPublisher,
 )
 from teleopctl.errors import DefectError, HardwareError, InvalidParameterError, TeleopctlError
-from teleopctl.interfaces import get_message, is_distribution_since
+from teleopctl.interfaces import AllowableParameterValue, get_message, is_distribution_since
 from teleopctl.node import (
-    AllowableParameterValue,
     Clock,
     ClockType,
     Executor,

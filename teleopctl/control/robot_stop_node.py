@@ -15,7 +15,8 @@ from teleopctl.node import RELEASE_SERVICE, RELEASE_TYPE, StopHolders, qos_profi
 from teleopctl.robot import STOPPING_TIME_S, read_acceleration_limits
 
 if TYPE_CHECKING:
-    from teleopctl.node import AllowableParameterValue, Node
+    from teleopctl.interfaces import AllowableParameterValue
+    from teleopctl.node import Node
     from teleopctl.robot import JointLimits
 
 _LIMITS_FILE = "joint_limits_file"

@@ -23,7 +23,8 @@ from teleopctl.interfaces import get_message, get_service, set_stamp
 from teleopctl.node import Clock, ClockType, qos_profile_latched
 
 if TYPE_CHECKING:
-    from teleopctl.node import AllowableParameterValue, Node
+    from teleopctl.interfaces import AllowableParameterValue
+    from teleopctl.node import Node
 
 
 # ros2_control publishes in each cycle. For display a lower rate is enough, and publishing in each

@@ -47,6 +47,12 @@ if TYPE_CHECKING:
         RequestT as RequestT,
         ResponseT as ResponseT,
     )
+    from teleopctl.interfaces.parameter_values import (
+        VALUE_FIELDS as VALUE_FIELDS,
+        AllowableParameterValue as AllowableParameterValue,
+        parameter_value_to_python as parameter_value_to_python,
+        scalar_parameter_value as scalar_parameter_value,
+    )
     from teleopctl.interfaces.parser import parse as parse, split_sections as split_sections
     from teleopctl.interfaces.protocols import (
         ActionType as ActionType,

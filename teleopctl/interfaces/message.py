@@ -6,9 +6,9 @@ from teleopctl.base.typed import TYPE_CHECKING, Any, Callable, ClassVar, TypeAli
 from teleopctl.interfaces.blocks import (
     BLOCK_CODES,
     ITEM_SIZES,
+    empty,
     equal,
     is_array,
-    new_array,
     to_array,
     to_own_numpy,
 )
@@ -256,10 +256,10 @@ def _default(field: Field, lookup: ClassLookup, check: Callable[[], None]) -> Ca
     if field.default is not None:
         return lambda: convert(list(field.default))  # type: ignore[call-overload]
     if kind.is_numeric:
-        code = BLOCK_CODES[kind.base]
         if kind.shape is not Shape.ARRAY:
-            return lambda: new_array(code)
-        return _zeros(code, kind.capacity, check)
+            none = empty(kind.base)
+            return lambda: none
+        return _zeros(BLOCK_CODES[kind.base], kind.capacity, check)
     if kind.shape is not Shape.ARRAY:
         return list
 
@@ -273,14 +273,14 @@ def _default(field: Field, lookup: ClassLookup, check: Callable[[], None]) -> Ca
 
 
 def _zeros(code: str, count: int, check: Callable[[], None]) -> Callable[[], Any]:
-    zeros = b""
+    zeros: memoryview | None = None
 
-    def make() -> Any:
+    def make() -> memoryview:
         nonlocal zeros
-        if not zeros:
+        if zeros is None:
             check()
-            zeros = bytes(count * ITEM_SIZES[code])
-        return new_array(code, zeros)
+            zeros = memoryview(bytes(count * ITEM_SIZES[code])).cast(code)
+        return zeros
 
     return make
 

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 DEFAULT_DISTRIBUTION = "jazzy"
 DISTRIBUTIONS = ("humble", "iron", "jazzy", "kilted", "lyrical")
 
-_FORMAT = 2
+_FORMAT = 3
 _LONGEST_PLACE = 150  # file names may have 255 bytes
 _BASE, _NAME, _ARRAY, _SEQUENCE = 1, 2, 3, 4  # rosbags.interfaces.Nodetype
 
@@ -90,8 +90,10 @@ class StandardTypes:
         if row is None:
             return None
         try:
+            if self._from_cache:
+                row = marshal.loads(row)  # noqa: S302 -- as the file, see _read_cache
             return parse_type_row(type_name, row)
-        except (TypeError, ValueError, LookupError):
+        except (TypeError, ValueError, LookupError, EOFError):
             if not self._from_cache:
                 raise
             self._table, self._from_cache = self._import(), False
@@ -165,7 +167,8 @@ def _cache_file(module: str) -> str:
     site = os.path.abspath(os.path.join(_stores(), "..", "..", ".."))[-_LONGEST_PLACE:]
     place = "".join(c if c.isascii() and c.isalnum() else "-" for c in site)
     # Only this version of Python reads the file; importing json takes longer than reading it.
-    return os.path.join(cache_dir(), f"{module}{place}.{sys.implementation.cache_tag}")
+    name = f"{module}{place}.{_FORMAT}.{sys.implementation.cache_tag}"
+    return os.path.join(cache_dir(), name)
 
 
 @cache
@@ -193,7 +196,7 @@ def _read_cache(module: str) -> Table | None:
         with open(_cache_file(module), "rb") as file:
             # Not load(), which reads the file byte by byte.
             content = marshal.loads(file.read())  # noqa: S302 -- private as Python's own bytecode
-        if content["format"] != _FORMAT or content["rosbags"] != _fingerprint():
+        if content["rosbags"] != _fingerprint():
             return None
         table = content["types"]
     except (OSError, ValueError, EOFError, LookupError, TypeError):
@@ -208,8 +211,10 @@ def _write_cache(module: str, table: Table) -> None:
     from pathlib import Path
 
     path = Path(_cache_file(module))
-    # Through JSON, which converts the enumerations of rosbags to plain numbers.
-    content = json.loads(json.dumps({"format": _FORMAT, "rosbags": _fingerprint(), "types": table}))
+    # Through JSON, which converts the enumerations of rosbags to plain numbers. Each row by itself,
+    # since a command reads a few of hundreds.
+    rows = {name: marshal.dumps(row) for name, row in json.loads(json.dumps(table)).items()}
+    content = {"rosbags": _fingerprint(), "types": rows}
     try:
         path.parent.mkdir(parents=True, exist_ok=True)
         handle, temporary = tempfile.mkstemp(dir=path.parent, prefix=path.name)

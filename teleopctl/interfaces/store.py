@@ -359,12 +359,12 @@ def _definition(name: str) -> Definition:
 
 
 def _similar(name: str) -> str:
-    import difflib
+    from teleopctl.base.spelling import similar_names
 
     known = list_types()
     last = split(name)[2].lower()
     close = [other for other in known if split(other)[2].lower() == last]
-    close = close or difflib.get_close_matches(name, known, n=3, cutoff=0.75)
+    close = close or similar_names(name, known, least=0.8)
     near = f"Did you mean {' or '.join(close[:3])}? " if close else ""
     if near and any(split(other)[0] == split(name)[0] for other in known):
         return near.rstrip()

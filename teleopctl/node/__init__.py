@@ -242,11 +242,6 @@ if TYPE_CHECKING:
         read_parameter_file as read_parameter_file,
         read_parameter_lines as read_parameter_lines,
     )
-    from teleopctl.node.values.parameter_value import (
-        AllowableParameterValue as AllowableParameterValue,
-        parameter_value_to_python as parameter_value_to_python,
-        scalar_parameter_value as scalar_parameter_value,
-    )
     from teleopctl.node.values.qos import (
         BEST_AVAILABLE_NS as BEST_AVAILABLE_NS,
         DurabilityPolicy as DurabilityPolicy,

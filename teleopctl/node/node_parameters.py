@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING, Literal, TypeAlias
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import AllowableParameterValue, get_message, parameter_value_to_python
 from teleopctl.node.node_endpoints import NodeEndpoints
 from teleopctl.node.parameters.store import (
     PARAM_REL_TOL,
@@ -19,7 +19,6 @@ from teleopctl.node.values.parameter import (
     Parameter,
     ParameterType,
 )
-from teleopctl.node.values.parameter_value import AllowableParameterValue, parameter_value_to_python
 from teleopctl.node.values.qos import QoSProfile, qos_profile_parameter_events
 
 if TYPE_CHECKING:

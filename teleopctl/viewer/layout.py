@@ -19,13 +19,13 @@ from __future__ import annotations
 import math
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
 from teleopctl import plugins
 from teleopctl.base.files import read_text
 from teleopctl.base.ros_yaml import faults_of, load
+from teleopctl.base.spelling import similar_names
 from teleopctl.errors import TeleopctlError
 from teleopctl.packages import package_share
 from teleopctl.tf import Vector3
@@ -185,7 +185,7 @@ def load_layout(named: str | Path) -> PageLayout:
     else:
         path = Path(named)
         if not path.exists() and path.suffix not in (".yaml", ".yml"):
-            near = get_close_matches(name, presets(), 1)
+            near = similar_names(name, presets(), 1)
             guess = f" Did you mean {near[0]}?" if near else ""
             raise LayoutError(
                 f"There is no layout {name}",

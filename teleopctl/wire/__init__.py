@@ -26,6 +26,7 @@ if TYPE_CHECKING:
         action_type as action_type,
         actions_of as actions_of,
         is_hidden_name as is_hidden_name,
+        query_endpoints as query_endpoints,
         query_graph as query_graph,
     )
     from teleopctl.wire.graph_watcher import GraphWatcher as GraphWatcher
@@ -69,6 +70,7 @@ if TYPE_CHECKING:
         domain_id as domain_id,
         open_session as open_session,
     )
+    from teleopctl.wire.time_limits import TIME_LIMITS as TIME_LIMITS
     from teleopctl.wire.tokens import (
         EndpointToken as EndpointToken,
         EntityKind as EntityKind,

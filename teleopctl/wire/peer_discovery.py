@@ -70,17 +70,19 @@ def router_has_all_tokens(session: zenoh.Session) -> bool:
     Args:
         session: Session in client mode.
     """
-    reports = [
-        reply.ok.payload.to_bytes()
+    # Both queries are sent before a reply is awaited.
+    asked = [
+        session.get(router_key(str(router)), timeout=_LONGEST_REPORT_S)
         for router in session.info.routers_zid()
-        for reply in session.get(router_key(str(router)), timeout=_LONGEST_REPORT_S)
-        if reply.ok is not None
     ]
     known = {
         str(reply.ok.key_expr).split("/")[2]
         for reply in session.liveliness().get(_FIRST_NODES, timeout=_LONGEST_REPORT_S)
         if reply.ok is not None
     }
+    reports = [
+        reply.ok.payload.to_bytes() for each in asked for reply in each if reply.ok is not None
+    ]
     own = str(session.zid())
     return all(
         _names_only(report, own, known) or peers_in_report(report) <= known for report in reports

@@ -16,7 +16,6 @@ from teleopctl.wire.attachment import GID_SIZE, Attachment, decode_attachment, e
 from teleopctl.wire.callbacks import direct_callback
 from teleopctl.wire.keys import topic_key
 from teleopctl.wire.session import domain_id
-from teleopctl.wire.time_limits import TimeLimits
 
 if TYPE_CHECKING:
     from collections.abc import Callable, Mapping
@@ -25,10 +24,11 @@ if TYPE_CHECKING:
 
 _Response_co = TypeVar("_Response_co", covariant=True)
 
-_limits = TimeLimits()
-
 # Sequence number of the only request of a client.
 _ONLY = 1
+
+LONGEST_LIMIT_S = 1e7
+"""Longest time limit of a request: four months, practically unlimited; Zenoh requires a limit."""
 
 
 def send_request(
@@ -38,6 +38,7 @@ def send_request(
     attachment: Attachment,
     on_reply: Callable[[zenoh.Reply], None],
     on_end: Callable[[bool], None],
+    limit_s: float = LONGEST_LIMIT_S,
 ) -> None:
     """Send a service request; call `on_reply` for each reply and `on_end` after the last.
 
@@ -49,8 +50,9 @@ def send_request(
         on_reply: Called with each reply, on a thread of Zenoh.
         on_end: Called on that thread after the last reply, with whether the time limit of the
             request was reached. Zenoh's own reply about the time limit does not always arrive.
+        limit_s: Time limit, until which Zenoh keeps memory of the request, in seconds; a process
+            that sends many takes it from `TimeLimits`.
     """
-    limit_s = _limits.next_s(key)
     deadline = time.monotonic() + limit_s
     session.get(
         key,

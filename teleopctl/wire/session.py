@@ -17,7 +17,6 @@ from teleopctl.wire.config import (
     zenoh_error_text,
 )
 from teleopctl.wire.keys import parse_decimal
-from teleopctl.wire.security import check_security
 
 if TYPE_CHECKING:
     from teleopctl.wire.config import SessionMode
@@ -125,7 +124,10 @@ def open_zenoh(config: zenoh.Config) -> zenoh.Session:
         zenoh.ZError: Zenoh cannot open the session.
         UnsupportedError: See `check_security`.
     """
-    check_security()
+    if "ROS_SECURITY_ENABLE" in os.environ:
+        from teleopctl.wire.security import check_security
+
+        check_security()
     return zenoh.open(config)
 
 

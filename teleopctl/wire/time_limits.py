@@ -8,10 +8,10 @@ from __future__ import annotations
 
 import time
 from _heapq import heappop, heappush  # the C module behind heapq
-from _thread import allocate_lock  # short commands do not import threading
+from _thread import allocate_lock
 
-# Zenoh requires a time limit: four months are practically unlimited.
-_LONGEST_S = 1e7
+from teleopctl.wire.requests import LONGEST_LIMIT_S
+
 # Time limit if more requests are open than intended. Python makes about 2,000 calls per second,
 # which are open in addition to the number below.
 _SHORTEST_S = 1.0
@@ -85,7 +85,7 @@ class TimeLimits:
             fall = min(1.0, len(self._open) / _MOST_OPEN * (1.0 + busy) / 2.0)
             if len(self._open) >= _LAST_RESORT:
                 fall = 1.0
-            limit_s: float = _LONGEST_S * (_SHORTEST_S / _LONGEST_S) ** fall
+            limit_s: float = LONGEST_LIMIT_S * (_SHORTEST_S / LONGEST_LIMIT_S) ** fall
             limit_s = min(limit_s, _MOST_OF_SERVICE * known.next_interval_s(now_s))
             limit_s = max(limit_s, _SHORTEST_S)
             known.open += 1
@@ -104,3 +104,7 @@ class TimeLimits:
             self._services[service].open -= 1
             if not self._services[service].open:
                 del self._services[service]
+
+
+TIME_LIMITS = TimeLimits()
+"""Time limits of the requests of this process's clients."""

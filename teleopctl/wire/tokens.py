@@ -124,6 +124,18 @@ def format_token(token: NodeToken | EndpointToken) -> str:
     return "/".join(chunks)
 
 
+def endpoint_tokens_key(domain: int, name: str) -> str | None:
+    """Return the key expression of the tokens of a topic's or service's endpoints.
+
+    None for a name that no key can contain, and so no token.
+    """
+    chunk = _mangle(name)
+    if not chunk or not _FORBIDDEN.isdisjoint(chunk):
+        return None
+    # Any session, node ID, endpoint ID, kind, enclave, namespace and node.
+    return f"{LIVELINESS_PREFIX}/{domain}/*/*/*/*/*/*/*/{chunk}/**"
+
+
 def parse_token(text: str) -> NodeToken | EndpointToken | None:
     r"""Parse the key expression of a liveliness token to a token; return None if malformed.
 

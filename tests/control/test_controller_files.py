@@ -11,7 +11,8 @@ from teleopctl.control.controller_files import (
 )
 from teleopctl.control.in_memory.control_stack import ControlStack
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import AllowableParameterValue, copy_mark
+from teleopctl.interfaces import AllowableParameterValue
+from teleopctl.node import copy_mark
 from teleopctl.testing import serial_robot
 
 TYPE = "joint_trajectory_controller/JointTrajectoryController"

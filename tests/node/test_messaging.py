@@ -14,9 +14,9 @@ from teleopctl.node import (
     QoSProfile,
     ServiceUnavailableError,
 )
+from teleopctl.node.endpoints import client as clients
 from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.testing import eventually
-from teleopctl.wire import requests
 
 STRING = get_message("std_msgs/msg/String")
 ADD = get_service("example_interfaces/srv/AddTwoInts")
@@ -254,7 +254,7 @@ def test_an_answer_that_comes_after_its_request_was_given_up_is_reported(
     service.send_response = lambda response, header: asked.append(header)
     client = node.create_client(ADD, "slow")
     assert client.wait_for_service(timeout_sec=10)
-    monkeypatch.setattr(requests, "_limits", ShortLimits())
+    monkeypatch.setattr(clients, "TIME_LIMITS", ShortLimits())
     future = client.call_async(ADD.Request())
     given_up: Future[None] = Future(executor=executor)
     future.on_unanswered(lambda: given_up.set_result(None))

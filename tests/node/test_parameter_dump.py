@@ -3,9 +3,9 @@
 from hypothesis import given, strategies as st
 
 from teleopctl.base import ros_yaml
+from teleopctl.interfaces import parameter_value_to_python
 from teleopctl.node.values.parameter import Parameter
 from teleopctl.node.values.parameter_file import parameter_document, read_parameter_file
-from teleopctl.node.values.parameter_value import parameter_value_to_python
 
 TEXTS = st.text(st.characters(exclude_categories=("Cs", "Cc")))
 INTEGERS = st.integers(-(2**63), 2**63 - 1)

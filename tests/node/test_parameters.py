@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from teleopctl.interfaces import parameter_value_to_python, scalar_parameter_value
 from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Node, Parameter
 from teleopctl.node.parameters.store import result
@@ -14,10 +15,6 @@ from teleopctl.node.values.exceptions import (
     ParameterNotDeclaredException,
 )
 from teleopctl.node.values.parameter import parameter_value_from_yaml
-from teleopctl.node.values.parameter_value import (
-    parameter_value_to_python,
-    scalar_parameter_value,
-)
 
 
 @pytest.fixture

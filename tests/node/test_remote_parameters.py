@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from teleopctl.errors import TeleopctlError, UnavailableError
+from teleopctl.interfaces import parameter_value_to_python
 from teleopctl.interfaces.store import get_message
 from teleopctl.node import Node, Parameter, QoSProfile, ReliabilityPolicy
 from teleopctl.node.endpoints.qos_overrides import InvalidQosOverridesError, QoSOverridingOptions
@@ -15,7 +16,6 @@ from teleopctl.node.parameters.events import ParameterEventHandler
 from teleopctl.node.parameters.store import result
 from teleopctl.node.values.exceptions import ParameterNotDeclaredException
 from teleopctl.node.values.parameter_file import parameter_messages
-from teleopctl.node.values.parameter_value import parameter_value_to_python
 
 STRING = get_message("std_msgs/msg/String")
 VALUE = get_message("rcl_interfaces/msg/ParameterValue")

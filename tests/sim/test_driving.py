@@ -10,8 +10,8 @@ import mujoco
 import numpy as np
 import pytest
 
-from teleopctl.interfaces import get_action, get_message, set_stamp
-from teleopctl.node import AllowableParameterValue, GoalState
+from teleopctl.interfaces import AllowableParameterValue, get_action, get_message, set_stamp
+from teleopctl.node import GoalState
 from teleopctl.robot import motion_plugins, simulated
 from teleopctl.sim.building import simulate
 from teleopctl.sim.ports import reported_joints

@@ -9,8 +9,7 @@ import math
 
 import pytest
 
-from teleopctl.interfaces import get_message, set_stamp
-from teleopctl.node import AllowableParameterValue
+from teleopctl.interfaces import AllowableParameterValue, get_message, set_stamp
 from teleopctl.sim.building import simulate
 from teleopctl.sim.ports import reported_joints
 from teleopctl.testing import ControlStack

@@ -15,9 +15,10 @@ from teleopctl.interfaces import (
     NANOSECONDS_PER_SECOND,
     deserialize,
     get_message,
+    parameter_value_to_python,
     to_seconds,
 )
-from teleopctl.node import flatten_parameters, parameter_value_to_python
+from teleopctl.node import flatten_parameters
 
 if TYPE_CHECKING:
     from sensor_msgs.msg import JointState

@@ -104,18 +104,21 @@ def _agreed(launches: list[str]) -> bool:
 def status(as_json: AsJson = False) -> None:
     """Print whether the router daemon is running, and its addresses."""
     from teleopctl.wire import (
+        RouterNotRunning,
         daemon_address,
         find_router,
-        router_is_running,
         router_reach,
         session_config,
     )
 
     address, sessions = daemon_address(), session_config("client").router
-    running = router_is_running(address)
+    try:
+        reach = router_reach(address)
+    except RouterNotRunning:
+        reach = None
+    running = reach is not None
     # A router that teleopctl did not start, such as rmw_zenohd, has no record.
     record = find_router() if running else None
-    reach = router_reach(address) if running else None
     if as_json:
         console.out_json(
             {

@@ -20,11 +20,10 @@ if TYPE_CHECKING:
     from collections.abc import Callable, Mapping, Sequence
 
     from teleopctl.control.realtime_publisher import PublishQueue
-    from teleopctl.interfaces import ActionType, FeedbackT, GoalT, ResultT
+    from teleopctl.interfaces import ActionType, AllowableParameterValue, FeedbackT, GoalT, ResultT
     from teleopctl.node import (
         AcceptedCallback,
         ActionServer,
-        AllowableParameterValue,
         CancelCallback,
         GoalCallback,
         LeaseWatch,

@@ -15,14 +15,8 @@ from teleopctl.control.realtime_publisher import PublishQueue
 from teleopctl.control.reloading.controller_reload import ControllerReload
 from teleopctl.control.resource_manager import ResourceManager
 from teleopctl.control.switching import SwitchRequest, switch_controller
-from teleopctl.interfaces import ActionType
-from teleopctl.node import (
-    ActionServer,
-    AllowableParameterValue,
-    LeaseWatch,
-    Node,
-    RcutilsLogger,
-)
+from teleopctl.interfaces import ActionType, AllowableParameterValue
+from teleopctl.node import ActionServer, LeaseWatch, Node, RcutilsLogger
 from teleopctl.robot import RobotDescription, joint_inertias
 
 # Longest wait for the first update of reloaded code in a thread of its own, in seconds.

@@ -8,14 +8,14 @@ import threading
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any, cast
 
-from teleopctl.interfaces import ActionType, Message, deserialize, get_message
-from teleopctl.node import (
+from teleopctl.interfaces import (
+    ActionType,
     AllowableParameterValue,
-    CancelResponse,
-    GoalResponse,
-    Parameter,
-    ServerGoalHandle,
+    Message,
+    deserialize,
+    get_message,
 )
+from teleopctl.node import CancelResponse, GoalResponse, Parameter, ServerGoalHandle
 
 
 class RecordedLog:

@@ -20,6 +20,7 @@ from teleopctl.node.values.exceptions import ExternalShutdownException, ServiceU
 from teleopctl.node.values.future import Future, ResultT
 from teleopctl.node.values.qos import QoSProfile
 from teleopctl.wire import (
+    TIME_LIMITS,
     Attachment,
     EntityKind,
     InvalidMessageCounter,
@@ -253,6 +254,7 @@ class Client(ServiceEndpoint, QueuingEntity, Generic[RequestT, ResponseT]):
             Attachment(sequence, time.time_ns(), self.gid),
             receive,
             end,
+            TIME_LIMITS.next_s(self.key),
         )
         return sequence, future
 

@@ -26,8 +26,8 @@ from teleopctl.node.values.time import Duration
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult
 
+    from teleopctl.interfaces import AllowableParameterValue
     from teleopctl.node.values.parameter import Parameter
-    from teleopctl.node.values.parameter_value import AllowableParameterValue
 
 # Node.declare_parameter, or a function that returns a parameter that is declared already.
 Declare: TypeAlias = "Callable[[str, AllowableParameterValue, ParameterDescriptor], Parameter]"

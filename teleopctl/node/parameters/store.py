@@ -7,7 +7,7 @@ import threading
 from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
 
 from teleopctl.base.typed import TYPE_CHECKING, TypeAlias
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import AllowableParameterValue, get_message, parameter_value_to_python
 from teleopctl.node.values.exceptions import (
     InvalidParameterException,
     InvalidParameterTypeException,
@@ -18,7 +18,6 @@ from teleopctl.node.values.exceptions import (
     ParameterUninitializedException,
 )
 from teleopctl.node.values.parameter import Parameter, ParameterType
-from teleopctl.node.values.parameter_value import AllowableParameterValue, parameter_value_to_python
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterDescriptor, SetParametersResult

@@ -8,10 +8,10 @@ from collections.abc import Sequence
 
 from teleopctl.base.printable import shortened
 from teleopctl.base.typed import TYPE_CHECKING, Any
-from teleopctl.interfaces import get_message
-from teleopctl.node.values.parameter_value import (
+from teleopctl.interfaces import (
     VALUE_FIELDS,
     AllowableParameterValue,
+    get_message,
     parameter_value_to_python,
 )
 

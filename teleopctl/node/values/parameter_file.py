@@ -321,7 +321,7 @@ def _is_meant(section: str, node: str) -> bool:
 # Any: a YAML value of any type; the message is a ParameterValue.
 def plain_parameter_value(value: Any) -> Any:
     """Return the YAML value of a ``ParameterValue``, bytes as numbers; None if not set."""
-    from teleopctl.node.values.parameter_value import parameter_value_to_python
+    from teleopctl.interfaces import parameter_value_to_python
 
     found = parameter_value_to_python(value)
     if isinstance(found, list):
@@ -339,7 +339,7 @@ def parameter_document(
         parameters: Pairs of parameter name and ``ParameterValue``, sorted by name.
         plain: Whether to convert bytes to numbers, for JSON.
     """
-    from teleopctl.node.values.parameter_value import parameter_value_to_python
+    from teleopctl.interfaces import parameter_value_to_python
 
     tree: dict[str, Any] = {}
     for name, value in parameters:

@@ -6,8 +6,8 @@ from collections.abc import Callable, Mapping
 
 from teleopctl.control import ControlStack, InterfaceConfigurationType, State
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import deserialize, get_message, serialize
-from teleopctl.node import AllowableParameterValue, expand_name
+from teleopctl.interfaces import AllowableParameterValue, deserialize, get_message, serialize
+from teleopctl.node import expand_name
 
 _MANAGER = "controller_manager"
 

@@ -9,14 +9,13 @@ from typing import Any, TypeAlias
 from foxglove.websocket import Parameter as RemoteParameter, ParameterType as RemoteType
 
 from teleopctl.errors import UnavailableError
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import get_message, parameter_value_to_python
 from teleopctl.node import (
     Node,
     Parameter,
     ParameterType,
     Subscription,
     call_parameter_services,
-    parameter_value_to_python,
     qos_profile_parameter_events,
 )
 from teleopctl.nodes.foxglove_bridge.settings import BridgeSettings, allows

@@ -188,10 +188,8 @@ class Table(Mapping[str, TagEntry]):
                 yield TagFinding(element, here, entry)
 
     def _alike(self, above: str, name: str) -> str:
-        from difflib import get_close_matches  # dear, and needed for mistakes alone
-
         names = [path.removeprefix(above).lstrip("/") for path in self._below.get(above, ())]
-        return next(iter(get_close_matches(name, names, n=1)), "")
+        return next(iter(similar_names(name, names, 1)), "")
 
 
 def is_default(element: etree._Element, usual: tuple[str, ...] = ()) -> bool:

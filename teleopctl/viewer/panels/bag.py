@@ -6,13 +6,13 @@ import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_message, to_nanoseconds
-from teleopctl.node import (
-    Parameter,
+from teleopctl.interfaces import (
+    NANOSECONDS_PER_SECOND,
+    get_message,
     parameter_value_to_python,
-    qos_profile_parameter_events,
-    qos_profile_sensor_data,
+    to_nanoseconds,
 )
+from teleopctl.node import Parameter, qos_profile_parameter_events, qos_profile_sensor_data
 from teleopctl.viewer.client_tracker import click_mark
 from teleopctl.viewer.html import escaped_html
 from teleopctl.viewer.panels.base import Page, Panel

@@ -8,12 +8,8 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.base.printable import shortened
-from teleopctl.node import (
-    Parameter,
-    ParameterType,
-    parameter_value_from_yaml,
-    parameter_value_to_python,
-)
+from teleopctl.interfaces import parameter_value_to_python
+from teleopctl.node import Parameter, ParameterType, parameter_value_from_yaml
 from teleopctl.viewer.client_tracker import click_mark
 from teleopctl.viewer.html import escaped_html, note_html
 

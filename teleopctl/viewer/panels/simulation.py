@@ -7,13 +7,8 @@ from collections import deque
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any, ClassVar
 
-from teleopctl.interfaces import to_nanoseconds
-from teleopctl.node import (
-    Parameter,
-    parameter_value_to_python,
-    qos_profile_parameter_events,
-    qos_profile_sensor_data,
-)
+from teleopctl.interfaces import parameter_value_to_python, to_nanoseconds
+from teleopctl.node import Parameter, qos_profile_parameter_events, qos_profile_sensor_data
 from teleopctl.viewer.html import escaped_html
 from teleopctl.viewer.panels.base import Page, Panel, dialog
 from teleopctl.viewer.service_calls import ServiceCalls, servers_of

@@ -4,8 +4,7 @@ import math
 
 import pytest
 
-from teleopctl.interfaces import get_message
-from teleopctl.node import AllowableParameterValue
+from teleopctl.interfaces import AllowableParameterValue, get_message
 from teleopctl.testing import ControlStack, serial_robot
 
 TYPE = "passthrough_controller/PassthroughController"

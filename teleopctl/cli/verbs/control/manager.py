@@ -223,7 +223,7 @@ def quick_response(manager: str, service: str, type_name: str) -> Any | None:
     """
     from teleopctl.cli.graph_lookup import absolute_name
     from teleopctl.interfaces import get_service, type_hash
-    from teleopctl.wire import ServiceRequest, close_session, open_session, query_graph
+    from teleopctl.wire import ServiceRequest, close_session, open_session, query_endpoints
 
     name = f"{absolute_name(manager)}/{service}"
     try:
@@ -231,7 +231,7 @@ def quick_response(manager: str, service: str, type_name: str) -> Any | None:
     except TeleopctlError:
         return None
     try:
-        servers = query_graph(session).servers(name, type_name)
+        servers = query_endpoints(session, name).servers(name, type_name)
         if type_hash(type_name) not in [server.type_hash for server in servers]:
             return None
         kind = get_service(type_name)

@@ -25,7 +25,7 @@ def parameter_names(ctx: TypedWords, incomplete: str) -> list[str]:
 def parameter_values(ctx: TypedWords, incomplete: str) -> list[str]:
     """Return values for completing ``param set``: present one, booleans, range values or ends."""
     from teleopctl.cli.verbs.param.client import GraphParameters
-    from teleopctl.node import parameter_value_to_python
+    from teleopctl.interfaces import parameter_value_to_python
 
     name = ctx.params.get("parameter_name") or ""
     try:
@@ -64,7 +64,8 @@ def _yaml(value: object) -> str:
     if isinstance(value, bool):
         return str(value).lower()
     if isinstance(value, str):
-        from teleopctl.node import parameter_value_from_yaml, parameter_value_to_python
+        from teleopctl.interfaces import parameter_value_to_python
+        from teleopctl.node import parameter_value_from_yaml
 
         is_plain = parameter_value_to_python(parameter_value_from_yaml(value)) == value
         return value if value and is_plain else "'" + value.replace("'", "''") + "'"

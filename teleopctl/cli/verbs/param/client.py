@@ -18,6 +18,7 @@ from teleopctl.wire import (
     close_session,
     domain_id,
     open_session,
+    query_endpoints,
     query_graph,
     responses_of_nodes,
 )
@@ -38,6 +39,9 @@ SERVICE_TIMEOUT_S = 5.0
 """Default wait for responses, in seconds."""
 DISCOVERY_TIMEOUT_S = 1.0
 """Default wait for a node to appear in the graph, in seconds."""
+
+# A node that has this service has those for reading and setting parameters too.
+_LISTING_SERVICE = "list_parameters"
 
 
 class GraphParameters:
@@ -90,6 +94,9 @@ class GraphParameters:
             NotFoundError: The node does not exist, or has no parameter services.
         """
         name = absolute_name(node_name)
+        service = query_endpoints(self._session, f"{name}/{_LISTING_SERVICE}")
+        if _offers_parameters(service, name):
+            return name
         if not _offers_parameters(self._graph, name):
             self._known = self._graph_with(name)
         if self._graph.find_node(name) is None:
@@ -242,7 +249,7 @@ def for_each_node(nodes: "Iterable[str]", call: "Callable[[str], bool]", *, is_o
 
 
 def _offers_parameters(graph: "Graph", node_name: str) -> bool:
-    return bool(graph.servers(f"{node_name}/list_parameters"))
+    return bool(graph.servers(f"{node_name}/{_LISTING_SERVICE}"))
 
 
 def not_set_error(parameters: GraphParameters, node: str, name: str) -> NotFoundError:

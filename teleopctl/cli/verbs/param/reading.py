@@ -285,7 +285,7 @@ def value_text(value: "ParameterValue", *, hide_type: bool = False) -> str:
     """Return a parameter's value as ``param get`` prints it, also one that is not set."""
     if not is_set(value):
         return "None" if hide_type else "Parameter not set."
-    from teleopctl.node import parameter_value_to_python
+    from teleopctl.interfaces import parameter_value_to_python
 
     shown = str(parameter_value_to_python(value))
     return shown if hide_type else f"{value_label(value.type)} {shown}"

@@ -197,8 +197,7 @@ class _Setting:
 
 
 def _message(name: str, text: str) -> "ParameterMessage":
-    from teleopctl.interfaces import get_message
-    from teleopctl.node import scalar_parameter_value
+    from teleopctl.interfaces import get_message, scalar_parameter_value
 
     message: type[ParameterMessage] = get_message("rcl_interfaces/msg/Parameter")
     value = scalar_parameter_value(text)

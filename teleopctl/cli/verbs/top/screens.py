@@ -17,14 +17,13 @@ from teleopctl.base.printable import printable_line, printable_text
 from teleopctl.cli.verbs.top.table import Column, LiveTable, Row
 from teleopctl.cli.verbs.topic.plot import Traces
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import get_message, message_to_yaml
+from teleopctl.interfaces import get_message, message_to_yaml, parameter_value_to_python
 from teleopctl.node import (
     AsyncParameterClient,
     Node,
     Subscription,
     add_type_from_graph,
     parameter_value_from_yaml,
-    parameter_value_to_python,
     qos_for_publishers,
 )
 

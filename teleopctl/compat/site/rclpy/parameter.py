@@ -5,14 +5,14 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from rclpy._imported import imported
-from teleopctl import node
+from teleopctl import interfaces
 from teleopctl.errors import InvalidFileError
 from teleopctl.node import Parameter, parameter_messages, parameter_value_from_yaml
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import Parameter as ParameterMessage, ParameterValue
 
-    from teleopctl.node import AllowableParameterValue
+    from teleopctl.interfaces import AllowableParameterValue
 
 __all__ = [
     "PARAMETER_SEPARATOR_STRING",
@@ -37,7 +37,7 @@ def parameter_value_to_python(parameter_value: "ParameterValue") -> "AllowablePa
         RuntimeError: The message is of no type that there is.
     """
     try:
-        return node.parameter_value_to_python(parameter_value)
+        return interfaces.parameter_value_to_python(parameter_value)
     except ValueError as error:
         raise RuntimeError(f"unexpected parameter type {parameter_value.type}") from error
 

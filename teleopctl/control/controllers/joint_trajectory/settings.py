@@ -12,7 +12,7 @@ from teleopctl.control.handles import ACCELERATION, EFFORT, POSITION, VELOCITY
 from teleopctl.interfaces import is_distribution_since
 
 if TYPE_CHECKING:
-    from teleopctl.node import AllowableParameterValue
+    from teleopctl.interfaces import AllowableParameterValue
 
 _COMMANDS = (
     {POSITION},

@@ -10,12 +10,12 @@ import ast
 import operator
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from difflib import get_close_matches
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from teleopctl.base.printable import shortened
+from teleopctl.base.spelling import similar_names
 from teleopctl.errors import TeleopctlError
 
 if TYPE_CHECKING:
@@ -175,7 +175,7 @@ class PlotExpression:
 
 
 def _guess(name: str) -> str:
-    near = get_close_matches(name, [*FUNCTIONS, *_CONSTANTS], 1)
+    near = similar_names(name, [*FUNCTIONS, *_CONSTANTS], 1)
     return f"; did you mean {near[0]}?" if near else f"; functions are {', '.join(FUNCTIONS)}"
 
 

@@ -1,9 +1,9 @@
-"""Python values of ``ParameterValue`` messages; apart, so that reading one loads little."""
+"""Python values of ``ParameterValue`` messages."""
 
 from __future__ import annotations
 
 from teleopctl.base.typed import TYPE_CHECKING, Any, Sequence, TypeAlias, cast
-from teleopctl.interfaces import get_message, read_plain
+from teleopctl.interfaces.store import get_message
 
 if TYPE_CHECKING:
     from rcl_interfaces.msg import ParameterValue
@@ -45,6 +45,8 @@ def scalar_parameter_value(text: str) -> ParameterValue | None:
 
     For commands, which `parameter_value_from_yaml` would delay by 15 ms.
     """
+    from teleopctl.interfaces.yaml.plain import read_plain
+
     plain = (read_plain(f"value: {text}") or {}).get("value")
     number = _SCALARS.get(type(plain))
     if number is None:
