@@ -149,10 +149,12 @@ def _dispatch(words: list[str], before_verb: Callable[[], None] | None) -> int:
 
 
 def _leaves_nothing(words: Sequence[str]) -> bool:
-    """Return whether the verb that ran declares that it leaves nothing to clean up."""
+    """Return whether nothing is left to clean up: after completion, or as the verb declares."""
     from teleopctl import plugins
 
-    if not words or COMPLETION_VARIABLE in os.environ or _asks_for_help(words):
+    if COMPLETION_VARIABLE in os.environ:
+        return True
+    if not words or _asks_for_help(words):
         return False
     if plugins.find(plugins.VERBS, words[0]) is None:
         return False

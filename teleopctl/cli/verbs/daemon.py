@@ -21,6 +21,7 @@ GROUP = VerbGroup(
             f"{__name__}:status", "Print whether the daemon is running, and its addresses."
         ),
     },
+    leaves_nothing=True,
 )
 
 

@@ -72,4 +72,5 @@ GROUP = VerbGroup(
             "Print the status that hardware reports.",
         ),
     },
+    leaves_nothing=True,
 )
