@@ -15,7 +15,7 @@ def similarity(one: str, other: str) -> float:
 
     0 means that no letter is common, 1 that the texts are equal.
     """
-    # A bit per letter of `one`: Hyyrö's algorithm, which adds a row of the table of lengths at once.
+    # A bit per letter of `one`: Hyyrö's algorithm, which computes a row of lengths at once.
     places: dict[str, int] = {}
     for at, letter in enumerate(one):
         places[letter] = places.get(letter, 0) | 1 << at
@@ -37,5 +37,5 @@ def similar_names(
         most: Largest number of names to return.
         least: Least `similarity` of a returned name.
     """
-    ranked = sorted(((-similarity(name, each), each) for each in known))
+    ranked = sorted((-similarity(name, each), each) for each in known)
     return [each for rank, each in ranked[:most] if -rank >= least]

@@ -9,6 +9,7 @@ from teleopctl.interfaces.blocks import (
     empty,
     equal,
     is_array,
+    new_array,
     to_array,
     to_own_numpy,
 )
@@ -273,14 +274,14 @@ def _default(field: Field, lookup: ClassLookup, check: Callable[[], None]) -> Ca
 
 
 def _zeros(code: str, count: int, check: Callable[[], None]) -> Callable[[], Any]:
-    zeros: memoryview | None = None
+    zeros = b""
 
-    def make() -> memoryview:
+    def make() -> Any:
         nonlocal zeros
-        if zeros is None:
+        if not zeros:
             check()
-            zeros = memoryview(bytes(count * ITEM_SIZES[code])).cast(code)
-        return zeros
+            zeros = bytes(count * ITEM_SIZES[code])
+        return new_array(code, zeros)
 
     return make
 

@@ -6,7 +6,6 @@ from any thread.
 
 from __future__ import annotations
 
-import copyreg
 import os
 from _thread import RLock  # importing threading would double the import time
 
@@ -15,7 +14,6 @@ from teleopctl.errors import InvalidMessageError, InvalidTypeNameError
 from teleopctl.interfaces import hashing
 from teleopctl.interfaces.catalog import Catalog
 from teleopctl.interfaces.definition import Definition
-from teleopctl.interfaces.message import Message, make_class
 from teleopctl.interfaces.standard import cache_folder
 from teleopctl.interfaces.typenames import module_name, normalize, split
 
@@ -23,6 +21,8 @@ if TYPE_CHECKING:
     from pathlib import Path
 
     from type_description_interfaces.msg import TypeDescription
+
+    from teleopctl.interfaces.message import Message
 
 _CANCEL_GOAL = "action_msgs/srv/CancelGoal"
 _GOAL_STATUS = "action_msgs/msg/GoalStatusArray"
@@ -77,7 +77,7 @@ def get_message(type_name: str) -> type[Any]:
         InvalidMessageError: The type does not exist.
     """
     found = _classes.get(type_name)
-    if found is not None and issubclass(found, Message):
+    if found is not None and not issubclass(found, (ServiceBase, ActionBase)):
         return found
     name = normalize(type_name)
     definition = _definition(name)
@@ -86,6 +86,11 @@ def get_message(type_name: str) -> type[Any]:
         raise InvalidTypeNameError(f"{name} is {what}, not a message")
     with _lock:
         if name not in _classes:
+            # Commands that only print definitions make no classes.
+            import copyreg
+
+            from teleopctl.interfaces.message import make_class
+
             made = make_class(definition, get_message)
             # Classes made here cannot be imported: pickle finds them by type name.
             copyreg.pickle(made, _reduce)

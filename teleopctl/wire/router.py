@@ -153,15 +153,18 @@ def _free_address() -> RouterAddress | None:
     return None if _router_answers(address) else address
 
 
-def find_router() -> ProcessRecord | None:
+def find_router(address: RouterAddress | None = None) -> ProcessRecord | None:
     """Return the process record of the daemon; None if it does not run in the background.
+
+    Args:
+        address: Address of the daemon, if it is known; by default `daemon_address`.
 
     Raises:
         UsageError: The router's configuration cannot be used.
     """
     from teleopctl.base import background
 
-    address = daemon_address().to_connect()
+    address = (address or daemon_address()).to_connect()
     for record in background.records():
         if record.kind == _KIND and _listens_at(record).serves(address):
             return record

@@ -119,7 +119,7 @@ def status(as_json: AsJson = False) -> None:
         reach = None
     running = reach is not None
     # A router that teleopctl did not start, such as rmw_zenohd, has no record.
-    record = find_router() if running else None
+    record = find_router(address) if running else None
     if as_json:
         console.out_json(
             {
