@@ -8,7 +8,7 @@ from pathlib import Path
 
 from teleopctl.compat.activation import SITE, activate, set_variables
 from teleopctl.errors import LaunchError
-from teleopctl.launch import LaunchFile
+from teleopctl.launch import LaunchFile, take_temporary_files
 
 _FUNCTION = "generate_launch_description"
 
@@ -21,6 +21,7 @@ def read(path: Path) -> LaunchFile:
             raises an error; the message has file and line.
     """
     prefer_own_packages()
+    take_temporary_files()
     from launch import LaunchDescription
     from launch._entities import steps
     from launch._places import blamed

@@ -212,6 +212,7 @@ if TYPE_CHECKING:
         prepare as prepare,
         run_here as run_here,
         start_in_background as start_in_background,
+        take_temporary_files as take_temporary_files,
         unused_launch_name as unused_launch_name,
     )
 else:

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import copy
 import os
 import re
 from collections import Counter
@@ -78,6 +77,8 @@ class LaunchContext:
 
     def copy(self) -> LaunchContext:
         """Return a copy whose scope and node names change independently, for a dry run."""
+        import copy
+
         other = copy.copy(self)
         other.scope = self.scope.copy()
         other.declared = set(self.declared)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import os
 import re
-import shutil
 import sys
 from pathlib import Path
 
@@ -49,13 +48,15 @@ COMMANDS: Final[dict[str, tuple[str, ...]]] = {
 
 def find_command(name: str, path: str | None) -> str | None:
     """Return a command's path; just its name if teleopctl has a replacement; None if missing."""
+    import shutil  # takes 2 ms
+
     return shutil.which(name, path=path) or (name if name in COMMANDS else None)
 
 
 def replace_missing_command(words: Sequence[str], path: str | None) -> list[str]:
     """Return a command line; a Gazebo or ROS command not on the path becomes teleopctl's own."""
     name = words[0] if words else ""
-    if name not in COMMANDS or shutil.which(name, path=path):
+    if name not in COMMANDS or find_command(name, path) != name:
         return list(words)
     return [sys.executable, "-P", "-m", *COMMANDS[name], *words[1:]]
 

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
+import os
 import sys
-import sysconfig
 import traceback
 from pathlib import Path
 
@@ -12,7 +12,7 @@ from teleopctl.errors import LaunchError, NotFoundError, TeleopctlError
 from teleopctl.launch import Place
 
 _OURS = str(Path(__file__).resolve().parents[3])
-_LIBRARY = sysconfig.get_path("stdlib")
+_LIBRARY = str(Path(os.__file__).parent)
 
 
 def _is_a_users(file: str) -> bool:

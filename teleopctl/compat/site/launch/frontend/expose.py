@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import importlib
-import inspect
 from collections.abc import Callable
+from types import FunctionType, MethodType
 from typing import Any, TypeVar
 
 from teleopctl.launch import (
@@ -41,13 +41,13 @@ def __expose_impl(  # the original's name, which its tests import
 ) -> Callable[[_Exposed], _Exposed]:
     def decorate(exposed: _Exposed) -> _Exposed:
         method: Callable[..., Any] | None = None
-        if inspect.isclass(exposed):
+        if isinstance(exposed, type):
             method = getattr(exposed, "parse", None)
-            if not inspect.ismethod(method):
+            if not isinstance(method, MethodType):
                 raise RuntimeError(
                     "Did not find a class method called 'parse' in the class being decorated."
                 )
-        elif inspect.isfunction(exposed):
+        elif isinstance(exposed, FunctionType):
             method = exposed
         if method is None:
             raise RuntimeError(

@@ -1,7 +1,5 @@
 """``launch.utilities.class_tools_impl``."""
 
-import inspect
-
 
 # object: any object can be tested.
 def isclassinstance(obj: object) -> bool:
@@ -15,11 +13,11 @@ def is_a(obj: object, entity_type: type) -> bool:
     Raises:
         RuntimeError: What is given as the class is none.
     """
-    if not inspect.isclass(entity_type):
+    if not isinstance(entity_type, type):
         raise RuntimeError(f"entity_type '{obj}' is not a class")
     return isinstance(obj, entity_type)
 
 
 def is_a_subclass(obj: object, entity_type: type) -> bool:
     """Return whether an object is an instance of a class or of a subclass."""
-    return is_a(obj, entity_type) or (inspect.isclass(obj) and issubclass(obj, entity_type))
+    return is_a(obj, entity_type) or (isinstance(obj, type) and issubclass(obj, entity_type))

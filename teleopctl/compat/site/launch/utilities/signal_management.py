@@ -2,11 +2,13 @@
 
 from __future__ import annotations
 
-import asyncio
 import signal
 from collections.abc import Callable
 from types import FrameType
-from typing import Self, TypeAlias
+from typing import TYPE_CHECKING, Self, TypeAlias
+
+if TYPE_CHECKING:
+    import asyncio
 
 # What `signal.signal` takes and returns.
 _Installed: TypeAlias = Callable[[int, FrameType | None], object] | int | None
