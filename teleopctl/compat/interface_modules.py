@@ -79,7 +79,7 @@ def has_package(package: str, kind: str | None = None) -> bool:
 
 def unknown_name(name: str, module: str) -> str:
     """Return the error text for an unknown class of an interface module."""
-    from teleopctl.base.spelling import similar_names
+    from teleopctl.errors import similar_names
 
     close = similar_names(name, class_names(module))
     also = f"; did you mean {' or '.join(close)}?" if close else ""

@@ -364,7 +364,7 @@ def _definition(name: str) -> Definition:
 
 
 def _similar(name: str) -> str:
-    from teleopctl.base.spelling import similar_names
+    from teleopctl.errors import similar_names
 
     known = list_types()
     last = split(name)[2].lower()

@@ -29,7 +29,7 @@ from teleopctl.errors import SystemFailureError
 from teleopctl.packages.source_folders import text_of
 
 _SCRIPTS: Final = ("setup.py", "CMakeLists.txt")
-_INTERFACE: Final = re.compile(r"(msg|srv|action)/\w+\.(?:\1|idl)")
+_INTERFACE: Final = r"(msg|srv|action)/\w+\.(?:\1|idl)"
 _FOLDER: Final = "packages"  # in the runtime folder
 INDEX: Final = "share/ament_index/resource_index"
 
@@ -147,7 +147,7 @@ def interfaces_elsewhere(name: str, folder: Path) -> dict[str, Path]:
     from teleopctl.packages.cmake_script import installation
 
     moved = _moved(name, folder, installation(text, folder).files)
-    return {path: file for path, file in moved.items() if _INTERFACE.fullmatch(path)}
+    return {path: file for path, file in moved.items() if re.fullmatch(_INTERFACE, path)}
 
 
 def linked_module(name: str, folder: Path, module: Path) -> Path:

@@ -16,14 +16,15 @@ _IGNORED = frozenset({"AMENT_IGNORE", "CATKIN_IGNORE", "COLCON_IGNORE", "pyvenv.
 _SKIPPED_FOLDERS = frozenset(
     {"__pycache__", "build", "dist", "install", "log", "node_modules", "site-packages", "venv"}
 )
-_COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
-_NAME = re.compile(r"<name>\s*([A-Za-z0-9_\-]+)\s*</name>")
+# Compiled at the first package: most commands find none.
+_COMMENT = r"(?s)<!--.*?-->"
+_NAME = r"<name>\s*([A-Za-z0-9_\-]+)\s*</name>"
 
 
 def package_name(manifest: Path) -> str | None:
     """Return the name in a ``package.xml``; None if the file cannot be read or has no name."""
     text = text_of(manifest)
-    match = None if text is None else _NAME.search(_COMMENT.sub("", text))
+    match = None if text is None else re.search(_NAME, re.sub(_COMMENT, "", text))
     return match.group(1) if match else None
 
 

@@ -25,8 +25,7 @@ from typing import Any
 from teleopctl import plugins
 from teleopctl.base.files import read_text
 from teleopctl.base.ros_yaml import faults_of, load
-from teleopctl.base.spelling import similar_names
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, similar_names
 from teleopctl.packages import package_share
 from teleopctl.tf import Vector3
 from teleopctl.viewer.rviz_file import View

@@ -116,7 +116,7 @@ def words(text: str) -> list[str]:
 
 
 # Private-use characters; one of them stands for each substitution while the text is split.
-_PRIVATE = [chr(code) for code in range(0xE000, 0xF8FF)]
+_PRIVATE = range(0xE000, 0xF8FF)
 
 
 def split_command_line(text: Template) -> tuple[Template, ...]:
@@ -129,7 +129,7 @@ def split_command_line(text: Template) -> tuple[Template, ...]:
         LaunchError: A quotation is not closed.
     """
     written = "".join(part for part in text.parts if isinstance(part, str))
-    mark = next(character for character in _PRIVATE if character not in written)
+    mark = next(chr(code) for code in _PRIVATE if chr(code) not in written)
     marked = "".join(part if isinstance(part, str) else mark for part in text.parts)
     substitutions = (part for part in text.parts if not isinstance(part, str))
     return tuple(_template(word, mark, substitutions) for word in values.words(marked))

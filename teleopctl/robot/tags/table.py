@@ -22,7 +22,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Literal, NamedTuple
 
-from teleopctl.base.spelling import similar_names
+from teleopctl.errors import similar_names
 from teleopctl.robot.elements import to_number
 
 if TYPE_CHECKING:

@@ -15,8 +15,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from teleopctl.base.printable import shortened
-from teleopctl.base.spelling import similar_names
-from teleopctl.errors import TeleopctlError
+from teleopctl.errors import TeleopctlError, similar_names
 
 if TYPE_CHECKING:
     from teleopctl.viewer.panels.plots.series import Floats, Samples
