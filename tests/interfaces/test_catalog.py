@@ -69,8 +69,8 @@ def test_the_table_of_a_distribution_is_kept_in_a_file(cache_folder):
         b"",
         b"\xff\xfe",
         b"[]",
-        marshal.dumps({"format": 2}),
-        marshal.dumps({"format": 2, "rosbags": [], "types": {}}),
+        marshal.dumps({}),
+        marshal.dumps({"rosbags": [], "types": {}}),
     ],
 )
 def test_a_broken_file_is_replaced(cache_folder, content):
@@ -80,11 +80,12 @@ def test_a_broken_file_is_replaced(cache_folder, content):
     assert len(marshal.loads(table_file().read_bytes())["types"]) > 100
 
 
-def test_a_broken_row_is_replaced(cache_folder):
+@pytest.mark.parametrize("row", [marshal.dumps([[], [["data", [7, "x"]]]]), b"", 7])
+def test_a_broken_row_is_replaced(cache_folder, row):
     standard.StandardTypes("jazzy")
     file = table_file()
     content = marshal.loads(file.read_bytes())
-    content["types"]["std_msgs/msg/String"] = [[], [["data", [7, "x"]]]]
+    content["types"]["std_msgs/msg/String"] = row
     file.write_bytes(marshal.dumps(content))
     definition = standard.StandardTypes("jazzy").find("std_msgs/msg/String")
     assert definition is not None

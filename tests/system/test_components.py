@@ -81,7 +81,7 @@ def test_what_cannot_be_done_says_why(component):
     assert (status, out) == (1, "")
     assert err.splitlines()[:2] == [
         "teleopctl: Failed to load component: Failed to find class with the requested plugin name.",
-        "  Did you mean composition::Talker or composition::Server or composition::Client?",
+        "  Did you mean composition::Talker or composition::Client or composition::Server?",
     ]
     assert "Unable to find container node '/box'" in component("list box")[2]
     assert component(f"unload {BOX} 99")[2].startswith(
@@ -113,7 +113,7 @@ def test_a_component_runs_alone_until_ctrl_c(ros):
     # First what the container logs, with the time.
     assert done.stderr.splitlines()[1:] == [
         "teleopctl: Failed to load component: Failed to find class with the requested plugin name.",
-        "  Did you mean composition::Talker or composition::Server or composition::Client?",
+        "  Did you mean composition::Talker or composition::Client or composition::Server?",
     ]
 
 

@@ -110,7 +110,7 @@ def test_interfaces_that_nothing_has(stack):
     assert stack.manager.configure_controller("third")
     assert findings(snapshot_of(stack), "third") == [
         "Controller 'third' is inactive: neither hardware nor a controller has joint9/position. "
-        "Did you mean joint2/position?\n"
+        "Did you mean joint1/position?\n"
         "  teleopctl control list_hardware_interfaces"
     ]
 
