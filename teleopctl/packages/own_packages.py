@@ -5,8 +5,9 @@ A program may look for the files of any package that it can import or start: its
 install prefix in the user's cache folder, as ``/opt/ros/jazzy`` has those of ROS 2. The prefix is
 written when it is first needed, and again after an update.
 
-Versions and descriptions are in ``own_packages.txt``. The versions are those of the packages in ROS
-2 Jazzy, of packages that only teleopctl has teleopctl's.
+Versions and descriptions are in ``own_packages.txt``. Packages of interfaces have
+the version that their definitions are from (``interfaces/definitions/SOURCES.md``), others that of
+ROS 2 Jazzy's release of August 2026, and what Jazzy lacks has teleopctl's own.
 """
 
 from __future__ import annotations

@@ -1,12 +1,13 @@
 """teleopctl's own packages: each is in the index, with a manifest and its files below a prefix."""
 
+from pathlib import Path
 from xml.etree import ElementTree
 
 import pytest
 
 from teleopctl import packages, plugins
 from teleopctl.interfaces.catalog import Catalog
-from teleopctl.packages.own_packages import is_own_prefix, own_names, own_prefix
+from teleopctl.packages.own_packages import HERE, is_own_prefix, own_names, own_prefix
 from teleopctl.plugins import lookup
 from tests.distributions import install
 
@@ -91,3 +92,16 @@ def test_ros_packages_that_pip_installed_beside_python_are_found(tmp_path, monke
     marker.touch()
     monkeypatch.setattr("sys.prefix", str(tmp_path))
     assert packages.find_package("osrf_like").prefix == tmp_path
+
+
+def test_interface_packages_have_the_version_that_their_definitions_are_from(prefix):
+    sources = HERE / "interfaces/definitions/SOURCES.md"
+    rows = [line.split(" | ") for line in sources.read_text("utf-8").splitlines() if "` | " in line]
+    stated = {folder.strip("|` "): version for folder, _, version, _ in rows if "/" not in folder}
+    assert len(stated) > 150
+    written = {name: package_version(prefix, name) for name in stated}
+    assert written == stated
+
+
+def package_version(prefix: Path, name: str) -> str | None:
+    return ElementTree.parse(prefix / "share" / name / "package.xml").findtext("version")
