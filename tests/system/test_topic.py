@@ -398,6 +398,9 @@ def test_pub_does_not_take_a_subscriber_of_another_type_for_its_own(ros):
         "Waiting for at least 1 matching subscription(s)...",
         f"'/chatter' has the type {STRING}, not std_msgs/msg/Int32.",
     ]
+    done = ros.run("topic pub --times 2 -w 0 --rate 100 /chatter std_msgs/msg/Int32")
+    assert done.returncode == 0
+    assert done.stderr == f"'/chatter' has the type {STRING}, not std_msgs/msg/Int32.\n"
 
 
 @pytest.mark.parametrize("option", ["--stdin", "--yaml-file -"])

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     import zenoh
 
     from teleopctl.node import BareNode, Node, Publisher
+    from teleopctl.wire import Graph
 
 _DEPTH = 10
 # Default of ROS 2, in seconds.
@@ -152,6 +153,8 @@ def publish(
         publisher = node.create_publisher(message_class, absolute_name(topic_name), profile)
         if subscribers:
             _wait_for_subscribers(node, publisher, subscribers, max_wait_time)
+        else:
+            _note_another_type(node.graph(), publisher)
         if not as_json:
             console.out("publisher: beginning loop")
             console.flush()
@@ -297,18 +300,20 @@ def _wait_for_subscribers(
         graph = node.graph()
         if came := len(graph.subscriptions(topic, type_name)):
             return f"'{topic}' has {came} of {count} subscribers yet."
-        topics = dict(graph.topic_names_and_types())
-        others = sorted({*topics.get(topic, ())} - {type_name})
-        if others:
-            return f"'{topic}' has the type {' and '.join(others)}, not {type_name}."
-        heard = [name for name in topics if name != topic and graph.subscriptions(name)]
+        heard = [
+            name
+            for name, _ in graph.topic_names_and_types()
+            if name != topic and graph.subscriptions(name)
+        ]
         hint = existing_names_hint("topics with subscriptions", [topic], heard)
         return f"No subscription to '{topic}' yet. {hint}"
 
-    if not wait_with_notice(
-        lambda time_s: node.wait_for_match(EntityKind.MS, topic, type_name, count, time_s),
-        longest_wait_s,
-        explain,
+    def wait(time_s: float | None) -> bool:
+        return node.wait_for_match(EntityKind.MS, topic, type_name, count, time_s)
+
+    is_explained = _note_another_type(graph, publisher)
+    if not (
+        wait(longest_wait_s) if is_explained else wait_with_notice(wait, longest_wait_s, explain)
     ):
         came = publisher.get_subscription_count()
         raise UnavailableError(
@@ -317,6 +322,17 @@ def _wait_for_subscribers(
             "subscribers",
             hint="-w 0 publishes without a subscriber.",
         )
+
+
+def _note_another_type(graph: "Graph", publisher: "Publisher[Any]") -> bool:
+    """Print to stderr that a topic has another type, if it has; return whether it has."""
+    topic, type_name = publisher.topic_name, publisher.type_name
+    ends = (*graph.publishers(topic), *graph.subscriptions(topic))
+    others = sorted({each.type_name for each in ends} - {type_name})
+    if not others or graph.subscriptions(topic, type_name):
+        return False
+    console.note(f"'{topic}' has the type {' and '.join(others)}, not {type_name}.")
+    return True
 
 
 def _read(file: str) -> str:
