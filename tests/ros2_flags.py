@@ -271,8 +271,20 @@ OTHER_TEXTS = [
     (
         "topic pub",
         "waits for a subscription without further words",
-        "says after a second what it waits for, such as a topic of another type",
+        "says at once that the topic has another type, and after a second what else it waits for",
         "a misspelt name or type is found at once",
+    ),
+    (
+        "topic echo",
+        "nothing if the topic has another type than the given one",
+        "`WARNING: topic [/x] has the type …: only messages of the type … are received`",
+        "it waits for a publisher of that type, as in ROS 2",
+    ),
+    (
+        "topic echo",
+        "with `--csv` no comma behind empty columns at the start of a line",
+        "a comma between any two columns",
+        "columns keep their positions",
     ),
     (
         "service call",

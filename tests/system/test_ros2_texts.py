@@ -11,6 +11,7 @@ from teleopctl.wire import Graph
 from tests import ROOT
 from tests.ros2_table import rows
 from tests.system.ros2_refusals import REFUSALS
+from tests.system.test_control_texts import TEXTS as CONTROL_TEXTS
 
 FIBONACCI = "action_tutorials_interfaces/action/Fibonacci"
 TALKER = "demo_nodes_cpp demo_nodes_cpp::Talker"
@@ -478,6 +479,10 @@ ELSEWHERE = {
     "test": "compat/launch_testing/test_launch_test.py",
     "topic": "system/test_topic.py",
 }
+
+
+def test_two_hundred_texts_are_compared():
+    assert len(TEXTS) + len(REFUSALS) + len(CONTROL_TEXTS) >= 200
 
 
 def test_every_verb_of_ros2_has_its_text_somewhere():
