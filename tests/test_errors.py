@@ -53,3 +53,14 @@ def test_an_error_can_be_told_its_place_and_stays_what_it_is():
     assert isinstance(located, NotFoundError)
     assert (located.message, located.hint) == ("arm.yaml:3: there is no such arm", "buy one")
     assert located.place == "arm.yaml:3"
+
+
+def test_names_that_are_spelt_alike_are_suggested_the_nearest_first():
+    known = ["list", "info", "lists", "echo"]
+    assert errors.similar_names("lsit", known) == ["list", "lists"]
+    assert errors.similar_names("lsit", known, most=1) == ["list"]
+    assert errors.did_you_mean("lsit", known) == "Did you mean list or lists?"
+    assert errors.did_you_mean("xyz", known) is None
+    assert errors.similarity("", "") == errors.similarity("a", "b") == 0.0
+    assert errors.similarity("topic", "topic") == 1.0
+    assert errors.similarity("topc", "topic") == pytest.approx(8 / 9)

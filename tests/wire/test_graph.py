@@ -8,7 +8,7 @@ import zenoh
 from hypothesis import given, strategies as st
 
 from teleopctl.testing import LONGEST_WAIT_S
-from teleopctl.wire.graph import Graph, is_hidden_name, query_graph
+from teleopctl.wire.graph import Graph, is_hidden_name, query_endpoints, query_graph
 from teleopctl.wire.graph_watcher import GraphWatcher
 from teleopctl.wire.qos import EndpointQos
 from teleopctl.wire.session import open_session
@@ -230,6 +230,18 @@ def test_the_domain_of_the_environment_is_the_default(world, ros):
     assert watcher.wait_for(lambda graph: graph.node_names() == ["/talker"], LONGEST_WAIT_S)
     assert query_graph(world.open("client")).node_names() == ["/talker"]
     watcher.close()
+
+
+def test_the_endpoints_of_one_name_are_found_alone(world, ros):
+    session = world.open("peer")
+    for name in ("/arm/list", "/arm/list_all", "/list"):
+        world.declare(session, endpoint("SS", name)._replace(domain=ros.domain))
+    watcher = GraphWatcher(world.open("client"))
+    assert watcher.wait_for(lambda graph: len(graph.endpoints) == 3, LONGEST_WAIT_S)
+    watcher.close()
+    reader = world.open("client")
+    assert names(query_endpoints(reader, "/arm/list").endpoints) == [("/talker", "/arm/list")]
+    assert [query_endpoints(reader, name).nodes for name in ("/arm", "/arm/*", "")] == [()] * 3
 
 
 @pytest.mark.parametrize("mode", ["peer", "client"])
