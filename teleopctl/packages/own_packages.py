@@ -139,7 +139,7 @@ def share_path(name: str) -> Path:
 
 def own_prefix_path() -> Path:
     """Return the path of the install prefix of teleopctl's packages, which may not exist yet."""
-    from zlib import crc32
+    from binascii import crc32
 
     # The programs start this Python, and the types are those of the distribution, by default Jazzy.
     made_of = [sys.executable, str(HERE), os.environ.get("ROS_DISTRO") or "jazzy"]
