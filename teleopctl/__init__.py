@@ -23,10 +23,10 @@ Robots and simulation:
 Kinematics:
 
     Arm                  forward and inverse kinematics, plans and servo of a group of joints
-    IkSolution           a solution, or the nearest positions and what binds
+    IkSolution           a solution, or the nearest positions and what limits them
     MotionSettings       planner, times and limits of a plan
-    RunningArm           the same of the robot that runs: plans, moves, opens and closes
-    MotionResult         where a motion has ended
+    RunningArm           an arm of the running robot: planned motions, and its gripper
+    MotionResult         end of a motion, as measured
 
 Control:
 
@@ -51,12 +51,12 @@ ROS graph:
 Errors:
 
     TeleopctlError       base class of all errors; see teleopctl.errors
-    PlanningError        there is no such motion, with MoveIt's code
-    ExecutionError       a motion did not come to its end
+    PlanningError        no motion was found, with MoveIt's code
+    ExecutionError       a motion did not reach its end
 
 Programs may also use the packages of ROS 2 (``rclpy``, ``tf2_ros``, ``std_msgs.msg``, …), the base
 classes of plug-ins, and ``teleopctl.testing``. All other modules are internal. The names are
-provisional until version 1.0: a release may change them, as its changelog says.
+provisional until version 1.0: a release may change them, and lists that in the changelog.
 
 (For pytest, which has no assert to rewrite here: PYTEST_DONT_REWRITE)
 """

@@ -110,7 +110,7 @@ def _source(record: str) -> Path | str | None:
 
 
 def missing_module_hint(error: BaseException) -> str | None:
-    """Return what to do about a module that an import did not find; None if that is not known.
+    """Return advice about a module that an import did not find; None if there is none.
 
     Args:
         error: Any exception; only a ``ModuleNotFoundError`` has a hint.

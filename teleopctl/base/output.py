@@ -185,7 +185,7 @@ class _Output(io.RawIOBase):
                 except OSError as error:
                     if self._lossless and error.errno != errno.EIO:
                         raise
-                    if error.errno not in _NO_READER or not self._go_on_elsewhere():
+                    if error.errno not in _NO_READER or not self._redirect():
                         break
         except KeyboardInterrupt as interrupt:
             if not written or not self._buffered:
@@ -210,7 +210,7 @@ class _Output(io.RawIOBase):
         except OSError:
             return False
 
-    def _go_on_elsewhere(self) -> bool:
+    def _redirect(self) -> bool:
         """Redirect the stream to the log, or to the null device without one."""
         for path in (self._log_file, os.devnull):
             if path is None:

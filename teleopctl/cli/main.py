@@ -109,7 +109,7 @@ def run(
     except Exception as error:  # noqa: BLE001 -- any exception is reported as one message
         if _is_interrupt(error):
             return EXIT_INTERRUPTED
-        failure = error if isinstance(error, TeleopctlError) else _unforeseen(error, words)
+        failure = error if isinstance(error, TeleopctlError) else _unexpected_error(error, words)
         if debug:
             console.traceback()
         console.error(failure)
@@ -256,7 +256,7 @@ def _run_quickly(words: list[str]) -> int | None:
     return call(function, values) or 0
 
 
-def _unforeseen(error: Exception, words: Sequence[str]) -> TeleopctlError:
+def _unexpected_error(error: Exception, words: Sequence[str]) -> TeleopctlError:
     import errno
 
     if isinstance(error, OSError) and error.errno == errno.ENOSPC:

@@ -26,7 +26,7 @@ def message_class_named(type_name: str, graph: Graph | None = None) -> type[Any]
     """
     from teleopctl.interfaces import get_message, normalize
 
-    with _told_of("message"):
+    with _passed_type_errors("message"):
         learn_type(normalize(type_name), graph)
         return get_message(type_name)
 
@@ -39,7 +39,7 @@ def service_class_named(type_name: str) -> Any:
     """
     from teleopctl.interfaces import get_service, normalize
 
-    with _told_of("service"):
+    with _passed_type_errors("service"):
         name = normalize(type_name, "srv")
         if "/srv/" not in name:
             raise InvalidMessageError(f"The passed type is not a service: {name}")
@@ -55,7 +55,7 @@ def action_class_named(type_name: str) -> Any:
     """
     from teleopctl.interfaces import get_action, normalize
 
-    with _told_of("action"):
+    with _passed_type_errors("action"):
         return get_action(normalize(type_name, "action"))
 
 
@@ -125,7 +125,7 @@ def yaml_documents(text: str) -> list[object]:
 
 
 @contextmanager
-def _told_of(kind: str) -> Iterator[None]:
+def _passed_type_errors(kind: str) -> Iterator[None]:
     try:
         yield
     except (InvalidMessageError, UsageError) as error:

@@ -46,7 +46,7 @@ def without_ignored_options(words: Sequence[str]) -> list[str]:
     """Return a command line without options of ``ros2`` that have no effect in teleopctl."""
     if not words or words[0] not in GROUPS:
         return list(words)
-    group, *rest = _behind_the_verb(words)
+    group, *rest = _moved_behind_verb(words)
     verb = rest[0] if rest else ""
     dropped = {_FLAG}
     if group in _TIMELESS or verb in _READ_THE_GRAPH.get(group, ()):
@@ -66,7 +66,7 @@ def without_ignored_options(words: Sequence[str]) -> list[str]:
     return kept
 
 
-def _behind_the_verb(words: Sequence[str]) -> list[str]:
+def _moved_behind_verb(words: Sequence[str]) -> list[str]:
     """Return ``topic list --include-hidden-topics`` for ``topic --include-hidden-topics list``."""
     group, *rest = words
     if rest[:1] != [_HIDDEN.get(group)] or len(rest) < 2:

@@ -189,7 +189,7 @@ def _usage_error(wrong: typer.TyperException, words: Sequence[str]) -> Teleopctl
     return UsageError(
         # The library behind Typer's types begins messages about wrong values with "Value error".
         wrong.format_message().replace("Value error, ", ""),
-        hint=f"{_what_is_missing(wrong, words)}See `{path} --help`.",
+        hint=f"{_missing_candidates(wrong, words)}See `{path} --help`.",
     )
 
 
@@ -200,7 +200,7 @@ def _verb_path(words: Sequence[str]) -> str:
     return " ".join([PROGRAM, *known])
 
 
-def _what_is_missing(wrong: typer.TyperException, words: Sequence[str]) -> str:
+def _missing_candidates(wrong: typer.TyperException, words: Sequence[str]) -> str:
     """Return the completion candidates of a missing argument as text; empty without a terminal.
 
     The output of a script must not depend on the live graph.

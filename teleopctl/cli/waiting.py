@@ -18,7 +18,7 @@ _PATIENCE_S = 1.0
 def wait_with_notice(
     wait: Callable[[float | None], bool], longest_s: float | None, explain: Callable[[], str]
 ) -> bool:
-    """Wait for an event, printing an explanation after a second; return whether it came.
+    """Wait for an event, printing an explanation after a second; return whether the event occurred.
 
     Args:
         wait: Function that waits for a number of seconds, None for no limit, and returns whether

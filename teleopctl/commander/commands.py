@@ -149,11 +149,11 @@ class RunningGoal:
     Args:
         client: Client of the action.
         goal: The goal, which is sent.
-        who: What executes it, as the beginning of a sentence.
+        who: Executing controller, as the beginning of a sentence.
         on_end: Called once at the end.
 
     Attributes:
-        who: What executes it.
+        who: Executing controller.
         problem: Why it failed, as a sentence; empty if it did not.
         code: Error code of the result; 0 without one.
         ended: Whether it has ended.

@@ -23,7 +23,7 @@ def read_pose(message: Any, what: str) -> np.ndarray:
 
     Args:
         message: A ``geometry_msgs/msg/Pose``.
-        what: What has the pose, as the beginning of a sentence.
+        what: Owner of the pose, as the beginning of a sentence.
 
     Raises:
         UsageError: A value is not finite, or the quaternion is zero.

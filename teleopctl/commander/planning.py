@@ -41,7 +41,7 @@ class PlannedMotion:
 
     Attributes:
         trajectory: The motion as a ``trajectory_msgs/msg/JointTrajectory``.
-        target: What it is planned for.
+        target: Goal of the plan.
         planner: Library and name of the planner, or ``move_group``.
         computing_s: Time that planning took, s.
         notes: Notes for the user, one sentence each.
@@ -79,7 +79,7 @@ def plan_here(
     """Plan a motion in this process.
 
     Raises:
-        PlanningError: There is none, or planning is canceled.
+        PlanningError: There is no plan, or planning is canceled.
     """
     settings = replace(goal.settings, is_canceled=is_canceled)
     if target.positions is not None:
@@ -117,7 +117,7 @@ class MoveGroupPlanner:
         """Plan a motion by move_group; Ctrl-C cancels the request.
 
         Raises:
-            PlanningError: There is none, with the code of move_group; or planning is canceled.
+            PlanningError: There is no plan, with the code of move_group; or planning is canceled.
             UnavailableError: move_group does not answer.
         """
         trajectory, computing_s, notes = (
@@ -277,7 +277,7 @@ def _answer(future: Future[Any], longest_s: float, is_canceled: Callable[[], boo
 
     Raises:
         PlanningError: Planning is canceled.
-        UnavailableError: It does not come in time.
+        UnavailableError: The result does not arrive in time.
     """
     end_s = time.monotonic() + longest_s
     # In short waits, so that Ctrl-C ends it on Windows too.

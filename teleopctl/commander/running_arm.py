@@ -64,7 +64,7 @@ class MotionResult:
     """Where a motion has ended, by the measured positions of the joints.
 
     Attributes:
-        text: What happened, in one sentence.
+        text: Result in one sentence.
         joints: Positions of the joints that were moved, rad or m, by name.
         time_s: Duration of the motion, s.
         position: Position of the tool in the root link's frame, m; None for a gripper.
@@ -136,7 +136,7 @@ class RunningArm:
 
     Attributes:
         arm: The arm's kinematics at the measured positions.
-        warnings: What was repaired, or is wrong, in the description, one sentence each.
+        warnings: Repairs and faults of the description, one sentence each.
 
     Raises:
         NotFoundError: No robot runs, or several; or there is no such group or tool.
@@ -366,7 +366,7 @@ class RunningArm:
             opening: ``open``, ``close``, or a number from 0 (closed) to 1 (open).
 
         Raises:
-            ExecutionError: It did not come to its end.
+            ExecutionError: The motion did not reach its end.
             KeyboardInterrupt: Ctrl-C; the gripper has been stopped.
             NotFoundError: The arm has no gripper, or no active controller moves it.
             UsageError: The opening is none of these.
@@ -437,7 +437,7 @@ class RunningArm:
             stop_count: Number of stops before it was planned: with more it is stopped.
 
         Raises:
-            ExecutionError: It failed, or was stopped.
+            ExecutionError: The motion failed, or was stopped.
             KeyboardInterrupt: Ctrl-C; the joints have been stopped.
         """
         start = dict(self._measured)

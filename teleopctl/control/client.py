@@ -233,7 +233,7 @@ class ControllerManagerClient:
         )
 
     def call(self, service: str, type_name: str, **fields: Any) -> Any:
-        """Call a manager's service, with retries; return the response, or raise if none comes.
+        """Call a manager's service, with retries; return the response, or raise without one.
 
         Args:
             service: Name of the service, below the manager's name.
@@ -267,7 +267,7 @@ class ControllerManagerClient:
     def _response(
         self, service: str, send: Callable[[], ResponseFuture[Any]], timeout_s: float
     ) -> Any:
-        """Send a request; return the response, or None if none comes in time."""
+        """Send a request; return the response, or None after the timeout."""
         pending, began = send(), time.monotonic()
         if not pending.wait_until_settled(min(_NOT_FROZEN_S, timeout_s)):
             self._check_not_frozen(service)

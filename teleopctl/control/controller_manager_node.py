@@ -155,7 +155,7 @@ class ControllerManagerNode:
             self._description_received,
             qos_profile_latched,
         )
-        self._reminder = node.create_timer(1.0, self._remind, clock=Clock())
+        self._reminder = node.create_timer(1.0, self._log_waiting, clock=Clock())
         progress.report(progress.WAITING, self._subscription.topic_name, part=progress.CONTROL)
 
     def _update_rate(self) -> int:
@@ -192,7 +192,7 @@ class ControllerManagerNode:
             )
         return float(limit_s)
 
-    def _remind(self) -> None:
+    def _log_waiting(self) -> None:
         self._logger.warning(
             "Waiting for data on 'robot_description' topic to finish initialization"
         )

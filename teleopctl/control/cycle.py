@@ -37,8 +37,8 @@ _STOP_ON_DEACTIVATE = "defaults.deactivate_controllers_on_hardware_self_deactiva
 _LONGEST_SLEEP_S = 0.02
 # Seconds between two reports of the same kind from the loop.
 _REPORT_PERIOD = 1.0
-# After this time without a cycle, in seconds and in last periods, controllers go on from where the
-# joints are: a trajectory that went on would jump.
+# After this time without a cycle, in seconds and in last periods, controllers restart from the
+# positions of the joints: a trajectory that continued would jump.
 _STANDSTILL_S = 1.0
 _STANDSTILL_PERIODS = 3
 
@@ -151,7 +151,7 @@ class Cycle:
                 stop.stand_still("")
             stop.estimate_speeds(resources.state_interfaces, period)
             if stop.by or self._stop_ramps:
-                self._obey_stop()
+                self._apply_stop()
             read_ns = time.perf_counter_ns()
             self._update(time_ns, trigger_ns, period_ns)
             resources.enforce_command_limits(period)
@@ -207,7 +207,7 @@ class Cycle:
             except (Exception, SystemExit) as error:  # noqa: BLE001 - one controller must not stop the others
                 self._report_raised(spec, "on_restart", error)
 
-    def _obey_stop(self) -> None:
+    def _apply_stop(self) -> None:
         """Call ``on_stop`` of active controllers, or ``on_release`` of those that are stopped."""
         manager, ramps = self._manager, self._stop_ramps
         stop = manager.robot_stop
@@ -384,7 +384,7 @@ class WallClockLoop:
         try:
             # The system's clock may be set at any time, so periods are on the monotonic clock.
             self._cycle.run(time.time_ns(), time.monotonic_ns())
-        except (Exception, SystemExit) as error:  # noqa: BLE001 - a loop that ends would leave the robot alone
+        except (Exception, SystemExit) as error:  # noqa: BLE001 - the robot would be without control
             now = time.monotonic()
             if now - self._last_failure >= _REPORT_PERIOD:
                 self._last_failure = now

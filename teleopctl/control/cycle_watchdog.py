@@ -23,7 +23,7 @@ _PATIENCE_S = 1.0
 
 
 class CycleWatchdog:
-    """Thread that reports a control cycle that does not end, and states that do not come any more.
+    """Thread that reports a control cycle that does not end, and missing states.
 
     Python cannot interrupt a controller that waits for something or loops without end: after a
     limit the watchdog calls a function.
@@ -77,7 +77,7 @@ class CycleWatchdog:
         began_s, (name, function) = self._cycle.began_s, self._cycle.what_runs()
         took_s = time.monotonic() - began_s
         if began_s == 0.0:
-            self._look_for_states()
+            self._check_states()
             return False
         if took_s < _PATIENCE_S:
             return False
@@ -102,8 +102,8 @@ class CycleWatchdog:
         )
         return True
 
-    def _look_for_states(self) -> None:
-        """Report once that no states come any more, and abort the goals."""
+    def _check_states(self) -> None:
+        """Report once that no more states arrive, and abort the goals."""
         before, self._absence = self._absence, self.absence()
         if self._absence and not before:
             self._cycle.stand_still(self._absence)

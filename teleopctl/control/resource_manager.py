@@ -377,7 +377,7 @@ class ResourceManager:
             self.in_use = name
             outcome = component.read(time_ns, period)
             if outcome is not ReturnType.OK:
-                failed += [component, *self._leave_with(component, outcome)]
+                failed += [component, *self._deactivate_group(component, outcome)]
         return failed
 
     def write(self, time_ns: int, period: float) -> list[HardwareComponent]:
@@ -387,10 +387,10 @@ class ResourceManager:
             self.in_use = name
             outcome = component.write(time_ns, period)
             if outcome is not ReturnType.OK:
-                failed += [component, *self._leave_with(component, outcome)]
+                failed += [component, *self._deactivate_group(component, outcome)]
         return failed
 
-    def _leave_with(
+    def _deactivate_group(
         self, failed: HardwareComponent, outcome: ReturnType
     ) -> list[HardwareComponent]:
         """Apply a component's ERROR or DEACTIVATE to the others of its group; return these."""

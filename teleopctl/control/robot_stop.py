@@ -383,7 +383,7 @@ class _JointRamp:
         return min(max(self._velocity.value, -self._top), self._top)
 
     def _begin_after_step(self, age_s: float) -> None:
-        """Decelerate from the place of a joint that follows a step, however near the step is.
+        """Decelerate from the position of a joint that follows a step, however near the step is.
 
         A joint that stands away from an older step, or has arrived, keeps the command.
         """
@@ -422,7 +422,7 @@ class _JointRamp:
             command.value = self.speed
 
     def _follow_joint(self) -> None:
-        """Decelerate from the joint's place if the joint is on its way to a command far away.
+        """Decelerate from the joint's position if the joint is on its way to a distant command.
 
         The command was a step, and the joint had not begun to move when the robot was stopped.
         """

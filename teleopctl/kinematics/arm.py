@@ -162,7 +162,7 @@ class Arm:
         return self.kinematics.jacobian()
 
     def collisions(self, positions: Positions | str | None = None) -> list[tuple[str, str]]:
-        """Return the pairs of bodies that touch, the deepest overlap first.
+        """Return the pairs of bodies in collision, the deepest overlap first.
 
         Args:
             positions: As for `fk`.
@@ -219,7 +219,7 @@ class Arm:
         *,
         is_position: bool = False,
     ) -> MotionPlan:
-        """Return a motion to a goal that touches nothing, timed under the joints' limits.
+        """Return a collision-free motion to a goal, timed under the joints' limits.
 
         Args:
             goal: Name of a state, positions by name, (n,) positions, or a pose of the tool, (4, 4).
@@ -332,7 +332,7 @@ class Arm:
             )
         if not np.isfinite(target).all():
             raise UsageError("The position has values that are no finite numbers")
-        # The rotation is a wish: that of the start.
+        # The rotation, that of the start, is a soft task.
         whole = self.fk(start)
         whole[:3, 3] = target
         return whole, True

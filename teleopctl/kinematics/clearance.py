@@ -80,7 +80,7 @@ class ClearanceChecker:
         self._model = model
         self._mj_model, self._mj_data = model.mj_model, model.mj_data
         self._names = [self._mj_model.body(n).name for n in range(self._mj_model.nbody)]
-        # Number of what each geom belongs to: that of its body, or one after all bodies.
+        # Index of each geom's owner: that of its body, or one after all bodies.
         self._owners = np.array(self._mj_model.geom_bodyid)
         robot = set(model.links.values())
         for name, geoms in (objects or {}).items():
@@ -186,7 +186,7 @@ class ClearanceChecker:
         return distances[which], owners[which], which
 
     def _decide(self, first: int, second: int) -> None:
-        """Find out whether two bodies or objects may touch."""
+        """Return whether two bodies or objects may touch."""
         names = sorted((self._names[first], self._names[second]))
         may_touch = (names[0], names[1]) in self.allowed or (
             self._may_touch is not None and self._may_touch(names[0], names[1])

@@ -173,7 +173,7 @@ def _store(file: Path, compiled: CompiledModel) -> None:
 
 
 def _key(description: RobotDescription, world: World | None) -> str:
-    """Return a hash of all that a model is made from."""
+    """Return a hash of all inputs of a model."""
     digest = xxhash.xxh3_128()
     # Without CoACD, hollow meshes are not cut into convex pieces.
     parts = [_EDITION, __version__, mujoco.mj_versionString(), str(find_spec("coacd") is None)]
@@ -190,7 +190,7 @@ def _key(description: RobotDescription, world: World | None) -> str:
 
 
 def _files_of(description: RobotDescription, folder: Path | None = None) -> Iterator[str]:
-    """Yield what identifies each file of a description: meshes, and an MJCF file with its own."""
+    """Yield the identity of each file of a description: meshes, and an MJCF file with its own."""
     geometries = [
         shape.geometry
         for link in description.links.values()
@@ -207,7 +207,7 @@ def _files_of(description: RobotDescription, folder: Path | None = None) -> Iter
 
 
 def _mjcf_files(path: Path) -> Iterator[str]:
-    """Yield what identifies an MJCF file, the files that it includes, and their assets."""
+    """Yield the identities of an MJCF file, of the files that it includes, and of their assets."""
     folder = path.absolute().parent
     # MuJoCo accepts what XML forbids, such as two hyphens in a comment.
     parser = etree.XMLParser(recover=True, resolve_entities=False)

@@ -49,7 +49,7 @@ def gripper_ranges(model: KinematicModel, gripper: JointGroup) -> list[GripperRa
         gripper: Group of the gripper.
 
     Raises:
-        UsageError: No joint of the group moves by itself.
+        UsageError: The group has no independent joint.
     """
     joints = model.joints
     names = [name for name in gripper.joints if joints[name].mimic is None]

@@ -45,7 +45,7 @@ class GroupKinematics:
         has_tool: Whether the tool is another frame than the tip.
 
     Raises:
-        UsageError: The group has no tip, or no joint that moves by itself.
+        UsageError: The group has no tip, or no independent joint.
     """
 
     def __init__(

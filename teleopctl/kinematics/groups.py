@@ -297,7 +297,7 @@ def _depth(description: RobotDescription, joint: str, joints: Joints) -> int:
 
 
 def _tool_frame(description: RobotDescription, link: str) -> str:
-    """Return the frame fixed to a link that is named as tools are; the link itself if none is."""
+    """Return the frame fixed to a link with a tool's name; the link itself if there is none."""
     fixed = list(_fixed_below(description, link))
     for pattern in _TOOL_FRAMES:
         for name in fixed:

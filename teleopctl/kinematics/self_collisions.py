@@ -129,7 +129,7 @@ def allowed_by_sampling(
 
 
 def _random_positions(mj_model: Any, joints: Joints, start: Array, samples: int) -> Iterator[Array]:
-    """Yield random ``qpos`` within the limits, with mimic joints at their places."""
+    """Yield random ``qpos`` within the limits, with mimic joints at their positions."""
     addresses = {}
     for name in joints:
         number = mujoco.mj_name2id(mj_model, mujoco.mjtObj.mjOBJ_JOINT, name)

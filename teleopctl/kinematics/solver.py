@@ -41,16 +41,16 @@ _PROGRESS, _PATIENCE = 0.9, 8
 _LONGEST_STEP = 0.5
 # Damping as part of the squared error, and its least value.
 _DAMPING, _LEAST_DAMPING = 0.01, 1e-10
-# Weight (m/rad) of the rotation in a task that does not serve it: a wish, that costs the position
-# less than its tolerance.
-_WISH = 3e-3
+# Weight (m/rad) of the rotation in a position task: a soft task, whose cost in position is below
+# the tolerance.
+_SOFT_WEIGHT = 3e-3
 # Rotations are as important as the displacement of a point at this distance (m).
 _LEVER_M = 0.3
-# Distance (m) below which a position is sought without the wish, and steps for it.
+# Distance (m) below which a position is sought without the soft task, and steps for it.
 _SHORT_OF_M, _LAST_STEPS = 0.05, 12
-# Starts among which the best wish is chosen, and those for the axis of a tool: one of 500 reachable
-# poses of five joints was missed with 24 starts, 25 with six.
-_WISH_STARTS, _AXIS_STARTS = 6, 24
+# Starts among which the best rotation is chosen, and those for the axis of a tool: one of 500
+# reachable poses of five joints was missed with 24 starts, 25 with six.
+_SOFT_STARTS, _AXIS_STARTS = 6, 24
 # Distance (m) from which bodies are kept apart, and that is left between them.
 _NEAR_M, _LEAST_M = 0.05, 0.001
 # Pairs of bodies that are named when a pose is not reached; the deepest overlaps come first.
@@ -194,8 +194,8 @@ class IkSolver:
         target = self.kinematics.model.to_world(T_root_target)
         deadline = None if timeout_s is None else time.monotonic() + timeout_s
         best: _Candidate | None = None
-        count = wishes = 0
-        most_wishes = _AXIS_STARTS if self.task is PoseTask.AXIS else _WISH_STARTS
+        count = reached = 0
+        most_reached = _AXIS_STARTS if self.task is PoseTask.AXIS else _SOFT_STARTS
         in_collision: Array | None = None
         usual = 2 + len(more_starts) + _RANDOM_STARTS
         for positions in self._starts(start, more_starts):
@@ -209,8 +209,8 @@ class IkSolver:
             if best is None or found.is_better_than(best):
                 best = found
             if best.is_reached:
-                wishes += 1
-                if best.is_complete or wishes >= most_wishes:
+                reached += 1
+                if best.is_complete or reached >= most_reached:
                     break
             if count == most_starts:
                 break
@@ -220,7 +220,7 @@ class IkSolver:
         return self._solution(best, target, start, count)
 
     def _is_blocked(self, positions: Array) -> bool:
-        """Return whether what turns with the tool touches what does not move, at a whole pose.
+        """Return whether bodies fixed to the tool collide with fixed ones at a full pose.
 
         Then it does so at all positions with that pose.
         """
@@ -246,7 +246,7 @@ class IkSolver:
 
     def _weight(self) -> float:
         """Return the weight of rotations, m/rad."""
-        return _LEVER_M if self.task is PoseTask.POSE else _WISH
+        return _LEVER_M if self.task is PoseTask.POSE else _SOFT_WEIGHT
 
     def _error(self, target: Array) -> tuple[Array, float, float]:
         """Return the weighted error, (6,), the distance (m) and the angle (rad) to a target."""
@@ -301,14 +301,16 @@ class IkSolver:
                 break
         assert best is not None
         if not serves_rotation and not best.is_reached and best.distance_m <= _SHORT_OF_M:
-            return self._without_wish(target, best, avoid=avoid)
+            return self._without_rotation_task(target, best, avoid=avoid)
         return best
 
-    def _without_wish(self, target: Array, near_miss: _Candidate, *, avoid: bool) -> _Candidate:
-        """Return the position that a wish for the rotation held off, or the candidate as it is.
+    def _without_rotation_task(
+        self, target: Array, near_miss: _Candidate, *, avoid: bool
+    ) -> _Candidate:
+        """Return the position without the soft rotation task, or the candidate as it is.
 
         Where the arm hardly moves the tool, as with a stretched elbow, even the small weight of a
-        wish costs more than the tolerance.
+        rotation task costs more than the tolerance.
         """
         positions = near_miss.positions
         for _ in range(_LAST_STEPS):
@@ -395,7 +397,7 @@ class IkSolver:
     def _binding(
         self, best: _Candidate, target: Array, collisions: tuple[tuple[str, str], ...]
     ) -> Iterator[str]:
-        """Yield what keeps the tool from the target, at the nearest positions."""
+        """Yield the reasons why the tool cannot reach the target, at the nearest positions."""
         for first, second in collisions[:_MOST_NAMED]:
             yield f"'{first}' and '{second}' would collide"
         if len(collisions) > _MOST_NAMED:
@@ -406,8 +408,8 @@ class IkSolver:
         error, *_ = self._error(target)
         jacobian = kinematics.world_jacobian()
         jacobian[3:] *= self._weight()
-        wish = jacobian.T @ error
-        size = float(np.abs(wish).max(initial=0.0))
+        gradient = jacobian.T @ error
+        size = float(np.abs(gradient).max(initial=0.0))
         is_bound = False
         for place, name in enumerate(kinematics.names):
             at = float(best.positions[place])
@@ -415,7 +417,7 @@ class IkSolver:
                 (kinematics.lower[place], -1.0, "lower"),
                 (kinematics.upper[place], 1.0, "upper"),
             ):
-                pushes = direction * float(wish[place]) > 1e-3 * size > 0.0
+                pushes = direction * float(gradient[place]) > 1e-3 * size > 0.0
                 if abs(at - float(limit)) <= _AT_LIMIT and pushes:
                     is_bound = True
                     yield f"joint '{name}' is at its {word} limit {float(limit):.4g}"

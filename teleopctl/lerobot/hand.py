@@ -34,7 +34,7 @@ class HandProcess:
         """Raise an error if the process has ended; it has logged the reason.
 
         Raises:
-            UnavailableError: It has.
+            UnavailableError: The process has ended.
         """
         if (status := self._process.poll()) is not None:
             raise UnavailableError(f"The device has ended with status {status}: see above")

@@ -30,7 +30,7 @@ class TeleopctlRobotConfig(RobotConfig):
         ahead_s: Time within which a trajectory controller reaches a position, in seconds.
         max_step: Largest distance of a commanded position from the measured one, rad or m; 0 for
             any: the controllers' limits hold in any case.
-        sends_actions: Whether actions are sent to the controllers; false while a hand drives the
+        sends_actions: Whether actions are sent to the controllers; false while a device drives the
             robot through servo, and lerobot only records.
     """
 

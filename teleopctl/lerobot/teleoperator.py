@@ -25,7 +25,7 @@ class TeleopctlTeleoperatorConfig(TeleoperatorConfig):
 
     Attributes:
         topics: Topics of positions: the joint states of a leader arm, or the states of the
-            controllers that a hand drives through servo, with their references. Empty for
+            controllers that a device drives through servo, with their references. Empty for
             ``/leader/joint_states``, or with a device for all controllers.
         device: Teleop device that drives the robot through servo meanwhile, such as ``gamepad``;
             empty for none. The robot's ``sends_actions`` is to be false then.

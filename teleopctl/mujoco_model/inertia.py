@@ -63,7 +63,7 @@ def _repair(body: Any) -> str | None:
         if not moving or _carries_mass(body):
             _make_massless(body)
             return None
-        return _invent(body, "has no mass")
+        return _estimate_mass(body, "has no mass")
     principal = np.linalg.eigvalsh(_inertia(body))
     if abs(principal[0]) <= _OF_A_ROD * principal[2] and principal[1] >= _SMALLEST_MOMENT:
         if principal[0] < _SMALLEST_MOMENT:
@@ -109,7 +109,7 @@ def _make_massless(body: Any) -> None:
     body.explicitinertial = False
 
 
-def _invent(body: Any, what: str) -> str:
+def _estimate_mass(body: Any, what: str) -> str:
     solid = [geom for geom in body.geoms if geom.contype] or list(body.geoms)
     body.explicitinertial = False
     # MuJoCo computes masses from shapes only where the centre of mass is unset.

@@ -4,7 +4,7 @@ A URDF does not state whether a robot is bolted down. Gazebo lets every root lin
 parent named ``world``, so that arms topple with their authors' own files; MuJoCo's importer and
 RViz fix every root link, so that no robot drives. Here the shapes of the robot in its start pose
 decide: a robot that stands on wheels or legs, flies, swims or crawls is free, and so is one without
-joints, such as a box. All others, such as an arm, a hand or a door, are fixed to the world.
+joints, such as a box. All others, such as an arm, a gripper or a door, are fixed to the world.
 """
 
 from __future__ import annotations
@@ -88,7 +88,7 @@ def locomotion_of(shapes: RobotShapes, description: RobotDescription) -> str:
         return "legs"
     if _has_rotors(shapes, description):
         return "rotors"
-    return "joints along the ground" if _crawls(shapes) else ""
+    return "joints along the ground" if _is_crawler(shapes) else ""
 
 
 class RobotShapes:
@@ -285,7 +285,7 @@ def _has_rotors(shapes: RobotShapes, description: RobotDescription) -> bool:
     return len(endless) > 1 and len(endless) == m.njnt and bool(upright.all()) and leaves
 
 
-def _crawls(shapes: RobotShapes) -> bool:
+def _is_crawler(shapes: RobotShapes) -> bool:
     """Whether nearly all links of a long chain lie on the ground."""
     m = shapes.model
     groups: dict[int, float] = {}

@@ -82,9 +82,9 @@ class _Topic:
     def __init__(self, session: zenoh.Session, key: str, receive: Receive) -> None:
         # Replaced, never changed, so that a sample is passed on without a lock.
         self.receivers: tuple[Receive, ...] = (receive,)
-        callback = direct_callback(self._hand_on)
+        callback = direct_callback(self._deliver)
         self.channel: zenoh.Subscriber[None] = session.declare_subscriber(key, callback)
 
-    def _hand_on(self, sample: zenoh.Sample) -> None:
+    def _deliver(self, sample: zenoh.Sample) -> None:
         for receive in self.receivers:
             receive(sample)

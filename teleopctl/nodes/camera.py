@@ -242,7 +242,7 @@ class CameraNode(Node):
     def _draw_until_stopped(self) -> None:
         while True:
             with self._changed:
-                self._changed.wait_for(self._has_something_to_do)
+                self._changed.wait_for(self._has_work)
                 if self._stopped:
                     break
                 wanted = self._is_wanted()
@@ -259,7 +259,7 @@ class CameraNode(Node):
         if self._renderer is not None:
             self._renderer.close()
 
-    def _has_something_to_do(self) -> bool:
+    def _has_work(self) -> bool:
         listening = self._states is not None
         return (
             self._stopped

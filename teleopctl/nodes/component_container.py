@@ -27,7 +27,7 @@ _POOLS = "--use_multi_threaded_executor"
 
 def single() -> int:
     """Run ``component_container``: one thread executes all components; return the exit status."""
-    with _until_the_end():
+    with _init_until_interrupt():
         executor = SingleThreadedExecutor()
         _serve(executor, ComponentManager(executor, _NAME))
     return 0
@@ -35,7 +35,7 @@ def single() -> int:
 
 def multi() -> int:
     """Run ``component_container_mt``: a thread pool executes components; return the exit status."""
-    with _until_the_end():
+    with _init_until_interrupt():
         node = ComponentManager(None, _NAME)
         size = node.declare_parameter("thread_num", os.cpu_count() or 1).value
         executor = MultiThreadedExecutor(size)
@@ -48,14 +48,14 @@ def isolated() -> int:
     """Run ``component_container_isolated``: an executor per component; return the exit status."""
     has_pools = _POOLS in parse_ros_arguments(sys.argv[1:]).program
     make_executor = MultiThreadedExecutor if has_pools else SingleThreadedExecutor
-    with _until_the_end():
+    with _init_until_interrupt():
         executor = SingleThreadedExecutor()
         _serve(executor, ComponentManager(executor, _NAME, make_executor=make_executor))
     return 0
 
 
 @contextlib.contextmanager
-def _until_the_end() -> Iterator[None]:
+def _init_until_interrupt() -> Iterator[None]:
     with contextlib.suppress(KeyboardInterrupt, ExternalShutdownException), init():
         yield
 

@@ -85,10 +85,10 @@ def execute(executable: PackageProgram, args: Sequence[str]) -> int:
             return EXIT_INTERRUPTED
         if _is_external_shutdown(error):
             return 0
-        if isinstance(error, BrokenPipeError) and not _passed_a_users_code(error, executable):
+        if isinstance(error, BrokenPipeError) and not _is_from_user_code(error, executable):
             discard_output()  # the reader, such as ``head``, has closed the pipe
             return 0
-        if isinstance(error, TeleopctlError) and not _passed_a_users_code(error, executable):
+        if isinstance(error, TeleopctlError) and not _is_from_user_code(error, executable):
             raise
         _print_traceback(error)
         return 1
@@ -190,7 +190,7 @@ def _is_of_teleopctl(executable: PackageProgram) -> bool:
     return executable.target.startswith(f"{_PACKAGE}.")
 
 
-def _passed_a_users_code(error: BaseException, executable: PackageProgram) -> bool:
+def _is_from_user_code(error: BaseException, executable: PackageProgram) -> bool:
     if _is_of_teleopctl(executable):
         return False
     trace = error.__traceback__

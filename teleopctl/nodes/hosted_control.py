@@ -73,7 +73,7 @@ class MemoryChannel:
         return self._on_state is not None and self._topics is not None and self._topics.is_sending
 
     def simulation_started(self) -> None:
-        """Record that states will arrive from now on."""
+        """Record that states arrive from now on."""
         self.has_started.set()
 
     def update(self, states: JointStateView, time_ns: int, reset: bool) -> None:

@@ -56,10 +56,10 @@ def find_component(package: str, plugin: str) -> Component:
     Raises:
         NotFoundError: The component does not exist. The message is that of ROS 2's containers.
     """
-    offered = _brought_by(package, (*_of_layers(package), *_registered()))
+    offered = _components_of(package, (*_of_layers(package), *_registered()))
     if not offered:
         # The part before the :: is usually, but not always, the name of the package.
-        offered = _brought_by(package, _all())
+        offered = _components_of(package, _all())
     for component in offered:
         if component.type_name in (plugin, f"{package}::{plugin}"):
             return component
@@ -77,7 +77,7 @@ def find_component(package: str, plugin: str) -> Component:
     )
 
 
-def _brought_by(package: str, among: Iterable[Component]) -> list[Component]:
+def _components_of(package: str, among: Iterable[Component]) -> list[Component]:
     wanted = _plain(package)
     return [
         component

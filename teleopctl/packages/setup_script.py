@@ -160,9 +160,9 @@ class _Script:
             case ast.Subscript(value=value, slice=index):
                 return self._try(lambda: self.evaluate(value)[self.evaluate(index)])
             case ast.ListComp(elt=element, generators=[ast.comprehension() as loop]):
-                return list(self._comprehended(element, loop))
+                return list(self._comprehension(element, loop))
             case ast.GeneratorExp(elt=element, generators=[ast.comprehension() as loop]):
-                return list(self._comprehended(element, loop))
+                return list(self._comprehension(element, loop))
             case ast.IfExp(test=test, body=body, orelse=otherwise):
                 return self.evaluate(body if self.evaluate(test) else otherwise)
             case ast.UnaryOp(op=ast.Not(), operand=operand):
@@ -209,7 +209,7 @@ class _Script:
                     mapping[_text(self.evaluate(key))] = self.evaluate(value)
         return mapping
 
-    def _comprehended(self, element: ast.expr, loop: ast.comprehension) -> Iterator[Any]:
+    def _comprehension(self, element: ast.expr, loop: ast.comprehension) -> Iterator[Any]:
         for item in self._items(loop.iter):
             self._assign(loop.target, item)
             with suppress(_UnknownError):

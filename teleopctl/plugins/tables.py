@@ -265,7 +265,7 @@ TELEOP_DEVICES = Kind(
         "leader": "Another arm of the graph, which the robot follows",
     },
 )
-"""Devices by which a hand steers a robot, by name."""
+"""Teleoperation devices, by name."""
 
 _DISPLAYS = "teleopctl.viewer.displays"
 

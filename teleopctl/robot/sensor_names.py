@@ -35,7 +35,7 @@ class RosNames:
     """
 
     def __init__(self, sensor: SensorTag) -> None:
-        self._plugin = next(filter(_speaks_ros, sensor.plugins), None)
+        self._plugin = next(filter(_is_ros_plugin, sensor.plugins), None)
         self._rules: dict[str, str] = {}
         namespace = ""
         for plugin in sensor.plugins:
@@ -99,7 +99,7 @@ class RosNames:
         return f"{self._namespace}/{name}"
 
 
-def _speaks_ros(plugin: PluginTag) -> bool:
+def _is_ros_plugin(plugin: PluginTag) -> bool:
     return "gazebo_ros" in plugin.filename or any(
         path.startswith("ros/") for path in plugin.parameters
     )

@@ -171,8 +171,8 @@ def simulated(urdf: str) -> SimulatedDescription:
     plugins = motion_plugins(description)
     systems = robot.findall("ros2_control")
     remarks += _take_over(systems) if systems else _add_system(robot, description, plugins)
-    changed = _let_plugins_command(robot, plugins)
-    if not (_tell_of_others(robot, description) or changed or remarks):
+    changed = _add_plugin_interfaces(robot, plugins)
+    if not (_add_remaining_joints(robot, description) or changed or remarks):
         return SimulatedDescription(urdf, ())
     return SimulatedDescription(etree.tostring(robot, encoding="unicode"), tuple(remarks))
 
@@ -187,7 +187,7 @@ def with_plugin_joints(urdf: str) -> str:
         InvalidDescriptionError: When the text is no valid robot description.
     """
     robot: etree._Element = parse(urdf)
-    changed = _let_plugins_command(robot, motion_plugins(RobotDescription.from_urdf(urdf)))
+    changed = _add_plugin_interfaces(robot, motion_plugins(RobotDescription.from_urdf(urdf)))
     return etree.tostring(robot, encoding="unicode") if changed else urdf
 
 
@@ -264,7 +264,7 @@ def _new_system() -> etree._Element:
     return system
 
 
-def _let_plugins_command(robot: etree._Element, plugins: MotionPlugins) -> bool:
+def _add_plugin_interfaces(robot: etree._Element, plugins: MotionPlugins) -> bool:
     """Add missing interfaces of the joints that plug-ins move; return whether any was missing."""
     known = {joint.get("name"): joint for joint in robot.iterfind("ros2_control/joint")}
     system, changed = _new_system(), False
@@ -283,7 +283,7 @@ def _let_plugins_command(robot: etree._Element, plugins: MotionPlugins) -> bool:
     return _limit_efforts(robot, plugins) or changed
 
 
-def _tell_of_others(robot: etree._Element, description: RobotDescription) -> bool:
+def _add_remaining_joints(robot: etree._Element, description: RobotDescription) -> bool:
     """Add state interfaces for joints in no ``<ros2_control>`` tag; return whether any was added.
 
     No controller commands these joints, but without their states tf would lack their links.

@@ -262,9 +262,9 @@ class Drives:
                 possible = min(max(value, -self._effort[row]), self._effort[row])
                 self._ctrl[self._motor[row]] = possible
             if abs(value - possible) > _ROUNDING:
-                self._tell_cut(row, mode, value, possible)
+                self._record_clamped(row, mode, value, possible)
 
-    def _tell_cut(self, row: int, mode: int, commanded: float, possible: float) -> None:
+    def _record_clamped(self, row: int, mode: int, commanded: float, possible: float) -> None:
         joint, interface = self._joint_names[row], _INTERFACES[mode]
         if joint not in self._reported:
             self._reported.add(joint)

@@ -69,7 +69,7 @@ class Ports(Protocol):
         """Publish joint states and free bodies' poses for viewers and cameras, when due."""
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Report that no command came for the state of a time within ``waited_s`` seconds."""
+        """Report that no command arrived for the state of a time within ``waited_s`` seconds."""
 
     def controller_back(self, time_ns: int) -> None:
         """Report that the controller answers again after it was lost."""

@@ -201,7 +201,7 @@ class TopicPorts:
         self._view_publisher.publish(self._view.at(time_ns))
 
     def controller_lost(self, time_ns: int, waited_s: float) -> None:
-        """Log a warning that no command came for the state of a time, and that the joints hold."""
+        """Log a warning that no command arrived for a state, and that the joints hold."""
         what = (
             f"No command for the state of {to_seconds(time_ns):.3f} s came within {waited_s:g} s"
             if waited_s > 0.0

@@ -160,7 +160,7 @@ def run_once(folder: Path) -> RunResult:
         for record in background.records():
             with contextlib.suppress(SystemFailureError):
                 background.stop(record)
-    simulated_s, measures, missing = _look_into_bag(folder / BAG, request.measures)
+    simulated_s, measures, missing = _read_bag(folder / BAG, request.measures)
     outcome = RunResult(
         number=request.number,
         parameters=request.parameters,
@@ -247,7 +247,7 @@ def _await_ends(names: list[str], programs: set[str], deadline: float) -> None:
                 raise TimeoutError
             time.sleep(_LOOK_EVERY_S)
         if dead := [entry for entry in died() if _program(entry.record.name) == name]:
-            raise LaunchError(_how_it_died(dead[0]))
+            raise LaunchError(_failure_text(dead[0]))
 
 
 def _begin(simulators: list[str], record: ProcessRecord) -> None:
@@ -301,11 +301,11 @@ def _wait(record: ProcessRecord, deadline: float) -> None:
             raise TimeoutError
         time.sleep(_LOOK_EVERY_S)
     if status != 0:
-        ends = [_how_it_died(entry) for entry in died() if entry.launch]
+        ends = [_failure_text(entry) for entry in died() if entry.launch]
         raise LaunchError("\n".join(ends) or f"the launch ended with exit status {status}")
 
 
-def _how_it_died(entry: Running) -> str:
+def _failure_text(entry: Running) -> str:
     from teleopctl.launch import log_tail
 
     last_progress = progress.read(entry.record.log_file)
@@ -314,9 +314,7 @@ def _how_it_died(entry: Running) -> str:
     return f"{entry.record.name} has {entry.ending}:\n{log_tail(entry.record.log_file)}"
 
 
-def _look_into_bag(
-    bag: Path, measures: list[str]
-) -> tuple[float | None, dict[str, float | None], str]:
+def _read_bag(bag: Path, measures: list[str]) -> tuple[float | None, dict[str, float | None], str]:
     """Return the last simulated time, the measures, and the error of the first failed one."""
     from teleopctl.sweep.measure import measure_bag, parse_measure
 

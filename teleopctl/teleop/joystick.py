@@ -191,14 +191,14 @@ class KernelJoystick(Joystick):
             ) from error
         self._path = path
         self._pending: deque[tuple[int, int, int, int]] = deque()
-        axes, buttons = (self._ask(request, 1)[0] for request in (_GET_AXES, _GET_BUTTONS))
+        axes, buttons = (self._ioctl(request, 1)[0] for request in (_GET_AXES, _GET_BUTTONS))
         super().__init__(_name(self._file), axes, buttons)
         if axes or buttons:
-            self.axis_codes = self._ask(_GET_AXIS_CODES, _MOST_AXES)[:axes]
-            codes = array.array("H", self._ask(_GET_BUTTON_CODES, 2 * _MOST_BUTTONS))
+            self.axis_codes = self._ioctl(_GET_AXIS_CODES, _MOST_AXES)[:axes]
+            codes = array.array("H", self._ioctl(_GET_BUTTON_CODES, 2 * _MOST_BUTTONS))
             self.button_codes = list(codes)[:buttons]
 
-    def _ask(self, request: int, size: int) -> bytes:
+    def _ioctl(self, request: int, size: int) -> bytes:
         """Return the result of an ioctl; zeros for a file that is no joystick."""
         import fcntl
 

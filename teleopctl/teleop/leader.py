@@ -32,7 +32,7 @@ RAMP = 0.5
 _RAMP_SLIDING = 0.1  # m/s
 # Largest speed of a follower's target position, rad/s or m/s.
 _FASTEST = 3.0
-# Change of a leader's joint from one sample to the next that no hand makes, rad or m.
+# Change of a leader's joint between two samples that counts as a jump, rad or m.
 JUMP = 0.35
 """Change of a leader's joint from one sample to the next that ends the following, rad or m."""
 # Distance of all joints at which the poses match, and longest time that a step counts, rad and s.

@@ -236,7 +236,7 @@ class FieldReader:
         """Return a YAML mapping after a check of its keys, if the known ones are given.
 
         Raises:
-            InvalidFileError: It is none.
+            InvalidFileError: The value is of another type.
         """
         named = f"'{what}'" if what else "the file"
         if not isinstance(value, dict):
@@ -251,7 +251,7 @@ class FieldReader:
         """Return a mapping to names.
 
         Raises:
-            InvalidFileError: It is none.
+            InvalidFileError: The value is of another type.
         """
         table = self.table(value, what, known)
         return {str(key): self.text(each, f"{what}.{key}") for key, each in table.items()}
@@ -260,7 +260,7 @@ class FieldReader:
         """Return a name; axes and buttons of ``sensor_msgs/msg/Joy`` have numbers.
 
         Raises:
-            InvalidFileError: It is none.
+            InvalidFileError: The value is of another type.
         """
         if isinstance(value, int) and not isinstance(value, bool):
             return str(value)
@@ -272,7 +272,7 @@ class FieldReader:
         """Return a number in a range.
 
         Raises:
-            InvalidFileError: It is none.
+            InvalidFileError: The value is of another type.
         """
         good = isinstance(value, int | float) and not isinstance(value, bool)
         if not good or not math.isfinite(value) or not least <= value <= most:
@@ -369,7 +369,7 @@ def check_robot(path: Path, robot: str, driven: str) -> None:
     """Raise an error if a mapping is for another robot than the driven one.
 
     Raises:
-        InvalidFileError: It is.
+        InvalidFileError: The mapping is for another robot.
     """
     if robot and driven and robot != driven:
         raise InvalidFileError(

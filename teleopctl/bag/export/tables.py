@@ -83,7 +83,7 @@ class MessageColumns:
             return self._single(owner, kind, path)
         length = self._lengths.get(path, 0)
         if not length:
-            return [], _put_nothing
+            return [], _put_null
         names, put = self._single(owner, kind, f"{path}[]")
         if length > MOST_ELEMENTS or length * len(names) > _MOST_COLUMNS:
             return [""], _put_bytes if kind.base in _BYTES else _put_json
@@ -123,7 +123,7 @@ def update_lengths(message: Message, lengths: Lengths, path: str = "") -> None:
                 update_lengths(element, lengths, f"{inner}[]")
 
 
-def _put_nothing(_value: object, _cells: list[Cell]) -> None:
+def _put_null(_value: object, _cells: list[Cell]) -> None:
     pass
 
 

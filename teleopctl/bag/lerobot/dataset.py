@@ -95,7 +95,7 @@ class EpisodeNotes(NamedTuple):
 
     Attributes:
         success: Whether the task succeeded; None if unknown.
-        driven_by: Hand or program that drove the robot; empty if unknown.
+        driven_by: Device or program that drove the robot; empty if unknown.
         worst_offset_s: Largest age of a value in a frame, in seconds.
     """
 

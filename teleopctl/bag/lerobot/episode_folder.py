@@ -47,9 +47,9 @@ class EpisodeSettings(NamedTuple):
         state: Topic of the robot's state, or a field of a topic.
         action: Topics of the robot's commands, or fields; empty for those of all controllers.
         cameras: Image topics, each a topic or ``NAME=TOPIC``; empty for all colour images.
-        hand: Topic of the twists of a hand; empty for servo's.
+        hand: Topic of the operator's twists; empty for servo's.
         success: Whether the task succeeded; None if unknown.
-        driven_by: Hand or program that drove the robot; empty if unknown.
+        driven_by: Device or program that drove the robot; empty if unknown.
         seed: Seed of the places of the objects; None if they were not placed at random.
     """
 

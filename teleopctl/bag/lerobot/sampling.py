@@ -64,7 +64,7 @@ class LeRobotOptions(NamedTuple):
         fps: Frames per second.
         task: Description of the task in words.
         robot: Type of the robot in one word, or None.
-        hand: Topic of the twists that a hand commands, for a feature ``hand``; None for none. A
+        hand: Topic of the operator's twists, for a feature ``hand``; None for none. A
             bag without the topic has zeros.
     """
 
@@ -235,7 +235,7 @@ class _Sampling:
             taken = self._times()
             self._rows[STAMPS].append([(one - self._start_ns) / 1e9 for one in taken.values()])
             for key, time_ns in taken.items():
-                # Without a hand, its age means nothing.
+                # Without twists, their age has no meaning.
                 if key != HAND and now_ns - time_ns > self._worst[0]:
                     self._worst = now_ns - time_ns, key
             self._frames += 1

@@ -218,7 +218,7 @@ class RecordedTopics:
                 self._begin(name, types[0], graph)
         for name, type_name in self._selection.static_topics.items():
             if name not in self._topics and self._wants(name, [type_name], graph):
-                self._begin_before_others(name, type_name)
+                self._subscribe_unlisted(name, type_name)
         for topic in tuple(self._topics.values()):
             if not topic.is_described:
                 self._describe(topic, graph)
@@ -284,7 +284,7 @@ class RecordedTopics:
             )
         self._add(_Topic(name, type_name, version), publishers)
 
-    def _begin_before_others(self, name: str, type_name: str) -> None:
+    def _subscribe_unlisted(self, name: str, type_name: str) -> None:
         """Subscribe to a topic that the graph does not show, if its type is known here."""
         if known_definition(type_name) is None:
             self._warn_once(

@@ -196,7 +196,7 @@ class BagWriter:
         try:
             self._file.write(message)
         except SystemFailureError:
-            self._close_what_is_there()
+            self._close_open_files()
             raise
         self.message_counts[message.topic] += 1
         if message.topic in self._depths:
@@ -309,10 +309,10 @@ class BagWriter:
         try:
             write()
         except SystemFailureError:
-            self._close_what_is_there()
+            self._close_open_files()
             raise
 
-    def _close_what_is_there(self) -> None:
+    def _close_open_files(self) -> None:
         self._is_closed = True
         self._file.abandon()
         # Removing the incomplete last record may free the space that the end of the file needs.

@@ -46,7 +46,7 @@ def start(
     )
 
     if debug:
-        if not run_daemon(when_up=_say_who_reaches):
+        if not run_daemon(when_up=_print_reach):
             console.out("The daemon is already running")
         return
     started = start_router()
@@ -58,8 +58,8 @@ def start(
         return
     console.out("The daemon has been started" if started else "The daemon is already running")
     if address.is_missed_by(sessions):
-        _say_where(address, sessions)
-    _say_who_reaches(reach)
+        _print_endpoints(address, sessions)
+    _print_reach(reach)
 
 
 def stop(
@@ -133,9 +133,9 @@ def status(as_json: AsJson = False) -> None:
         )
         return
     console.out("The daemon is running" if running else "The daemon is not running")
-    _say_where(address, sessions)
+    _print_endpoints(address, sessions)
     if reach is not None:
-        _say_who_reaches(reach)
+        _print_reach(reach)
     if record is not None:
         console.note(f"Process: {record.pid}")
         console.note(f"Log file: {record.log_file}")
@@ -148,7 +148,7 @@ def _fields(reach: "RouterReach | None") -> dict[str, list[str]]:
     }
 
 
-def _say_who_reaches(reach: "RouterReach") -> None:
+def _print_reach(reach: "RouterReach") -> None:
     """Print where the router listens, and a warning if other machines can reach it."""
     if reach.danger is not None:
         from teleopctl.wire import HOW_TO_CLOSE
@@ -159,7 +159,7 @@ def _say_who_reaches(reach: "RouterReach") -> None:
         console.note(f"Listens at: {listens} (this machine only, without authentication)")
 
 
-def _say_where(address: "RouterAddress", sessions: "RouterAddress") -> None:
+def _print_endpoints(address: "RouterAddress", sessions: "RouterAddress") -> None:
     """Print the endpoints to stderr: scripts read the one line of ROS 2, or --json."""
     console.note(f"Endpoint: {address.text}")
     if address.is_missed_by(sessions):

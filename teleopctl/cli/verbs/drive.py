@@ -164,7 +164,7 @@ def drive(
 
 
 def _list_devices() -> int:
-    """Print the devices that a hand may hold."""
+    """Print the teleoperation devices."""
     from teleopctl import plugins
 
     kind = plugins.TELEOP_DEVICES
@@ -224,7 +224,7 @@ def _drive_by(parameters: dict[str, str], record: "ProcessRecord") -> int:
 
 
 def _lease(*, ends: bool) -> int:
-    """Print who drives, or end that."""
+    """Print the node that holds the command lease, or end the lease."""
     from teleopctl.cli.command_node import command_node
     from teleopctl.node import LEASE_TOPIC, LeaseHolder, SingleThreadedExecutor
 

@@ -273,17 +273,17 @@ def _print(request: "LaunchRequest") -> None:
     for warning in plan.warnings:
         console.warn(warning)
     _print_further(plan.start)
-    _print_foreseen(tuple(evaluation.dry_run(plan.start)))
+    _print_dry_run(tuple(evaluation.dry_run(plan.start)))
 
 
-def _print_foreseen(dry_run: "tuple[DryRun, ...]", indent: str = "") -> None:
+def _print_dry_run(dry_run: "tuple[DryRun, ...]", indent: str = "") -> None:
     for each in dry_run:
         console.out(f"{indent}{each.when}:")
         inner = f"{indent}  "
         _print_further(each.follow_up, inner)
         if each.error is not None:
             console.out(f"{inner}not known before: {each.error.message}")
-        _print_foreseen(each.then, inner)
+        _print_dry_run(each.then, inner)
 
 
 def _print_further(further: "FollowUp", indent: str = "") -> None:

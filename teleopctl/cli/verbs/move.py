@@ -128,7 +128,7 @@ def move(
     robot: RobotOptions,
     as_json: AsJson = False,
 ) -> int:
-    """Plan a motion that touches nothing, and execute it by the active trajectory controllers.
+    """Plan a collision-free motion, and execute it by the active trajectory controllers.
 
     A position without a rotation leaves the rotation free; with --linear it keeps the present one.
     Where a move_group runs, it plans and executes, with its scene. Ctrl-C stops the arm.

@@ -9,7 +9,7 @@ import sys
 from importlib import import_module
 
 
-def _run_the_hidden_one() -> None:
+def _run_hidden_sitecustomize() -> None:
     sys.path.remove(os.path.dirname(__file__))  # noqa: PTH120 -- no Path at start-up
     this = sys.modules.pop(__name__)
     try:
@@ -32,6 +32,6 @@ def _activate() -> None:
 
 
 try:
-    _run_the_hidden_one()
+    _run_hidden_sitecustomize()
 finally:
     _activate()

@@ -328,8 +328,8 @@ class ControllerInterface:
     def is_refused(self, what: str, sender: bytes = b"") -> bool:
         """Return whether commands are refused; then log so, once per stop and kind of command.
 
-        They are while the robot is stopped, or no control cycle runs, and those of others than a
-        hand that drives the robot.
+        They are while the robot is stopped, while no control cycle runs, and if another node holds
+        the command lease.
 
         For callbacks that receive commands or goals; not for the control cycle.
 

@@ -159,7 +159,7 @@ class HardwareComponentInterface:
         """
 
     def absence(self) -> str:
-        """Called twice a second outside of the cycle: return why no states come; empty if they may.
+        """Called at 2 Hz outside of the cycle: return why no states arrive; empty if they can.
 
         For hardware that triggers the control cycles: while none come, goals are aborted and
         refused with this sentence, which has no period.

@@ -132,7 +132,7 @@ def _value(tokens: list[tuple[str, str]], depth: int) -> Any:
 
 def _mapping(tokens: list[tuple[str, str]], depth: int) -> dict[str, Any]:
     values: dict[str, Any] = {}
-    while not values or _goes_on(tokens, "}"):
+    while not values or _has_next(tokens, "}"):
         if not values and tokens[-1] == ("mark", "}"):
             tokens.pop()
             break
@@ -145,7 +145,7 @@ def _mapping(tokens: list[tuple[str, str]], depth: int) -> dict[str, Any]:
 
 def _sequence(tokens: list[tuple[str, str]], depth: int) -> list[Any]:
     values: list[Any] = []
-    while not values or _goes_on(tokens, "]"):
+    while not values or _has_next(tokens, "]"):
         if not values and tokens[-1] == ("mark", "]"):
             tokens.pop()
             break
@@ -153,7 +153,7 @@ def _sequence(tokens: list[tuple[str, str]], depth: int) -> list[Any]:
     return values
 
 
-def _goes_on(tokens: list[tuple[str, str]], end: str) -> bool:
+def _has_next(tokens: list[tuple[str, str]], end: str) -> bool:
     """Remove a comma or the end of a mapping or sequence; return whether it was a comma."""
     token = tokens.pop()
     if token not in (("mark", ","), ("mark", end)):

@@ -32,11 +32,11 @@ class PathConstraint(Protocol):
     """Condition on positions of the independent joints, (n,), with its residual."""
 
     def __call__(self, positions: Array) -> bool:
-        """Return whether positions meet it."""
+        """Return whether positions meet the constraint."""
         ...
 
     def residual(self, positions: Array) -> Array:
-        """Return by how much each of its m parts is exceeded, signed, (m,); 0 well within."""
+        """Return the signed violation of each of the constraint's m parts, (m,); 0 within."""
         ...
 
 
@@ -182,7 +182,7 @@ def _shortened(
 
 
 def _even(path: Array) -> Array:
-    """Return a path without states so near to another that a spline through them would bend."""
+    """Return a path without states so near to each other that a spline would overshoot."""
     kept = [path[0]]
     for state in path[1:-1]:
         if min(float(np.abs(state - end).max()) for end in (kept[-1], path[-1])) > _CLOSE * _STEP:

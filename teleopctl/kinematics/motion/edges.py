@@ -73,7 +73,7 @@ class EdgeChecker:
         self._is_canceled = is_canceled
         self._within_m = _WITHIN_M
         self._rows, self._reach = _pair_reach(kinematics)
-        # What the group cannot change is no matter of its motions: an object on the ground.
+        # Contacts that the group cannot change are ignored: those of an object on the ground.
         self._counts = self._reach.max(axis=2) > 0.0
 
     def is_free(self, positions: Array) -> bool:
@@ -99,7 +99,7 @@ class EdgeChecker:
         """Count a state that is checked; end the search here if it is canceled.
 
         Raises:
-            PlanningError: It is canceled.
+            PlanningError: Planning is canceled.
         """
         self.states += 1
         if self._is_canceled is not None and self._is_canceled():
@@ -247,7 +247,7 @@ class _Motion:
         self.start, self.change = start, end - start
         size = np.abs(self.change)
         self.length = float(size.max(initial=0.0))
-        # A state counts for as much to either side, at least.
+        # A state clears at least this much to either side.
         self.least = 0.5 * STEP_RAD / self.length if self.length > 0.0 else math.inf
         # Displacement (m) of each pair of moved bodies from one end to the other.
         self.displacements = edges._reach @ size  # noqa: SLF001 - part of the checker
@@ -319,7 +319,7 @@ def _pair_reach(kinematics: GroupKinematics) -> tuple[Any, Array]:
 
 
 def _reaches(model: Any, body: int, columns: dict[int, tuple[int, float]]) -> dict[int, float]:
-    """Return how far a body's surface reaches from the axis of each joint that moves it.
+    """Return the largest distance of a body's surface from the axis of each joint that moves it.
 
     Args:
         model: MuJoCo's model.
@@ -374,7 +374,7 @@ def _is_slide(model: Any, joint: int) -> bool:
 
 
 def _travel(model: Any, joint: int) -> float:
-    """Return how far (m) a joint moves points on the axis of another joint of its body, at most."""
+    """Return the largest displacement (m) by a joint of the axis of another joint of its body."""
     if not _is_slide(model, joint):
         return 2.0 * float(np.linalg.norm(model.jnt_pos[joint]))
     if not model.jnt_limited[joint]:

@@ -16,7 +16,7 @@ from teleopctl.kinematics.motion.edges import EdgeChecker
 from teleopctl.kinematics.motion.planner import OMPL, RANGE, Planner, Query, number_of
 from teleopctl.kinematics.poses import Array
 
-# What was frozen is not collected at Python's end, and nanobind would list OMPL's types as leaked.
+# Frozen objects are not collected at exit, and nanobind would list OMPL's types as leaked.
 atexit.register(gc.unfreeze)
 
 # Setters of parameters, where a word of their names begins, and what takes no number.
@@ -76,7 +76,7 @@ class OmplPlanner(Planner):
             planner.setRange(RANGE * float(np.linalg.norm(query.upper - query.lower)))
         for key, value in query.parameters.items():
             if key == "range" and number_of(self.name, key, value) == 0.0:
-                # OMPL's word for its default; here for ours.
+                # OMPL's name for its default planner; here for ours.
                 continue
             self.check_parameter(key)
             _set_parameter(planner, self.name, key, value)

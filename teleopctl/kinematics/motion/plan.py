@@ -414,7 +414,7 @@ def _smooth(
 
 
 def _touch(edges: EdgeChecker, law: TimeLaw) -> Array | None:
-    """Return positions at which a motion touches something, (n,), or None."""
+    """Return positions of a motion that are in collision, (n,), or None."""
     if edges.clearance is None and edges.condition is None:
         return None
     period_s = max(_CHECK_S, 2.0 * law.duration_s / MOST_POINTS)

@@ -108,7 +108,7 @@ def number_of(planner: str, parameter: str, value: str) -> float:
     """Return the value of a planner's parameter as a number.
 
     Raises:
-        UsageError: It is no finite number.
+        UsageError: The value is no finite number.
     """
     try:
         number = float(value)

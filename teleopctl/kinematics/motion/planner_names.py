@@ -43,7 +43,7 @@ def has_ompl() -> bool:
 
 
 def planner_names(library: str = "") -> tuple[str, ...]:
-    """Return the names of the planners of a library; without a name, of that which serves."""
+    """Return the names of a library's planners; without a name, of the library in use."""
     library = library or (OMPL if has_ompl() else OWN)
     return OMPL_PLANNERS if library == OMPL else (DEFAULT_PLANNER,)
 

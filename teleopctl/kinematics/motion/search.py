@@ -270,7 +270,7 @@ def _way_out(edges: EdgeChecker, start: Array) -> list[Array] | None:
         deepest = max(deepest, min(now, edges.least_m))
         way.append(at)
         if edges.is_free(at):
-            # The states between are on one line, as good as always.
+            # The states between are nearly always on one line.
             return _thinned(start, way)
     return None
 

@@ -49,7 +49,7 @@ def path_length(corners: Array) -> float:
 
 
 def _shortcut(edges: EdgeChecker, path: Array, generator: np.random.Generator) -> Array | None:
-    """Return a path that is shorter by one shortcut, or None if the tried one is no good."""
+    """Return a path with one more shortcut, or None if the tried one is not free or not shorter."""
     lengths = np.linalg.norm(np.diff(path, axis=0), axis=1)
     sums = np.concatenate(([0.0], np.cumsum(lengths)))
     first, second = np.sort(generator.uniform(0.0, sums[-1], 2)).tolist()
@@ -79,7 +79,7 @@ def _distinct(path: Array) -> Array:
 
 
 def _without_detours(edges: EdgeChecker, path: Array, deadline: float) -> Array:
-    """Return a path without corners that a free straight motion passes by."""
+    """Return a path without the corners that a free straight motion can skip."""
     corners = list(_distinct(path))
     place = 0
     while place < len(corners) - 2 and time.monotonic() < deadline:

@@ -34,7 +34,7 @@ _GRID, _CURVED, _STRAIGHT, _HALVINGS = 160, 16, 2, 6
 _CHECK_S = 0.001
 # Times at most: those of 50 s.
 _MOST_CHECKS = 50_000
-# What limits may be exceeded by for rounding.
+# Relative excess over limits that is allowed for rounding.
 _ROUNDING = 1e-9
 # Windows (as parts of the longest) that are tried where the geometry is kept.
 _WINDOWS = (0.0625, 0.125, 0.25, 0.375, 0.5, 0.75, 1.0, 1.5)
@@ -253,7 +253,7 @@ class SlowedLaw:
 
 
 def fastest_law(path: JointPath, limits: MotionLimits) -> FastestLaw:
-    """Return the fastest motion along a path, from rest to rest, whatever its jerk."""
+    """Return the fastest motion along a path, from rest to rest, without a limit of jerk."""
     parameters, pieces = _grid(path)
     squares = _squared_speeds(path, parameters, pieces, limits)
     speeds = np.sqrt(squares)
@@ -275,7 +275,7 @@ def smoothed_law(
     keeps_path: bool = False,
     period_s: float = 0.01,
 ) -> TimeLaw:
-    """Return a motion like another one, within the limits of jerk too.
+    """Return a motion on the path of another one, also within the limits of jerk.
 
     A controller that interpolates between the points of the result by polynomials of degree 5
     keeps the limits as well.
@@ -315,7 +315,7 @@ def smoothed_law(
 
 
 def within_limits(law: TimeLaw, limits: MotionLimits, period_s: float | None = None) -> TimeLaw:
-    """Return a motion, slowed by what it exceeds its limits by when it is resampled each 1 ms.
+    """Return a motion, slowed by the factor by which samples each 1 ms exceed its limits.
 
     Between the points of the grid speeds exceed by up to 0.4 %; the jerk of a fastest law does not
     count.
@@ -415,7 +415,7 @@ def _check_times(law: TimeLaw) -> Array:
 
 
 def _check_step_s(law: TimeLaw) -> float:
-    """Return 1 ms, or more for a motion of minutes, in which nothing changes so fast."""
+    """Return the sampling period: 1 ms, or more for a motion of minutes."""
     return max(_CHECK_S, law.duration_s / _MOST_CHECKS)
 
 

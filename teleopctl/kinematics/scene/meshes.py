@@ -167,7 +167,7 @@ def _directions() -> Array:
 
 
 def _farthest(vertices: Array) -> Indices:
-    """Return the numbers of the vertices that are the farthest in evenly spread directions."""
+    """Return the indices of the farthest vertices in evenly spread directions."""
     directions = _directions().T.astype(np.float32)
     best = np.full(_DIRECTIONS, -np.inf, np.float32)
     which = np.zeros(_DIRECTIONS, dtype=np.intp)

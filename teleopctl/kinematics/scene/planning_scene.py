@@ -135,7 +135,7 @@ class CollisionScene:
         self.version += 1
 
     def copy(self) -> CollisionScene:
-        """Return a scene with the same objects, whose changes are its own."""
+        """Return a copy of the scene, which changes independently."""
         other = copy.copy(self)
         other.allowed = self.allowed.copy()
         for name in ("padding_m", "scale", "colors", "_objects", "_attached"):
@@ -223,7 +223,7 @@ class CollisionScene:
     # --- attached objects -----------------------------------------------------------------------
 
     def attach(self, attached: AttachedBody) -> list[str]:
-        """Attach an object to a link; one around the robot of the same name becomes this one.
+        """Attach an object to a link; it replaces one of the same name around the robot.
 
         Returns:
             Names of the objects on which it lies and which it may therefore touch: only for what
@@ -285,13 +285,13 @@ class CollisionScene:
         self.changed()
 
     def drop(self, name: str) -> None:
-        """Remove an attached object from the scene; nothing happens if there is none."""
+        """Remove an attached object from the scene, if there is one of the name."""
         if self._attached.pop(name, None) is not None:
             self._forget(name)
             self.changed()
 
     def _lies_on(self, attached: AttachedBody) -> list[str]:
-        """Return the objects that an object to be attached touches where it is."""
+        """Return the objects that an object to be attached touches at its present pose."""
         name = attached.object.name
         probe = self.copy()
         probe._hold(replace(attached, touch_links=frozenset(self.model.links)))  # noqa: SLF001 - of this class
@@ -434,7 +434,7 @@ def _find(name: str, objects: Mapping[str, CollisionBody]) -> tuple[CollisionBod
 
 
 def _weigh(model: KinematicModel, body: str, mass: float) -> None:
-    """Give a compiled body a mass, kg, spread over its shapes as it is; 0 leaves it as it is."""
+    """Set the mass of a compiled body, kg, with the same distribution; 0 changes nothing."""
     m = model.mj_model
     number = m.body(body).id
     before = float(m.body_mass[number])

@@ -239,7 +239,7 @@ class ServoCore:
         period_s: float,
         halts_all: bool,
     ) -> tuple[float, Array]:
-        """Return the part of the speed with which all joints stop before their limits."""
+        """Return the fraction of the speed at which all joints still stop before their limits."""
         rising = wanted > 0.0
         distance = np.where(rising, self._upper - self.positions, self.positions - self._lower)
         speed = np.abs(wanted)
@@ -270,7 +270,7 @@ class ServoCore:
     def _before_obstacles(
         self, scale: float, wanted: Array, reasons: list[Reason], period_s: float
     ) -> float:
-        """Return the part of the speed with which no two bodies come to touch."""
+        """Return the fraction of the speed at which the joints stop before two bodies collide."""
         assert self._edges is not None
         settings = self.settings
         threshold = max(

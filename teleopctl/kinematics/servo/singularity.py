@@ -72,7 +72,7 @@ class TwistMap:
     def velocities(
         self, positions: Array, twist: Array, present: Array
     ) -> tuple[Array, list[Reason]]:
-        """Return joint velocities, (n,), for a twist, and why they give less than it.
+        """Return joint velocities, (n,), for a twist, and the reasons for any reduction.
 
         Args:
             positions: Positions of the joints, (n,), at which the model is set.
@@ -117,7 +117,7 @@ class TwistMap:
         along: Array,
         reasons: list[Reason],
     ) -> Array:
-        """Return joint velocities that are reduced in the directions that are being lost."""
+        """Return joint velocities that are reduced in near-singular directions."""
         left, values, right = parts
         lower, hard = self.thresholds.lower, self.thresholds.hard_stop
         largest = float(values[0]) or 1.0
@@ -169,10 +169,12 @@ class TwistMap:
         self._kinematics.set(positions)
         return np.asarray((moved - jacobian) / _STEP)
 
-    def _way_out(self, positions: Array, jacobian: Array, u: Array, v: Array, wish: float) -> float:
-        """Return the sign with which motion along v moves the tool as wished by curvature, or 0."""
+    def _way_out(
+        self, positions: Array, jacobian: Array, u: Array, v: Array, speed: float
+    ) -> float:
+        """Return the sign of motion along v that moves the tool along u by curvature, or 0."""
         curvature = float(u @ self._change(positions, jacobian, v) @ v)
-        if curvature * wish <= 0.0 or abs(curvature) < _LEAST_CURVATURE:
+        if curvature * speed <= 0.0 or abs(curvature) < _LEAST_CURVATURE:
             return 0.0
         # Both ways lead out of it: the present one, else that with more room to the limits.
         moving = float(v @ self._present)
@@ -195,7 +197,7 @@ class TwistMap:
         return 1.0 if room_ahead >= room_behind else -1.0
 
     def _away_from_limits(self, positions: Array, right: Array, wanted: Array) -> Array:
-        """Return null motion, which keeps the tool still, of joints away from their limits."""
+        """Return null-space motion of joints away from their limits."""
         speed = float(np.abs(wanted).max(initial=0.0))
         if speed == 0.0:
             return wanted
@@ -209,10 +211,10 @@ class TwistMap:
         return np.asarray(push - right.T @ (right @ push))
 
     def _add_rest(self, served: Array, jacobian: Array, twist: Array) -> tuple[Array, list[Reason]]:
-        """Add what the joints can do of the angular velocity without moving the tool's origin."""
+        """Add the angular velocity that is possible without moving the tool's origin."""
         angular = twist[3:]
-        wish = float(np.abs(angular).max())
-        if wish == 0.0:
+        speed = float(np.abs(angular).max())
+        if speed == 0.0:
             return served, []
         if not self._rest:
             text = f"{len(self._kinematics.names)} joints cannot turn the tool in place"

@@ -115,7 +115,7 @@ def _in_graph(
     up: dict[str, str | None] = {}
     unnamed: list[ProcessStatus] = []
     for process in statuses:
-        if process.state == "finished" or _outlived_its_start(process):
+        if process.state == "finished" or _has_outlived_start(process):
             up[process.name] = None
         elif process.state != "running" or process.ends_by_itself:
             continue
@@ -138,7 +138,7 @@ def _in_graph(
     return up
 
 
-def _outlived_its_start(process: ProcessStatus) -> bool:
+def _has_outlived_start(process: ProcessStatus) -> bool:
     """Return whether a program without a node runs longer than one with an error would."""
     if process.state != "running" or process.is_node or process.ends_by_itself:
         return False

@@ -286,7 +286,7 @@ def wait_for_launch(
         if reason := wait.update(
             _signs(record, published, starting, pending),
             _workers(record, statuses, starting),
-            _what_starts(record, starting, up.waiting, pending),
+            _starting_parts(record, starting, up.waiting, pending),
         ):
             log = f"`teleopctl logs {record.name}`"
             raise LaunchError(
@@ -334,7 +334,7 @@ def _workers(
     return [record.pid, *(process.pid for process in statuses if process.state == "running")]
 
 
-def _what_starts(
+def _starting_parts(
     record: ProcessRecord,
     starting: Sequence[ProcessStatus],
     waiting: Mapping[str, str],
@@ -384,7 +384,7 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
             if complete and not launch.pending() and (not up.waiting or stable.holds(True, graph)):
                 running = [process for process in now if process.state == "running"]
                 if running:
-                    text, pages = _what_is_up_now(running), addresses(running)
+                    text, pages = _up_now(running), addresses(running)
                     lines = [f"  The robot in your browser: {each.url}" for each in pages]
                     shown = [f"  {each.announcement}" for each in pages]
                     launch.log("INFO", "\n".join([text, *lines]), "\n".join([text, *shown]))
@@ -400,7 +400,7 @@ def report_when_up(new_nodes: NewNodes, launch: RunningLaunch) -> Iterator[None]
         watcher.join()
 
 
-def _what_is_up_now(running: list[ProcessStatus]) -> str:
+def _up_now(running: list[ProcessStatus]) -> str:
     names = [process.node_name or process.name for process in running]
     first = "control list_controllers" if "/controller_manager" in names else "node list"
     next_ = ", ".join(f"`teleopctl {command}`" for command in (first, "topic list"))

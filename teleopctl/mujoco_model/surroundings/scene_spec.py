@@ -104,7 +104,7 @@ class _Builder:
 
     def add_model(self, model: SceneModel) -> None:
         """Add a model of the scene to the spec: one body if static, else one per link."""
-        self._tell_left_out(model)
+        self._report_left_out(model)
         if model.static:
             body = self.spec.worldbody.add_body(name=model.name)
             _put(body, model.pose)
@@ -303,7 +303,7 @@ class _Builder:
             )
         return self._assets[key]
 
-    def _tell_left_out(self, model: SceneModel) -> None:
+    def _report_left_out(self, model: SceneModel) -> None:
         bodies = model.bodies.values()
         if len(bodies) > 1 and not (model.static or all(body.self_collides for body in bodies)):
             self.warnings.append(

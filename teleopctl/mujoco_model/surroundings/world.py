@@ -80,7 +80,7 @@ def read_objects(world: World) -> tuple[mujoco.MjSpec, list[str]]:
         return things, [with_source_places(warning, world.places) for warning in warnings]
     things = _read_scene(world)
     warnings = _only_things(things)
-    _see_that_it_compiles(things, world.path)
+    _check_compiles(things, world.path)
     return things, warnings
 
 
@@ -171,11 +171,11 @@ def world_geoms(model: mujoco.MjModel, bodies: Container[str] = ()) -> tuple[int
 def _read_urdf(path: Path, description: RobotDescription) -> tuple[mujoco.MjSpec, list[str]]:
     things, warnings = _import(path, description)
     try:
-        _see_that_it_compiles(things, path)
+        _check_compiles(things, path)
     except InvalidDescriptionError:
         # Leave out only the broken mesh, not the whole world.
         things, warnings = _import(path, description, try_each_mesh=True)
-        _see_that_it_compiles(things, path)
+        _check_compiles(things, path)
     return things, warnings
 
 
@@ -185,10 +185,10 @@ def _build(path: Path, scene: Scene) -> tuple[mujoco.MjSpec, list[str]]:
     except ValueError as error:  # two bodies have the same name
         raise _refusal(path, error) from error
     try:
-        _see_that_it_compiles(things, path)
+        _check_compiles(things, path)
     except InvalidDescriptionError:
         things, warnings = scene_spec(scene, try_each=True)
-        _see_that_it_compiles(things, path)
+        _check_compiles(things, path)
     return things, warnings
 
 
@@ -242,7 +242,7 @@ def _read_scene(world: World) -> mujoco.MjSpec:
         raise _refusal(world.path, error) from error
 
 
-def _see_that_it_compiles(things: mujoco.MjSpec, path: Path) -> None:
+def _check_compiles(things: mujoco.MjSpec, path: Path) -> None:
     """Compile a world alone, so that its errors are not reported as the robot's."""
     try:
         m = things.compile()

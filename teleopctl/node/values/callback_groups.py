@@ -125,10 +125,10 @@ class MutuallyExclusiveCallbackGroup(CallbackGroup):
                     return
                 work, submit = self._waiting.popleft()
             # A closed pool accepts nothing; work for another pool still runs.
-            if submit(self._then_next(work)):
+            if submit(self._run_then_next(work)):
                 return
 
-    def _then_next(self, work: Work) -> Work:
+    def _run_then_next(self, work: Work) -> Work:
         def run_and_continue() -> None:
             try:
                 work()

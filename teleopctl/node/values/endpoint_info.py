@@ -27,7 +27,7 @@ class TypeHash:
 
     @classmethod
     def from_text(cls, text: str) -> TypeHash:
-        """Return the hash that a text such as ``RIHS01_…`` gives; an invalid one if malformed."""
+        """Return the hash in a text such as ``RIHS01_…``; an invalid one if malformed."""
         version, _, digits = text.removeprefix("RIHS").partition("_")
         try:
             return cls(int(version), bytes.fromhex(digits))
@@ -113,7 +113,7 @@ class TopicEndpointInfo:
 
     @classmethod
     def of(cls, token: EndpointToken) -> TopicEndpointInfo:
-        """Return the description that an endpoint's liveliness token gives."""
+        """Return the description in an endpoint's liveliness token."""
         return cls(
             node_name=token.node,
             node_namespace=token.namespace,

@@ -338,12 +338,12 @@ class Task(Future[ResultT]):
                 self._coroutine.close()
                 raise RuntimeError("A task without an executor awaited a pending future")
             if isinstance(awaited, Future):
-                awaited.on_end(self._go_on)
+                awaited.on_end(self._schedule_step)
             else:
-                self._go_on()
+                self._schedule_step()
         finally:
             self._executing = False
 
-    def _go_on(self) -> None:
+    def _schedule_step(self) -> None:
         assert self._runner is not None
         self._runner.enqueue(self.step)

@@ -404,10 +404,10 @@ class _Run:
             else:
                 stream.close(longest)
             if stream.skipped_ns:
-                self._say_skipped(stream)
+                self._report_skipped(stream)
         self._count()
-        self._say_commands()
-        self._say_not_compared()
+        self._report_commands()
+        self._report_not_compared()
 
     def _count(self) -> None:
         """Find missing and repeated messages by the recorder's sequence numbers.
@@ -428,14 +428,14 @@ class _Run:
             if len(counted) > len(set(counted)):
                 streams[0].add(Difference(name, 0, kind=DifferenceKind.EXTRA))
 
-    def _say_skipped(self, stream: ComparedStream) -> None:
+    def _report_skipped(self, stream: ComparedStream) -> None:
         count, first_s = len(stream.skipped_ns), to_seconds(stream.skipped_ns[0])
         self.remarks.append(
             f"{stream.name} has no message for {count} states, from {first_s:.3f} s on: none "
             "was published, by the recorder's count"
         )
 
-    def _say_commands(self) -> None:
+    def _report_commands(self) -> None:
         if self._command_stream is not None:
             self.verdict.streams.remove(self._command_stream)
             if not self._command_stream.is_same:
@@ -456,7 +456,7 @@ class _Run:
                 "effect is unknown"
             )
 
-    def _say_not_compared(self) -> None:
+    def _report_not_compared(self) -> None:
         verdict, types = self.verdict, self._session.types
         done = {stream.topic for stream in verdict.streams} | set(verdict.played_back)
         done.add(CHANGES_TOPIC)

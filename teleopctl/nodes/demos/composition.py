@@ -20,9 +20,9 @@ class TalkerComponent(Node):
         super().__init__("talker")
         self._count = 0
         self._publisher = self.create_publisher(String, "chatter", 10)
-        self._timer = self.create_timer(_TALK_EVERY_S, self._talk)
+        self._timer = self.create_timer(_TALK_EVERY_S, self._publish_next)
 
-    def _talk(self) -> None:
+    def _publish_next(self) -> None:
         self._count += 1
         message = String(data=f"Hello World: {self._count}")
         self.get_logger().info(f"Publishing: '{message.data}'")

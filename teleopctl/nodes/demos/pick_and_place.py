@@ -208,7 +208,7 @@ class PickAndPlace(Node):
         self._move_to(cube + np.array([0.0, 0.0, _ABOVE_M]), _CAREFUL)
 
     def drop(self) -> bool:
-        """Carry the cube over the bin, let it go, and return whether it lies there."""
+        """Carry the cube over the bin, release it, and return whether it lies there."""
         self._move_to(np.array(_DROP), _CAREFUL)
         self._grip(_OPEN)
         end_ns = self._now_ns + round(_GIVEN_UP_S * 1e9)

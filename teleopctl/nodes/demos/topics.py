@@ -23,12 +23,12 @@ class Talker(Node):
 
     def __init__(self, name: str = "talker", qos: QoSProfile | int = 10) -> None:
         super().__init__(name)
-        _say_reliability(self, qos)
+        _log_reliability(self, qos)
         self._count = 0
         self._publisher = self.create_publisher(String, "chatter", qos)
-        self._timer = self.create_timer(_PERIOD_S, self._talk)
+        self._timer = self.create_timer(_PERIOD_S, self._publish_next)
 
-    def _talk(self) -> None:
+    def _publish_next(self) -> None:
         message = String(data=f"Hello World: {self._count}")
         self._count += 1
         self.get_logger().info(f'Publishing: "{message.data}"')
@@ -40,7 +40,7 @@ class Listener(Node):
 
     def __init__(self, name: str = "listener", qos: QoSProfile | int = 10) -> None:
         super().__init__(name)
-        _say_reliability(self, qos)
+        _log_reliability(self, qos)
         self._subscription = self.create_subscription(String, "chatter", self._on_message, qos)
 
     def _on_message(self, message: String) -> None:
@@ -85,7 +85,7 @@ def listener_qos(args: list[str] | None = None) -> None:
     _spin_some(Listener, "listener_qos", "max number of spin_once iterations", args)
 
 
-def _say_reliability(node: Node, qos: QoSProfile | int) -> None:
+def _log_reliability(node: Node, qos: QoSProfile | int) -> None:
     if isinstance(qos, QoSProfile):
         kind = "Reliable" if qos is _RELIABLE else "Best effort"
         what = "listener" if isinstance(node, Listener) else "talker"

@@ -116,7 +116,7 @@ class EpisodeRecorder(Node):
         self._success: bool | None = None
         self._saved = self._discarded = 0
         self._failure = ""
-        # Device of the hand that has driven in this episode.
+        # Device that has driven the robot in this episode.
         self._hand = ""
         # Topics of the cameras by name, once found.
         self._cameras: dict[str, str] = {}
@@ -173,7 +173,7 @@ class EpisodeRecorder(Node):
             if self._session is not None and not self._failure:
                 raise RefusedError(f"Episode {self._number} is being recorded: save or discard it")
             if self._session is not None:
-                # What was written of it stays where it is.
+                # The written part of the bag is kept.
                 with contextlib.suppress(SystemFailureError):
                     self._end()
             number = self._folder.next_number

@@ -188,7 +188,7 @@ class GazeboServer(Node):
         names = ", ".join(program.name for program in programs)
         self.get_logger().info(f"Simulating '{description.name}': {names}")
         self._children.start(programs)
-        reason = self._wait_for_the_simulator()
+        reason = self._wait_for_simulator()
         things = [] if reason else list(self._things.entities.values())
         for thing in things:
             if lost := self._things.spawn(thing):
@@ -235,15 +235,15 @@ class GazeboServer(Node):
         publisher.publish(message(data=urdf))
         self._publishers.append(publisher)
 
-    def _wait_for_the_simulator(self) -> str:
+    def _wait_for_simulator(self) -> str:
         # The spawning program waits for this node, so this node reports the simulator's progress.
         progress.report(progress.STARTING, "starting the simulation")
         try:
-            return self._watch_the_simulator_start()
+            return self._watch_simulator_start()
         finally:
             progress.report(progress.READY)
 
-    def _watch_the_simulator_start(self) -> str:
+    def _watch_simulator_start(self) -> str:
         shown = ""
         while True:
             said = self._children.progress_of(_SIMULATOR)

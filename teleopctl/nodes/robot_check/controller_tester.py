@@ -174,14 +174,14 @@ class ControllerTester:
                 f"{len(still)} of {len(joints)} joints do not reach their targets: "
                 f"{', '.join(still)}"
             )
-            return False, summary + self._why_still(still)
+            return False, summary + self._standstill_reason(still)
         worst = max((abs(now - goal) for now, goal in zip(after, goals, strict=True)), default=0.0)
         summary = f"{len(joints) - len(blocked)} joints reach their targets, to {worst:.4f}"
         if blocked:
             summary += f"; both directions of {', '.join(blocked)} meet the ground or another link"
         return bool(joints), summary
 
-    def _why_still(self, joints: Sequence[str]) -> str:
+    def _standstill_reason(self, joints: Sequence[str]) -> str:
         """Return a known reason why joints do not follow their commands; empty for none."""
         names, efforts = self._simulation.joint_names, self._simulation.efforts
         at_limit = []
@@ -272,7 +272,7 @@ class ControllerTester:
         send(spec, stop)
         if still:
             summary = f"{len(still)} of {len(joints)} joints do not move: {', '.join(still)}"
-            return False, summary + self._why_still(still)
+            return False, summary + self._standstill_reason(still)
         farthest = max(abs(now - then) for now, then in zip(after, before, strict=True))
         return True, f"{len(joints)} joints move, by up to {farthest:.3f}"
 

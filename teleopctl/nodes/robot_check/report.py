@@ -196,8 +196,8 @@ def check_robot(
         text = with_absolute_mesh_paths(read.text, file.absolute().parent)
         try:
             report.description = description = RobotDescription.from_urdf(text)
-            _see_files(report, description)
-            _see_controllers(report, description)
+            _check_files(report, description)
+            _check_controllers(report, description)
             _ = description.ros2_control  # parsed here, to report its errors as errors of the file
             urdf, remarks = simulated(text)
         except TeleopctlError as error:
@@ -216,9 +216,9 @@ def check_robot(
         if name not in taken
     ]
     if compare_readers:
-        _see_second_reading(report, description)
+        _check_second_reading(report, description)
     try:
-        robot = _see_model(report, urdf, arguments.get("fixed_base", "auto"))
+        robot = _check_model(report, urdf, arguments.get("fixed_base", "auto"))
     except TeleopctlError as error:
         report.refusal = with_source_places(error.message, report.places)
         return report
@@ -227,7 +227,7 @@ def check_robot(
             sentences[:] = [with_source_places(sentence, report.places) for sentence in sentences]
     if simulate_s:
         report.trial = check_stability(robot, simulate_s)
-        _see_motion(report, robot, arguments, choose)
+        _check_motion(report, robot, arguments, choose)
     return report
 
 
@@ -255,7 +255,7 @@ def _of_world(report: RobotReport) -> RobotReport:
     return report
 
 
-def _see_motion(
+def _check_motion(
     report: RobotReport,
     robot: SimulatedRobot,
     arguments: Mapping[str, str],
@@ -275,7 +275,7 @@ def _see_motion(
     report.frames = compare_frames(robot, published)
 
 
-def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobot:
+def _check_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobot:
     import mujoco
 
     from teleopctl.mujoco_model import assumed_rotors_text, gazebo_only_tags, unsupported_tags
@@ -308,7 +308,7 @@ def _see_model(report: RobotReport, urdf: str, fixed_base: str) -> SimulatedRobo
     return robot
 
 
-def _see_second_reading(report: RobotReport, description: RobotDescription) -> None:
+def _check_second_reading(report: RobotReport, description: RobotDescription) -> None:
     from teleopctl.nodes.robot_check.second_reading import read_again
 
     read = read_again(description)
@@ -320,7 +320,7 @@ def _see_second_reading(report: RobotReport, description: RobotDescription) -> N
     )
 
 
-def _see_files(report: RobotReport, description: RobotDescription) -> None:
+def _check_files(report: RobotReport, description: RobotDescription) -> None:
     for uri in dict.fromkeys(_mesh_uris(description)):
         try:
             path = resolve_uri(uri)
@@ -346,7 +346,7 @@ def _mesh_uris(description: RobotDescription) -> Iterator[str]:
         yield from (shape.uri for shape in shapes if isinstance(shape, Mesh))
 
 
-def _see_controllers(report: RobotReport, description: RobotDescription) -> None:
+def _check_controllers(report: RobotReport, description: RobotDescription) -> None:
     from yaml import YAMLError
 
     from teleopctl.base.ros_yaml import load_merged

@@ -109,7 +109,7 @@ class DeviceNode(Node):
         """Raise an error if the device lacks what its mapping uses to move.
 
         Raises:
-            DeviceError: It does.
+            DeviceError: An input is missing.
         """
         known = self.device.inputs()
         if self._mapping is None or not known:
@@ -230,7 +230,7 @@ class DeviceNode(Node):
             "status": str(state["status"]),
             "refusal": str(state["refusal"]),
             "stopped_by": ", ".join(state["stopped_by"]),
-            "holder": _who(state["holder"]),
+            "holder": _holder_text(state["holder"]),
         }
         line = f"{self.name} | {texts['doing']} | {texts['speed']}"
         for name, before in _NOTED:
@@ -259,7 +259,7 @@ _NOTED = (
 )
 
 
-def _who(holder: Mapping[str, Any] | None) -> str:
+def _holder_text(holder: Mapping[str, Any] | None) -> str:
     return "" if holder is None else f"{holder['node']} ({holder['device']})"
 
 

@@ -159,7 +159,7 @@ class KeyboardTeleop(Node):
     def _on_status(self, message: Any) -> None:
         self._status = message.message if message.code else ""
 
-    def _ask_servo(self) -> None:
+    def _request_scales(self) -> None:
         """Request the speed scales of the servo node, once it is available."""
         if self._asked or not self._servo_parameters.services_are_ready():
             return
@@ -226,7 +226,7 @@ class KeyboardTeleop(Node):
     # --- commands ---------------------------------------------------------------------------------
 
     def _tick(self) -> None:
-        self._ask_servo()
+        self._request_scales()
         held = self._keys.held(time.monotonic())
         if held and (refusal := self._lease.take("keyboard")):
             self._status = refusal

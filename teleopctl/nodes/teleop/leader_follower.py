@@ -36,7 +36,7 @@ from teleopctl.tf import Transform
 # Displacement of a command as the time that servo takes for it, s: if this node dies, the arm moves
 # on for that long; and as the least one, rad or m, below which the leader rests.
 _AHEAD_S, _REST = 0.2, 0.0015
-# Motion of a leader's gripper from one sample to the next that no hand makes, m.
+# Motion of a leader's gripper between two samples that counts as a jump, m.
 _JUMP_M = 0.1
 # Change of a gripper's opening that is passed on.
 _OPENING_STEP = 0.01

@@ -376,7 +376,7 @@ class Mux(Selector):
         return self.input_topic
 
     def select(self, topic: str) -> None:
-        """Publish another topic of those that come in."""
+        """Select the input topic to publish."""
         self.input_topic = topic
 
 

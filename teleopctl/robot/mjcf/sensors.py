@@ -237,7 +237,7 @@ class _Sensors:
             self._add_odometry(link, parts)
         for number in list(self._left):
             if self._kind(number) not in _UNMEASURED:
-                self._add_by_itself(number)
+                self._add_published(number)
         if self._left:
             listed = ", ".join(
                 f"'{m.sensor(n).name}' ({sensor_type(self._kind(n))})" for n in self._left
@@ -312,7 +312,7 @@ class _Sensors:
         self.tags.append(gazebo)
         return tag
 
-    def _add_by_itself(self, number: int) -> None:
+    def _add_published(self, number: int) -> None:
         """Add a sensor that is published by itself, in a message of its dimension."""
         m, kind = self._m, self._kind(number)
         message, frame = _message(kind, int(m.sensor_dim[number])), ""

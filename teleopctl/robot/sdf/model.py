@@ -130,7 +130,7 @@ class SdfReader:
             )
         file.check_tags(element, tags.MODEL)
         for tag in ("link", "joint", "frame"):
-            _see_names(file, element.findall(tag))
+            _check_names(file, element.findall(tag))
         frames = SdfFrames(file)
         for link in element.findall("link"):
             frames.add(link.get("name") or "", link)
@@ -205,7 +205,7 @@ class SdfReader:
         return [(prefix, frames.pose_of(part.name, child), part) for prefix, part, child in parts]
 
 
-def _see_names(file: SdfFile, elements: list[Any]) -> None:
+def _check_names(file: SdfFile, elements: list[Any]) -> None:
     """Raise unless each element has a unique name."""
     taken: set[str] = set()
     for element in elements:

@@ -244,17 +244,17 @@ def _light(file: SdfFile, element: Any, frames: SdfFrames) -> SceneLight:
         _LIGHTS.get(element.get("type") or "", "point"),
         frames.pose_of(relative_to(pose), element) @ file.pose(pose),
         file.vector(element, "direction", (0.0, 0.0, -1.0)),
-        _shine(file, element, "diffuse", "1 1 1 1"),
+        _light_colour(file, element, "diffuse", "1 1 1 1"),
         min(max(file.number(element, "spot/outer_angle", 1.6) / 2.0, 0.0), math.pi / 2.0),
         file.flag(element, "cast_shadows"),
-        _shine(file, element, "specular", "0.1 0.1 0.1 1"),
+        _light_colour(file, element, "specular", "0.1 0.1 0.1 1"),
         (1.0, 0.0, 0.0)
         if fades is None or constant + linear + quadratic == 0.0
         else (constant, linear, quadratic),
     )
 
 
-def _shine(file: SdfFile, element: Any, tag: str, usual: str) -> Vector3:
+def _light_colour(file: SdfFile, element: Any, tag: str, usual: str) -> Vector3:
     """Return the red, green and blue of a light, 0 to 1."""
     parts = (element.findtext(tag) or usual).split()
     try:

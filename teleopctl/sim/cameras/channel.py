@@ -113,7 +113,7 @@ class CameraPublishers:
         self._messages.pop("labels", None)
         for what in ("labels", "boxes"):
             if self.camera.sees(what):
-                self._tell_labels(bodies, f"{self.camera.topics[what]}/label_info")
+                self._publish_label_info(bodies, f"{self.camera.topics[what]}/label_info")
 
     @property
     def draws(self) -> bool:
@@ -256,7 +256,7 @@ class CameraPublishers:
         set_stamp(message.header.stamp, time_ns)
         self._publishers[what].publish(message)
 
-    def _tell_labels(self, bodies: tuple[str, ...], topic: str) -> None:
+    def _publish_label_info(self, bodies: tuple[str, ...], topic: str) -> None:
         """Publish the body that each label stands for."""
         info = get_message("vision_msgs/msg/LabelInfo")
         label = get_message("vision_msgs/msg/VisionClass")

@@ -66,7 +66,7 @@ class RunServices:
         self._services = services
         self._quit = quit_simulator
         node = services.node
-        node.create_service(_GetFeatures, "get_simulator_features", self._tell_features)
+        node.create_service(_GetFeatures, "get_simulator_features", self._report_features)
         services.offer("GetSimulationState", "get_simulation_state", self._get_state)
         services.offer("SetSimulationState", "set_simulation_state", self._set_state)
         services.offer("ResetSimulation", "reset_simulation", self._reset)
@@ -74,7 +74,7 @@ class RunServices:
         self._action = ActionServer(node, _SimulateSteps, "simulate_steps", self._simulate)
 
     # Any, here and below: messages, whose classes are made at run time.
-    def _tell_features(self, request: Any, response: Any) -> Any:
+    def _report_features(self, request: Any, response: Any) -> Any:
         del request
         response.features.features = [getattr(_Features, name) for name in _FEATURES]
         response.features.spawn_formats = list(_FORMATS)

@@ -79,11 +79,11 @@ class NoiseSource:
             self._walk = self._draws(0, 3)
             self._steps = 0
         if noise.dynamic_bias_stddev > 0.0 and noise.dynamic_bias_correlation_time > 0.0:
-            self._wander(steps - self._steps, shape)
+            self._drift(steps - self._steps, shape)
         self._steps = steps
         return self._bias
 
-    def _wander(self, steps: int, shape: tuple[int, ...]) -> None:
+    def _drift(self, steps: int, shape: tuple[int, ...]) -> None:
         """Advance a Gauss-Markov process.
 
         b' = exp(-dt/tau) b + N(0, s sqrt(1 - exp(-2 dt/tau)))

@@ -40,7 +40,7 @@ class Gamepad(TeleopDevice):
         """Open the gamepad.
 
         Raises:
-            DeviceError: There is none, there are several, or it cannot be used.
+            DeviceError: There is no gamepad, there are several, or it cannot be used.
             MissingExtraError: This system needs pygame, which is not installed.
         """
         self._first = self._open()

@@ -125,7 +125,7 @@ def check_controllers(snapshot: ManagerSnapshot, controller: str | None) -> Iter
         )
     for one in snapshot.with_state("unconfigured", "inactive", "finalized"):
         if controller in (None, one.name):
-            yield _why_not_active(snapshot, one, is_asked=controller is not None)
+            yield _inactive_finding(snapshot, one, is_asked=controller is not None)
 
 
 def _spawner(snapshot: ManagerSnapshot, controller: str) -> str:
@@ -133,7 +133,7 @@ def _spawner(snapshot: ManagerSnapshot, controller: str) -> str:
     return f"teleopctl run controller_manager {' '.join(words)}"
 
 
-def _why_not_active(snapshot: ManagerSnapshot, one: Any, *, is_asked: bool) -> Finding:
+def _inactive_finding(snapshot: ManagerSnapshot, one: Any, *, is_asked: bool) -> Finding:
     subject = f"Controller '{one.name}' is {one.state}"
     # A command and a state may have the same name.
     needed = dict.fromkeys((*one.required_command_interfaces, *one.required_state_interfaces))

@@ -185,8 +185,8 @@ def _row(
 
     Args:
         key: Name and kind of what was measured.
-        total: What was counted so far.
-        recent: What was counted in the window.
+        total: All counts so far.
+        recent: Counts in the window.
         elapsed_s: Length of the window on the manager's clock; negative after a reset of it.
         missed: Missed cycles in the window.
     """
@@ -328,7 +328,7 @@ class StatisticsWindow:
 
 
 def _with_rate(rows: Iterable[UpdateTimes]) -> Callable[[UpdateTimes], UpdateTimes]:
-    """Return a function that gives a cycle the rate of hardware that is read in each cycle."""
+    """Return a function that sets a cycle's rate to that of hardware that is read in each cycle."""
 
     def completed(row: UpdateTimes) -> UpdateTimes:
         if row.kind != "cycle":

@@ -347,7 +347,7 @@ def _rest(words: Words) -> list[str]:
 
 
 def _arm_at(words: Words, named: str | None, robot: RobotOptions) -> "Arm":
-    """Return the arm at the positions that a command line gives."""
+    """Return the arm at the positions on the command line."""
     if words.names:
         raise UsageError(
             f"'{words.names[0]}' is no file, no number and no JOINT=POSITION",

@@ -86,7 +86,7 @@ def number(text: str, what: str) -> float:
     """Return the finite number of a text.
 
     Raises:
-        UsageError: It is none.
+        UsageError: The text is no number.
     """
     try:
         value = float(text)

@@ -55,7 +55,7 @@ def workspace(
     robot: RobotOptions,
     as_json: AsJson = False,
 ) -> None:
-    """Draw where the tool comes to, by random positions of the joints, and print the extents.
+    """Draw the tool's positions at random joint positions, and print the extents.
 
     Positions at which links touch are left out. The picture is coloured by manipulability, which is
     low near singularities and at the border.
@@ -101,7 +101,7 @@ def _extents(arm: "Arm", reached: "Workspace") -> "Iterator[str]":
 
 
 def _drawing(reached: "Workspace") -> "Iterator[str]":
-    """Yield the views beside each other: how often the tool comes to each place."""
+    """Yield the views beside each other: histograms of the tool's positions."""
     import numpy as np
 
     pictures = []

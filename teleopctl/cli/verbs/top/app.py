@@ -150,7 +150,7 @@ class Top(App[None]):
         now_s = time.monotonic()
         if self._tab == "controllers" and now_s - self._controllers_asked_s >= _CONTROLLERS_EVERY_S:
             self._controllers_asked_s = now_s
-            self.run_worker(lambda: self._ask_controllers(), thread=True, group="controllers")
+            self.run_worker(lambda: self._request_controllers(), thread=True, group="controllers")
         self._fill()
         self._measure_visible()
 
@@ -272,7 +272,7 @@ class Top(App[None]):
     def _filter_text(self) -> str:
         return f"  only '{self._filter}'" if self._filter else ""
 
-    def _ask_controllers(self) -> None:
+    def _request_controllers(self) -> None:
         rows = self._controllers.rows(self._node.graph())
         self.call_from_thread(self._take_controllers, rows)
 

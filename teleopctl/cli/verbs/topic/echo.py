@@ -137,10 +137,10 @@ def echo(
             echoed.subscribe(node, source, profile, raw=raw)
         echoed.spin(node, timeout)
     if timeout is not None and not echoed.has_printed:
-        raise _nothing_came([source.topic for source in sources], timeout)
+        raise _no_message([source.topic for source in sources], timeout)
 
 
-def _nothing_came(topics: Sequence[str], timeout_s: float) -> UnavailableError:
+def _no_message(topics: Sequence[str], timeout_s: float) -> UnavailableError:
     names = "', '".join(topics)
     return UnavailableError(f"No message on '{names}' within {timeout_s:g} s")
 
@@ -193,7 +193,7 @@ def _echo_at_once(
                 return True
     if timeout_s is None:
         return True
-    raise _nothing_came([source.topic], timeout_s)
+    raise _no_message([source.topic], timeout_s)
 
 
 class _Echo:

@@ -167,7 +167,7 @@ def publish(
             if print_every and number % print_every == 0:
                 _print_message(number, publisher.topic_name, message, as_json)
             publisher.publish(message)
-        _let_it_be_sent(node.context.session, keep_alive)
+        _wait_until_sent(node.context.session, keep_alive)
 
 
 def _publish_at_once(
@@ -202,11 +202,11 @@ def _publish_at_once(
         if print_every == 1:
             _print_message(1, name, message, as_json)
         node.publish(name, type_name, serialize(message), EndpointQos(depth=_DEPTH))
-        _let_it_be_sent(node.session, keep_alive_s)
+        _wait_until_sent(node.session, keep_alive_s)
     return True
 
 
-def _let_it_be_sent(session: "zenoh.Session", keep_alive_s: float | None) -> None:
+def _wait_until_sent(session: "zenoh.Session", keep_alive_s: float | None) -> None:
     """Wait for the given time, else until what was published has left this process."""
     if keep_alive_s is not None:
         time.sleep(keep_alive_s)

@@ -56,14 +56,14 @@ def service_caller(
         node: The node to call it from.
         service_name: Its name; a relative one is in the node's namespace.
         service_type: Its type.
-        request: What it is called with.
+        request: Request message.
         service_timeout: Seconds to wait for it; 0 for as long as it takes.
         call_timeout: Seconds to wait for the response.
-        max_attempts: How often to call it where no response comes.
+        max_attempts: Largest number of calls without a response.
 
     Raises:
         ServiceNotFoundError: The service did not become available in time.
-        RuntimeError: It does not respond.
+        RuntimeError: The service does not respond.
     """
     name = node.resolve_service_name(service_name)
     client = node.create_client(service_type, name)
@@ -252,7 +252,7 @@ def get_parameter_from_param_files(
     Args:
         node: Not used; it is there.
         controller_name: The controller's name.
-        namespace: Its and the manager's.
+        namespace: Namespace of controller and manager.
         parameter_files: Later ones win.
         parameter_name: Such as ``type``.
 

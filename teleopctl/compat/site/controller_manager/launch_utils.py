@@ -146,7 +146,7 @@ def _file(file: SomeSubstitutionsType) -> list[SomeSubstitutionsType]:
     return ["--param-file", file]
 
 
-# object: whatever a user hands over, which may be wrong.
+# object: callers may pass anything, which is checked.
 def _files(given: object) -> list[str]:
     if not given:
         return []

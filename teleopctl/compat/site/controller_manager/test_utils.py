@@ -47,7 +47,7 @@ def check_controllers_running(
         timeout: Seconds to wait for their nodes, and once more for their states.
 
     Raises:
-        AssertionError: One is not there, or not in that state, by then.
+        AssertionError: A controller is missing or in another state at the timeout.
     """
     namespace = f"/{namespace.strip('/')}"
     wanted = list(cnames)
@@ -76,7 +76,7 @@ def check_if_js_published(topic: str, joint_names: Iterable[str]) -> None:
     """Wait for a JointState, and check its joints, in any order.
 
     Args:
-        topic: Where it comes.
+        topic: Topic of the message.
         joint_names: The joints.
 
     Raises:

@@ -16,7 +16,7 @@ from teleopctl.launch import (
 _PARAMETERS, _REMAPS = "global_params", "ros_remaps"
 
 
-# Any: launch files keep what they like there.
+# Any: launch files may store any value.
 class Configurations(MutableMapping[str, Any]):
     """Launch configurations by name, including the global parameters and remappings.
 
@@ -27,7 +27,7 @@ class Configurations(MutableMapping[str, Any]):
     def __init__(self, launch: Evaluation) -> None:
         self._launch = launch
 
-    # Any: launch files keep what they like there.
+    # Any: launch files may store any value.
     def __getitem__(self, name: str) -> Any:
         scope = self._launch.scope
         if name == _REMAPS and scope.remaps:
@@ -36,7 +36,7 @@ class Configurations(MutableMapping[str, Any]):
             return [self._parameter(entry) for entry in scope.parameters]
         return scope.variables[name]
 
-    # Any: launch files keep what they like there.
+    # Any: launch files may store any value.
     def __setitem__(self, name: str, value: Any) -> None:
         scope = self._launch.scope
         if name == _REMAPS:
@@ -66,12 +66,12 @@ class Configurations(MutableMapping[str, Any]):
     def __repr__(self) -> str:
         return repr(dict(self))
 
-    # Any: launch files keep what they like there.
+    # Any: launch files may store any value.
     def copy(self) -> dict[str, Any]:
         """Return a copy of the current values."""
         return dict(self)
 
-    # Any: launch files keep what they like there.
+    # Any: launch files may store any value.
     def _parameter(self, entry: ParameterEntry | ParameterFileEntry) -> Any:
         if isinstance(entry, ParameterFileEntry):
             return self._launch.text(entry.path)

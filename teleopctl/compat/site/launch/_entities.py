@@ -14,7 +14,7 @@ from .launch_context import LaunchContext
 from .launch_description_entity import LaunchDescriptionEntity
 
 
-# object: whatever a user hands over, which may be wrong.
+# object: callers may pass anything, which is checked.
 def steps(entities: object) -> tuple[model.Step, ...]:
     """Return one entity, several or None as steps of `teleopctl.launch`.
 
@@ -32,7 +32,7 @@ def steps(entities: object) -> tuple[model.Step, ...]:
 
 def _step(entity: LaunchDescriptionEntity) -> model.Step:
     place = _place(entity)
-    if not isinstance(entity, Action) or _does_it_itself(type(entity)):
+    if not isinstance(entity, Action) or _overrides_execution(type(entity)):
         return model.Step(place, (), _Visited(entity))
     conditions = () if entity.condition is None else (condition_of(entity.condition),)
     try:
@@ -51,7 +51,7 @@ def _place(entity: LaunchDescriptionEntity) -> model.Place:
     return getattr(entity, "defined_at", None) or here()
 
 
-def _does_it_itself(kind: type[Action]) -> bool:
+def _overrides_execution(kind: type[Action]) -> bool:
     """Return whether a class overrides `execute` or `visit` below its `model_action`."""
 
     def distance(name: str) -> int:

@@ -48,7 +48,7 @@ def blamed(error: Exception, doing: str) -> TeleopctlError:
     text = str(error) or doing
     if not isinstance(error, RuntimeError):
         text = f"{type(error).__name__}: {text}"
-    # What --skip-missing may leave out, such as a package that ament_index_python does not find.
+    # --skip-missing may ignore it, such as a package that ament_index_python does not find.
     kind = NotFoundError if isinstance(error.__cause__, NotFoundError) else LaunchError
     told = kind(text, hint=missing_module_hint(error))
     return told.at(lines[-1]) if lines else told

@@ -40,12 +40,12 @@ class Performed:
             raise blamed(error, self.source) from error
 
 
-# object: whatever a user hands over, which may be wrong.
+# object: callers may pass anything, which is checked.
 def template(text: object) -> Template:
     """Return a text, a substitution, or a sequence of them as a template.
 
     Raises:
-        TypeError: It is something else.
+        TypeError: The value is none of these.
     """
     if isinstance(text, str):
         return literal(text)

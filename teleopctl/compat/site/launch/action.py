@@ -28,7 +28,7 @@ class Action(LaunchDescriptionEntity):
         super().__init__()
         self._condition = condition
 
-    # Any: the entity and the parser of a text front end; the words that the class takes.
+    # Any: the entity and the parser of a text front end; constructor arguments differ by class.
     @classmethod
     def parse(cls, entity: Any, parser: Any) -> tuple[type[Action], dict[str, Any]]:
         """Return the class and its constructor arguments; a subclass adds its own."""

@@ -8,7 +8,7 @@ class InvalidLaunchFileError(Exception):
 
     Args:
         extension: The ending of its name, where that is one of launch files.
-        likely_errors: What was wrong with it.
+        likely_errors: Errors of the parsers.
     """
 
     def __init__(

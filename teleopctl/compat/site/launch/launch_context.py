@@ -119,7 +119,7 @@ class LaunchContext:
         """Return the value of a substitution."""
         return substitution.perform(self)
 
-    # Any: launch files keep what they like there.
+    # Any: launch files may store any value.
     @property
     def launch_configurations(self) -> MutableMapping[str, Any]:
         """Launch configurations by name; changes apply to the entities that follow."""

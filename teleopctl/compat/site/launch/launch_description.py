@@ -16,7 +16,7 @@ class LaunchDescription(LaunchDescriptionEntity):
     """A launch file's entities in their order.
 
     Args:
-        initial_entities: Those that it begins with.
+        initial_entities: First entities.
         deprecated_reason: Why it should not be used any more.
     """
 
@@ -57,7 +57,7 @@ class LaunchDescription(LaunchDescriptionEntity):
         """Return the entities, after a warning if the description is deprecated.
 
         Args:
-            words: What the warning begins with.
+            words: Beginning of the warning.
         """
         if self._deprecated_reason is None:
             return self._entities

@@ -21,7 +21,7 @@ class LaunchDescriptionSource:
     Args:
         launch_description: The description, or None to read it from the file.
         location: The file.
-        method: What the file is, in words.
+        method: Kind of the file, in words.
     """
 
     def __init__(
@@ -76,7 +76,7 @@ class LaunchDescriptionSource:
         try:
             location = perform_substitutions(LaunchContext(), self._location)
             return self._get_launch_description(location)
-        except Exception:  # noqa: BLE001 -- whatever a launch file raises: nothing is known of it
+        except Exception:  # noqa: BLE001 -- a launch file that raises has no known content
             return None
 
     def _get_launch_description(self, location: str) -> LaunchDescription:

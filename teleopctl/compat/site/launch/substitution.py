@@ -30,7 +30,7 @@ class Substitution:
         """Return the substitution's value.
 
         Raises:
-            SubstitutionFailure: It cannot be evaluated.
+            SubstitutionFailure: The substitution cannot be evaluated.
         """
         from .substitutions.substitution_failure import SubstitutionFailure
 
@@ -47,14 +47,14 @@ class KnownSubstitution(Substitution):
     """Base class of ROS 2's own substitutions, which XML and YAML launch files have by a name.
 
     Attributes:
-        parameters: What its arguments in a text are called, in order.
-        required: How many of them have to be there.
+        parameters: Constructor arguments for those in a launch file, in order.
+        required: Number of required arguments.
     """
 
     parameters: ClassVar[tuple[str, ...]] = ()
     required: ClassVar[int] = 0
 
-    # Any: each one takes words of its own.
+    # Any: each has arguments of its own.
     @classmethod
     def parse(cls, data: Sequence[Any]) -> tuple[type[Substitution], dict[str, Any]]:
         """Return the class and its constructor arguments, parsed from a launch file.
@@ -78,9 +78,9 @@ def call(name: str, *arguments: Template, source: str | None = None) -> Template
     """Return a template that consists of one substitution.
 
     Args:
-        name: What stands behind ``$(`` in a text.
+        name: Name of the substitution, as after ``$(``.
         arguments: Its arguments.
-        source: How it is described; by default as one would write it.
+        source: Readable form; by default as in a launch file.
     """
     written = " ".join([name, *(f"'{argument.source}'" for argument in arguments)])
     made = Call(

@@ -28,7 +28,7 @@ def raise_if_file_not_found(file_path: Path | str) -> None:
     """Raise if a file does not exist.
 
     Raises:
-        ParameterBuilderFileNotFoundError: It does not.
+        ParameterBuilderFileNotFoundError: The file does not exist.
     """
     if not Path(file_path).exists():
         raise ParameterBuilderFileNotFoundError(f"File {file_path} doesn't exist")
@@ -38,7 +38,7 @@ def load_file(file_path: Path | str) -> str:
     """Return the text of a file.
 
     Raises:
-        ParameterBuilderFileNotFoundError: It does not exist.
+        ParameterBuilderFileNotFoundError: The file does not exist.
     """
     raise_if_file_not_found(file_path)
     return Path(file_path).read_text(encoding="utf-8")
@@ -49,7 +49,7 @@ def load_yaml(file_path: Path | str) -> Any:
     """Return the content of a YAML file.
 
     Raises:
-        ParameterBuilderFileNotFoundError: It does not exist.
+        ParameterBuilderFileNotFoundError: The file does not exist.
         yaml.YAMLError: It is not YAML; the message has file and line.
     """
     raise_if_file_not_found(file_path)
@@ -65,7 +65,7 @@ def load_xacro(file_path: Path | str, mappings: Mapping[str, str] | None = None)
         mappings: Values of its ``<xacro:arg>`` by name.
 
     Raises:
-        ParameterBuilderFileNotFoundError: It does not exist.
+        ParameterBuilderFileNotFoundError: The file does not exist.
         InvalidDescriptionError: It cannot be expanded; the message has file and line.
     """
     raise_if_file_not_found(file_path)

@@ -12,7 +12,7 @@ from launch import LaunchContext, LaunchService
 
 from ._launches import SCOPES, LaunchFixture, finish, known
 
-# The scopes of those that a wider one may take the place of. Any: what pytest makes of a function.
+# Fixtures that one of a wider scope may replace. Any: what pytest makes of a function.
 _overridable: dict[Any, str] = {}
 
 
@@ -69,7 +69,7 @@ _COMPANIONS = {
 }
 
 
-# Any: the words of pytest.fixture, and what it makes of a function.
+# Any: arguments of `pytest.fixture`, and what it makes of a function.
 def fixture(
     decorated: Callable[..., Any] | None = None,
     *,
@@ -88,11 +88,11 @@ def fixture(
         shutdown_when_idle: Whether the launch ends when nothing is left.
         auto_shutdown: Whether it is ended when the tests beside it have run; else it has to end
             by itself.
-        kwargs: What `pytest.fixture` takes.
+        kwargs: Further arguments of `pytest.fixture`.
     """
     scope = kwargs.get("scope", "function")
     if scope != "function":
-        _widen(sys._getframe(1).f_globals, scope)  # noqa: SLF001 -- the module, which is half there
+        _widen(sys._getframe(1).f_globals, scope)  # noqa: SLF001 -- the module is still being imported
 
     def decorate(function: Callable[..., Any]) -> Any:
         definition = pytest.fixture(**kwargs)(function)
@@ -106,7 +106,7 @@ def fixture(
 
 def _widen(module: dict[str, Any], scope: str) -> None:
     for name, make in _COMPANIONS.items():
-        # A module's own is not ours to replace.
+        # A fixture that the module defines itself is kept.
         own = _overridable.get(module[name]) if name in module else "function"
         if own is not None and SCOPES.index(own) < SCOPES.index(scope):
             module[name] = make(scope=scope)

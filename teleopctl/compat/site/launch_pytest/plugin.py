@@ -59,7 +59,7 @@ def pytest_fixture_setup(
             f"launch_pytest fixture '{fixture.name}': return value must be either a launch "
             "description or a sequence which first item is a launch description"
         )
-    # The service may outlive it: that of a wider fixture of the module.
+    # The service may have a wider scope in this module.
     fixturedef.addfinalizer(functools.partial(finish, service))
     _wait_until_ready(service, fixture, loop, description)
     return returned

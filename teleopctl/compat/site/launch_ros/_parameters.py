@@ -17,7 +17,7 @@ from teleopctl.launch import (
 from .parameter_descriptions import Parameter, ParameterFile, ParameterValue
 
 
-# object: whatever a user hands over, which may be wrong.
+# object: callers may pass anything, which is checked.
 def parameters(given: object) -> Iterator[ModelParameter | ModelParameterFile]:
     """Yield the parameters and parameter files of a node.
 
@@ -41,7 +41,7 @@ def parameters(given: object) -> Iterator[ModelParameter | ModelParameterFile]:
             yield ModelParameterFile(template(entry))
 
 
-# object: keys and values are whatever a user writes.
+# object: keys and values are the user's.
 def _of_mapping(
     given: Mapping[object, object], prefix: tuple[Template, ...]
 ) -> Iterator[ModelParameter]:

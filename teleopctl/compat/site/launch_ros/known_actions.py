@@ -29,7 +29,7 @@ from .actions import (
     SetUseSimTime,
 )
 
-# Any, in what follows: the words that a class takes; each takes others.
+# Any, in what follows: constructor arguments, which differ by class.
 is_known_as("ros_timer", model.RosTimer, ROSTimer)(timer)
 
 

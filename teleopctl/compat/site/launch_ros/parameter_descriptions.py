@@ -50,7 +50,7 @@ class ParameterValue:
             does what substitutions give.
 
     Attributes:
-        type_name: What the model calls the type.
+        type_name: Name of the type in `teleopctl.launch`.
         normalized: The value with its substitutions as lists of them.
 
     Raises:
@@ -78,7 +78,7 @@ class ParameterValue:
         """Return the value.
 
         Raises:
-            ValueError: It turns out not to be of its type.
+            ValueError: The evaluated value is not of its type.
         """
         self._evaluated = perform_typed_substitution(context, self.normalized, self._value_type)
         return self._evaluated
@@ -91,7 +91,7 @@ class Parameter:
         name: Its name.
         value: Its value.
         value_type: As of `ParameterValue`.
-        description: What it is for.
+        description: Description.
     """
 
     # Any: see parameters_type, and a type or a generic alias.
@@ -184,7 +184,7 @@ class ParameterFile:
         A launch does this itself for the nodes that it starts, in a file among its logs.
 
         Raises:
-            SubstitutionFailure: What comes out is not YAML.
+            SubstitutionFailure: The evaluated text is not YAML.
         """
         if self._evaluated is None:
             given = self.given

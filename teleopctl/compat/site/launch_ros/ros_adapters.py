@@ -35,7 +35,7 @@ class ROSAdapter:
         """Create the node, and start to spin it.
 
         Raises:
-            RuntimeError: It is there.
+            RuntimeError: The adapter has been started before.
         """
         if self._thread is not None:
             raise RuntimeError("Cannot start a ROS adapter that is already running")

@@ -7,11 +7,11 @@ import re
 from collections.abc import Callable, Iterable, Sequence
 from typing import Any, TypeVar
 
-# From where to where something was found.
+# Start and end of a match.
 Span = tuple[int, int]
 
 _Output = TypeVar("_Output")
-# Finds something in output behind an index.
+# Finds a match in output, from an index on.
 _Match = Callable[[_Output, int], Span | None]
 
 _ESCAPE_SEQUENCE = re.compile(r"\x1b(?:\[[0-?]*[ -/]*[@-~]|[@-Z\\-_])")

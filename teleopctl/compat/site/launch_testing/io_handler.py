@@ -100,12 +100,12 @@ class ActiveIoHandler:
         with self._changed:
             return self._handler[key]
 
-    # Any: the words of `waitFor`.
+    # Any: arguments of `waitFor`.
     def assertWaitFor(self, *args: Any, **kwargs: Any) -> None:  # noqa: N802 -- the original's name
         """Assert that an output appears within a timeout; see `waitFor`.
 
         Raises:
-            AssertionError: It was not by then.
+            AssertionError: The output did not appear in time.
         """
         assert self.waitFor(*args, **kwargs), "Waiting for output timed out"
 
@@ -129,7 +129,7 @@ class ActiveIoHandler:
             process: Its action, a part of its name, or None for any process.
             cmd_args: Arguments that it was started with.
             strict_proc_matching: Whether a name may mean one process only.
-            output_filter: What is done to the output before.
+            output_filter: Function applied to the output before.
             timeout: Seconds to wait.
             strip_ansi_escape_sequences: Whether colours do not count.
             stream: ``stderr`` or ``stdout``.

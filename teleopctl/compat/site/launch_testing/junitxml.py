@@ -21,7 +21,7 @@ def unittestResultsToXml(  # noqa: N802 -- the original's name
 
     Args:
         test_results: The result of each.
-        name: What all of it is called.
+        name: Name of the report.
     """
     results = test_results.values()
     root = ET.Element(
@@ -55,7 +55,7 @@ def unittestCaseToXml(  # noqa: N802 -- likewise
     test_result: Result, test_case: unittest.TestCase
 ) -> ET.Element:
     """Return the report of one test."""
-    # The values of a parametrized launch stand behind the name, and may have spaces and dots.
+    # The values of a parametrized launch follow the name, and may have spaces and dots.
     path, space, values = test_case.id().partition(" ")
     class_name, _, name = path.rpartition(".")
     element = ET.Element(
@@ -70,7 +70,7 @@ def unittestCaseToXml(  # noqa: N802 -- likewise
         ("skipped", test_result.skipped),
     ):
         for case, message in told:
-            # A subtest's is its test's.
+            # A subtest has the time of its test.
             if getattr(case, "test_case", case) is test_case:
                 ET.SubElement(element, kind, message=message)
     return element

@@ -69,7 +69,7 @@ def run_file(
         verbose: Whether lines for finding mistakes are shown.
         show_args: Whether to list which arguments it takes, and to run nothing.
         xml_path: File to write an xUnit report to, or None.
-        test_runner_cls: What runs the tests.
+        test_runner_cls: Class that runs the tests.
     """
     package = package_name or file.stem
     module = _module(package, file.absolute())

@@ -17,7 +17,7 @@ from .actions import ReadyToTest
 
 _READY_WITHIN_S = 15.0
 
-# Any: functions of a test description take and return what they like.
+# Any: functions of a test description have any arguments and results.
 Description = Callable[..., Any]
 
 
@@ -25,17 +25,17 @@ class TestRun:
     """A launch description with its tests.
 
     Args:
-        name: What it is called in reports.
+        name: Name in reports.
         test_description_function: Returns the launch description, alone or with a mapping of
             further arguments for tests.
-        param_args: What the function is called with.
+        param_args: Arguments of the function.
         pre_shutdown_tests: Tests that run beside the processes.
         post_shutdown_tests: Tests that run when all processes have ended.
 
     Attributes:
-        name: What it is called in reports.
+        name: Name in reports.
         test_description_function: The function.
-        param_args: What it is called with.
+        param_args: Arguments of the function.
         pre_shutdown_tests: Tests that run beside the processes.
         post_shutdown_tests: Tests that run when all processes have ended.
         timeout: Seconds until ``ReadyToTest`` has to be reached.
@@ -61,7 +61,7 @@ class TestRun:
         self.timeout: float = getattr(test_description_function, TIMEOUT, _READY_WITHIN_S)
         if param_args:
             for case in self._cases:
-                plain = case._testMethodName  # noqa: SLF001 -- unittest has no public word for it
+                plain = case._testMethodName  # noqa: SLF001 -- unittest has no public attribute for it
                 called = plain + self._values()
                 setattr(case, called, getattr(case, plain))
                 case._testMethodName = called  # noqa: SLF001
@@ -80,7 +80,7 @@ class TestRun:
             ready_fn: Called when its ``ReadyToTest`` is reached.
 
         Raises:
-            RuntimeError: It has none.
+            RuntimeError: The description has no ``ReadyToTest``.
         """
         result = self.test_description_function()
         description, context = result if isinstance(result, tuple) else (result, {})
@@ -107,8 +107,8 @@ class TestRun:
 
         Args:
             tests: The tests.
-            injected_attributes: What they have as attributes, too, as old ones expect.
-            injected_args: What they can ask for.
+            injected_attributes: Attributes to set on the tests, for old ones.
+            injected_args: Arguments that tests may have.
         """
         cases = list(_cases(tests))
         for case in cases:
@@ -148,7 +148,7 @@ def LoadTestsFromPythonModule(  # noqa: N802 -- the original's name
 
     Args:
         module: Has ``generate_test_description`` and classes of tests.
-        name: What they are called in reports.
+        name: Name in reports.
     """
     function = module.generate_test_description
     descriptions: Iterable[tuple[Description, Mapping[str, Any]]] = [(function, {})]
@@ -196,7 +196,7 @@ def _cases(tests: Iterable[Any]) -> Iterator[Any]:
             yield test
 
 
-# Any: what tests ask for.
+# Any: arguments of tests.
 def _bound(function: Callable[..., Any], arguments: Mapping[str, Any]) -> Callable[..., Any]:
     wanted = inspect.signature(function).parameters
     given = {name: value for name, value in arguments.items() if name in wanted}

@@ -9,7 +9,7 @@ from typing import Any, TypeVar
 
 from ._marks import MARKERS
 
-# Any: functions of a test description take and return what they like.
+# Any: functions of a test description have any arguments and results.
 _Description = TypeVar("_Description", bound=Callable[..., Any])
 
 
@@ -27,11 +27,11 @@ def retry_on_failure(
     """Repeat a test when it fails, up to a total number of runs.
 
     Args:
-        times: How often it may run.
+        times: Largest number of runs.
         delay: Seconds to wait before it runs again; None for none.
 
     Raises:
-        ValueError: It may not run at all.
+        ValueError: `times` is below 1.
     """
     if times <= 0:
         raise ValueError(f"retry_on_failure(times={times}): it has to run once at least")

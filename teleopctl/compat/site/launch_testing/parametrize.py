@@ -8,7 +8,7 @@ from typing import Any
 
 from ._marks import IS_PARAMETRIZED, TIMEOUT
 
-# Any: functions of a test description take and return what they like.
+# Any: functions of a test description have any arguments and results.
 Description = Callable[..., Any]
 
 

@@ -13,7 +13,7 @@ def print_arguments_of_launch_description(*, launch_description: LaunchDescripti
     arguments = launch_description.get_launch_arguments()
     lines = ["Arguments (pass arguments as '<name>:=<value>'):"]
     for argument in arguments:
-        # launch leaves the word on those that stand under a condition.
+        # launch sets this attribute on arguments under a condition.
         star = "*" if argument._conditionally_included else ""  # noqa: SLF001
         lines += ["", f"    '{argument.name}':{star}", f"        {argument.description}"]
         if argument.default_value is not None:

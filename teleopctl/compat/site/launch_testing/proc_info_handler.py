@@ -16,7 +16,7 @@ class ProcInfoHandler:
     """Last event of each process: its start or its exit."""
 
     def __init__(self) -> None:
-        # By the actions; Any: which start processes.
+        # By the actions of processes. Any: several classes of actions.
         self._last: dict[Any, RunningProcessEvent] = {}
 
     def append(self, process_info: RunningProcessEvent) -> None:

@@ -10,7 +10,7 @@ class ReadyAggregator:
     """Calls a function after a number of calls of `ready_fn`. Thread-safe.
 
     Args:
-        ready_fn: What is called.
+        ready_fn: Function to call.
         num_to_aggregate: At which call of `ready_fn` that is.
     """
 

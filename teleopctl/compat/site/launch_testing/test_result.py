@@ -72,7 +72,7 @@ class TestResult(unittest.TextTestResult):
 
     __test__ = False  # to pytest
 
-    # Any: the words of TextTestResult.
+    # Any: arguments of `TextTestResult.`
     def __init__(self, *args: Any, **kwargs: Any) -> None:
         super().__init__(*args, **kwargs)
         self._began: dict[unittest.TestCase, float] = {}

@@ -86,8 +86,8 @@ class _RunnerWorker:
             shutdown_when_idle=not self._test_run.markers.get("keep_alive", False)
         )
         if self._result is None:
-            print("Processes under test stopped before tests completed")  # noqa: T201 -- for the person
-            self._print_last_words()
+            print("Processes under test stopped before tests completed")  # noqa: T201 -- output for the user
+            self._print_failed_output()
             raise _LaunchDiedError
         tests.join()
         self._result.append(_run(self._test_run.post_shutdown_tests))
@@ -126,7 +126,7 @@ class _RunnerWorker:
         finally:
             self._launch_service.shutdown()
 
-    def _print_last_words(self) -> None:
+    def _print_failed_output(self) -> None:
         for event in self._info:
             if not isinstance(event, ProcessExited) or event.returncode == 0:
                 continue
@@ -172,7 +172,7 @@ class LaunchTestRunner:
         results: dict[TestRun, Result] = {}
         for run in self._test_runs:
             if len(self._test_runs) > 1:
-                print(f"\nStarting test run {run}")  # noqa: T201 -- for the person
+                print(f"\nStarting test run {run}")  # noqa: T201 -- output for the user
             worker = _RunnerWorker(run, self.generate_preamble(), self._arguments, self._debug)
             try:
                 results[run] = worker.run()

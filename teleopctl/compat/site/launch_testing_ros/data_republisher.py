@@ -15,8 +15,8 @@ class DataRepublisher:
 
     Args:
         node: Has the publisher and the subscription.
-        listen_topic: Where messages come from.
-        publish_topic: Where they go.
+        listen_topic: Topic to subscribe to.
+        publish_topic: Topic to publish on.
         msg_type: Their type.
         transform_fn: Returns what is to be published for a message, or None for nothing.
     """

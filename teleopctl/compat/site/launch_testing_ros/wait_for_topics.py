@@ -78,7 +78,7 @@ class WaitForTopics:
         """Wait until a new message has been received on each topic; return whether that happened.
 
         Args:
-            args: What the trigger is called with.
+            args: Arguments of the trigger.
             kwargs: Likewise.
         """
         self._all_received.clear()

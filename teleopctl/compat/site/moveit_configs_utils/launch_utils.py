@@ -17,12 +17,12 @@ class DeclareBooleanLaunchArg(DeclareLaunchArgument):
 
     Args:
         name: Its name.
-        default_value: What it is unless it is given.
-        description: What it is for.
-        kwargs: What `DeclareLaunchArgument` takes.
+        default_value: Default value.
+        description: Description for ``--show-args``.
+        kwargs: Further arguments of `DeclareLaunchArgument`.
     """
 
-    # Any: the words of DeclareLaunchArgument.
+    # Any: arguments of `DeclareLaunchArgument.`
     def __init__(
         self,
         name: str,
@@ -40,7 +40,7 @@ class DeclareBooleanLaunchArg(DeclareLaunchArgument):
         )
 
 
-# Any: the words of Node.
+# Any: arguments of `Node.`
 def add_debuggable_node(
     ld: LaunchDescription,
     package: SomeSubstitutionsType,
@@ -59,7 +59,7 @@ def add_debuggable_node(
         condition_name: The argument.
         commands_file: Commands for gdb.
         extra_debug_args: Further arguments of the program below gdb.
-        kwargs: What `Node` takes.
+        kwargs: Further arguments of `Node`.
     """
     debug = LaunchConfiguration(condition_name)
     ld.add_action(

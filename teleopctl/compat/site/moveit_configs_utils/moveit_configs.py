@@ -21,7 +21,7 @@ class MoveItConfigs:
         robot_description_kinematics: Solvers of inverse kinematics.
         planning_pipelines: Planners.
         trajectory_execution: Which controllers carry trajectories out, and how.
-        planning_scene_monitor: What is published of the scene.
+        planning_scene_monitor: Published parts of the planning scene.
         sensors_3d: Depth cameras.
         move_group_capabilities: What ``move_group`` offers beyond its defaults, or does not.
         joint_limits: Limits in place of those in the URDF.

@@ -23,7 +23,7 @@ def check_for_type_support(msg_or_srv_type: Any) -> None:
 
     Raises:
         NoTypeSupportImportedException: It is, but one of ROS 2's own, for its C library.
-        AttributeError: It is none.
+        AttributeError: The class is none of these.
     """
     if hasattr(type(msg_or_srv_type), "__import_type_support__"):
         raise NoTypeSupportImportedException(

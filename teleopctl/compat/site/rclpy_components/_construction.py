@@ -34,7 +34,7 @@ def constructor(component: Component) -> Constructor:
     """Import a component's class, or the function that makes it.
 
     Raises:
-        ComponentError: It cannot be imported.
+        ComponentError: The component cannot be imported.
     """
     for root in map(str, component.import_roots):
         if root not in sys.path:

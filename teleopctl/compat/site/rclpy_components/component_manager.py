@@ -45,10 +45,10 @@ class ComponentManager(Node):
         name: The container's name.
         make_executor: Makes an executor for each component, which spins in a thread of its own;
             None has them all in that of the container (ours).
-        kwargs: What `Node` takes.
+        kwargs: Further arguments of `Node`.
     """
 
-    # Any: the words of Node.
+    # Any: arguments of `Node.`
     def __init__(
         self,
         executor: Executor | None,

@@ -204,7 +204,7 @@ class MoveGroupActions:
         return outcome
 
     def _is_met(self, request: Any) -> bool:
-        """Return whether the robot meets a goal, and the path constraints, as it is."""
+        """Return whether the robot's present state meets a goal and the path constraints."""
         context = self._context
         try:
             group = context.group(request.group_name)

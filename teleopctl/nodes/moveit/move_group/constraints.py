@@ -71,7 +71,7 @@ class Region:
         return min(ways, key=lambda way: float(np.linalg.norm(way)))
 
     def distance_m(self, point: np.ndarray) -> float:
-        """Return how far a point, (3,), is outside; 0 within."""
+        """Return the distance of a point, (3,), from the region, m; 0 within."""
         return min(
             _outside(kind, pose, half, point)
             for kind, (pose, half) in zip(self.kinds, self.parts, strict=True)

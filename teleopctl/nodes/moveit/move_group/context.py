@@ -33,7 +33,7 @@ from teleopctl.node import Duration, Node
 from teleopctl.nodes.moveit.move_group import messages
 from teleopctl.tf import LiveBuffer, TransformException, TransformListener, transform_of
 
-# Age of the measured state, s, at which nothing is moved by it.
+# Age of the measured state, s, from which it is too old for a motion.
 _STALE_STATE_S = 1.0
 # Time to wait for a transform, s, such as the first one after the listener was made.
 _FRAME_WAIT_S = 1.0
@@ -86,7 +86,7 @@ class MoveGroupContext:
     # --- state ----------------------------------------------------------------------------------
 
     def receive_state(self, data: bytes) -> None:
-        """Keep a JointState as it came; it is read when it is needed."""
+        """Store a received JointState, which is read when it is needed."""
         with self.lock:
             self._state, self._state_at_s = data, time.monotonic()
 
@@ -242,7 +242,7 @@ class MoveGroupContext:
         )
 
     def task(self, kinematics: GroupKinematics) -> Any:
-        """Return the task that a group's joints serve for a link, found once."""
+        """Return the task of a group for a link, from the cache."""
         key = (kinematics.group.name, kinematics.group.tip, kinematics.T_tip_tool.tobytes())
         if key not in self._tasks:
             self._tasks[key] = served_task(kinematics)

@@ -269,7 +269,7 @@ def write_trajectory(plan: MotionPlan, frame: str) -> Any:
 
 
 def error_code(code: int, message: str = "") -> Any:
-    """Return MoveItErrorCodes with a code, and what it is about in words."""
+    """Return MoveItErrorCodes with a code and a message."""
     made: Any = get_message("moveit_msgs/msg/MoveItErrorCodes")(val=int(code))
     if message:
         made.message, made.source = message, "move_group"

@@ -280,7 +280,7 @@ class Planning:
         """Return a scaling factor as MoveIt understands it: 1 for one that is not above 0 to 1.
 
         Raises:
-            PlanningError: It is no number, which is no wish for the full speed.
+            PlanningError: It is not finite, which must not become the full speed.
         """
         if not math.isfinite(value):
             raise PlanningError(
@@ -349,7 +349,7 @@ class Planning:
     # --- planners -------------------------------------------------------------------------------
 
     def _planner(self, request: Any) -> str:
-        """Return the name of the planner that a request means, as OMPL names it.
+        """Return OMPL's name of the planner that a request selects.
 
         Raises:
             PlanningError: There is no such pipeline or planner.

@@ -158,7 +158,7 @@ class SceneServices:
         self._publisher.publish(message)
 
     def _publish_state(self) -> None:
-        """Publish the robot's state if it has changed and is received by someone."""
+        """Publish the robot's state if it has changed and the topic has subscribers."""
         if not self._publisher.get_subscription_count():
             return
         context = self._context

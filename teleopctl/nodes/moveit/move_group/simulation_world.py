@@ -35,7 +35,7 @@ class SimulationWorld:
 
     Fixed bodies are obstacles, and so is the floor at z = 0 of the world, unless links that move
     are below it; links that stand on it may touch it. Bodies that move freely are obstacles for the
-    arm, and may be touched by the gripper, so that a hand can grasp them; they follow their frames.
+    arm, and may be touched by the gripper, so that it can grasp them; they follow their frames.
 
     Args:
         context: Robot, state and scene.

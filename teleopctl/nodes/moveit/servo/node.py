@@ -433,7 +433,7 @@ class ServoNode(Node):
         self._adopt_scene()
         core = self._core
         assert core is not None
-        if reason := self._why_not():
+        if reason := self._refusal():
             self._command = None
             self._targets = {}
             self._timer.cancel()
@@ -452,7 +452,7 @@ class ServoNode(Node):
             self._timer.cancel()
             self._said = ""
 
-    def _why_not(self) -> str:
+    def _refusal(self) -> str:
         """Return why servo must not command the joints now; empty if it may."""
         assert self._core is not None
         if self._stop.names:
@@ -572,7 +572,7 @@ class ServoNode(Node):
             output.publish(positions, velocities, self._states)
 
     def _report(self, code: StatusCode, message: str, reasons: Sequence[Reason] = ()) -> None:
-        """Publish the status, and log it when it changes to a reason to stand still."""
+        """Publish the status, and log it when it changes to one that stops the motion."""
         if code is StatusCode.INVALID:
             reasons = (Reason(code, message),)
             message = f"{code.text}: {message}"

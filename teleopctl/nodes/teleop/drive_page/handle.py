@@ -49,7 +49,7 @@ class DriveHandle:
         self._is_first = False
         self._still_since_s = 0.0
         self._last = Transform()
-        viewer.server.on_client_disconnect(lambda client: self._let_go(client.client_id))
+        viewer.server.on_client_disconnect(lambda client: self._release_handle(client.client_id))
         viewer.create_timer(_PERIOD_S, self._follow, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _follow(self) -> None:
@@ -59,7 +59,7 @@ class DriveHandle:
         self._viewer.scene_view.set_pickable(pickable=not is_open)
         if not is_open:
             if self._node is not None:
-                self._let_go(self._client)
+                self._release_handle(self._client)
                 self._node.remove()
                 self._node = None
             return
@@ -71,7 +71,7 @@ class DriveHandle:
             self._node = self._add(arm.root, tool, turns=self._turns(arm))
         if self._client is not None and not self._is_first and not driver.is_pulled:
             # Samples were missing, or another node drives: only a new press moves the arm.
-            self._let_go(self._client)
+            self._release_handle(self._client)
         if self._client is None:
             # Arrows of an arm that does not turn its tool keep their directions in the room: those
             # of the tool may point at the eye, and a drag along them is no motion on the screen.
@@ -83,7 +83,7 @@ class DriveHandle:
         ahead_m = _distance(tool, _pose(self._node))
         if ahead_m > _AHEAD_M and now_s - self._still_since_s > _STILL_S:
             reason = driver.status or "the arm does not reach it"
-            self._let_go(self._client)
+            self._release_handle(self._client)
             driver.note(f"The handle is back at the gripper: {reason}")
 
     def _add(self, root: str, tool: Transform, *, turns: bool) -> viser.TransformControlsHandle:
@@ -113,10 +113,10 @@ class DriveHandle:
         if self._client != event.client_id or self._begin is None or self._node is None:
             return
         if event.phase == "end":
-            self._let_go(event.client_id)
+            self._release_handle(event.client_id)
             return
         if not self._is_first and not self._driver().is_pulled:
-            self._let_go(event.client_id)
+            self._release_handle(event.client_id)
             return
         wanted = _pose(self._node)
         arm = self._driver().arm
@@ -125,14 +125,14 @@ class DriveHandle:
         refusal = self._driver().pull(wanted)
         self._is_first = False
         if refusal:
-            self._let_go(event.client_id)
+            self._release_handle(event.client_id)
             self._driver().note(refusal)
 
     @staticmethod
     def _turns(arm: DrivenArm) -> bool:
         return len(arm.joints) >= _TURNING
 
-    def _let_go(self, client: int | None) -> None:
+    def _release_handle(self, client: int | None) -> None:
         if client is not None and client == self._client:
             self._client = self._begin = None
             self._driver().pull(None)

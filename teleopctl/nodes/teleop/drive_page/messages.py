@@ -1,6 +1,6 @@
 """Messages of the drive page's websocket: JSON texts, documented in docs/drive.md.
 
-The browser sends the state of its hands and the presses of buttons; it gets the state of the robot.
+The browser sends the state of its inputs and presses of buttons; it receives the robot's state.
 """
 
 from __future__ import annotations
@@ -39,7 +39,7 @@ class Hands:
     """State of all inputs of a browser: keys, touch pads and gamepads.
 
     Attributes:
-        samples: Sample of each hand, by the name of its device: ``keys``, ``pads``, ``gamepad``.
+        samples: Sample of each device of the page, by name: ``keys``, ``pads``, ``gamepad``.
         problem: Why the gamepad is not used, in words; empty if it is, or if there is none.
         drags: Whether a mouse button or a finger is held in the 3D view.
     """

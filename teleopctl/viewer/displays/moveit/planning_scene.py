@@ -79,9 +79,9 @@ class SceneRequest:
         if self._stage.knows_type(_TYPE):
             self._send(service)
         else:
-            self._learn()
+            self._request_definition()
 
-    def _learn(self) -> None:
+    def _request_definition(self) -> None:
         node = self._stage.node
         graph = node.graph()
         self._learning = True

@@ -107,7 +107,7 @@ class PlotPanel(Panel):
         self._back: Any = self.gui.add_slider(
             "Look back", 0.0, 1.0, 0.01, 0.0, visible=False, hint="Seconds before the pause"
         )
-        self._back.on_update(on(self._look_back))
+        self._back.on_update(on(self._show_earlier))
 
     # --- subscriptions ------------------------------------------------------------------------
 
@@ -418,7 +418,7 @@ class PlotPanel(Panel):
         for chart in self._charts:
             chart.look_back(end_s)
 
-    def _look_back(self, event: Any) -> None:
+    def _show_earlier(self, event: Any) -> None:
         if event.client is not None and self._paused:
             for chart in self._charts:
                 chart.look_back(self._paused_s - event.target.value)

@@ -17,10 +17,10 @@ class Named(Action):
 
     Args:
         name: Its name.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, name: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._name = normalize_to_list_of_substitutions(name)
@@ -37,10 +37,10 @@ class NamedWithValue(Named):
     Args:
         name: Its name.
         value: Its value.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self, name: SomeSubstitutionsType, value: SomeSubstitutionsType, **kwargs: Any
     ) -> None:

@@ -22,13 +22,13 @@ class AppendEnvironmentVariable(NamedWithValue):
 
     Args:
         name: The variable.
-        value: What is added.
+        value: Value to append.
         prepend: Whether it comes first.
-        separator: What stands between.
-        kwargs: What `Action` takes.
+        separator: Separator between the values.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         name: SomeSubstitutionsType,

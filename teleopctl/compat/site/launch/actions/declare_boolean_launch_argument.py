@@ -15,14 +15,14 @@ class DeclareBooleanLaunchArgument(DeclareLaunchArgument):
     Args:
         name: Its name.
         default_value: Default value; None makes the argument required.
-        description: What it is for.
-        kwargs: What `Action` takes.
+        description: Description for ``--show-args``.
+        kwargs: Further arguments of `Action`.
 
     Raises:
         RuntimeError: The default is neither.
     """
 
-    # Any: the words of Action. object: texts with substitutions, and truth values.
+    # Any: arguments of `Action.` object: texts with substitutions, and truth values.
     def __init__(
         self,
         name: str,

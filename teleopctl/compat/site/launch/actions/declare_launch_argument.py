@@ -19,15 +19,15 @@ class DeclareLaunchArgument(Action):
     Args:
         name: Its name.
         default_value: Default value; None makes the argument required.
-        description: What it is for.
-        choices: What it may be; None for anything.
-        kwargs: What `Action` takes.
+        description: Description for ``--show-args``.
+        choices: Permitted values; None for any.
+        kwargs: Further arguments of `Action`.
 
     Raises:
         RuntimeError: The choices are empty, or the default is none of them.
     """
 
-    # Any: the words of Action. object: texts with substitutions, numbers and truth values.
+    # Any: arguments of `Action.` object: texts with substitutions, numbers and truth values.
     def __init__(
         self,
         name: str,

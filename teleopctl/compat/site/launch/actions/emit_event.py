@@ -16,10 +16,10 @@ class EmitEvent(Action):
 
     Args:
         event: The event.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, *, event: Event, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._event = event

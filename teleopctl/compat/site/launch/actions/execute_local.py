@@ -45,15 +45,15 @@ class ExecuteLocal(Action):
             process's name in front.
         cached_output: Whether to keep the output for `get_stdout` and `get_stderr`.
         log_cmd: Whether to log the command line.
-        on_exit: What is done when it has ended, or a function that is called with event and
+        on_exit: Entities to visit after its exit, or a function that is called with event and
             context and may say so.
         respawn: Whether it is started again when it has ended.
         respawn_delay: Seconds to wait before that.
-        respawn_max_retries: How often; negative for any number of times.
-        kwargs: What `Action` takes.
+        respawn_max_retries: Largest number of restarts; negative for no limit.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         *,
@@ -186,7 +186,7 @@ class ExecuteLocal(Action):
         """Record the evaluated process, which is about to start.
 
         Raises:
-            RuntimeError: That has happened before.
+            RuntimeError: The action has been executed before.
         """
         if self._launch is not None:
             raise RuntimeError(

@@ -25,15 +25,15 @@ class ExecuteProcess(ExecuteLocal):
 
     Args:
         cmd: Program and arguments, one entry each.
-        name: Its name in the output in place of the program's.
+        name: Name in the output instead of the program's.
         prefix: Words put before the command line.
         cwd: Folder to start in.
         env: Its whole environment.
         additional_env: Variables added to the environment.
-        kwargs: What `ExecuteLocal` takes.
+        kwargs: Further arguments of `ExecuteLocal`.
     """
 
-    # Any: the words of ExecuteLocal.
+    # Any: arguments of `ExecuteLocal.`
     def __init__(
         self,
         *,
@@ -61,7 +61,7 @@ class ExecuteProcess(ExecuteLocal):
 
         Args:
             entity: The element.
-            parser: What reads it.
+            parser: Parser of the launch file.
             ignore: Keys that a subclass reads itself.
         """
         return cls, parser.words_of(cls, entity, ignore or ())

@@ -24,12 +24,12 @@ class ForEach(Action):
     Args:
         input_values: YAML mappings with semicolons between.
         function: Called with the values of each by their names.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
     SEPARATOR = ";"
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self, input_values: SomeSubstitutionsType, *, function: MakeEntities, **kwargs: Any
     ) -> None:
@@ -73,13 +73,13 @@ class ForLoop(Action):
     """Visits the entities that a function returns for each index from 0.
 
     Args:
-        length: How often.
+        length: Number of iterations.
         function: Called with ``i``, the number of the turn, counted from 0.
-        name: What `ForLoopIndex` calls that.
-        kwargs: What `Action` takes.
+        name: Name of the index for `ForLoopIndex`.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         length: SomeSubstitutionsType,

@@ -32,10 +32,10 @@ class GroupAction(Action):
         scoped: Whether what they set ends with the group.
         forwarding: Whether a scoped group inherits the settings before it.
         launch_configurations: Launch variables that are set for them.
-        left_over_kwargs: What `Action` takes.
+        left_over_kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action; names are whatever text a dictionary can have.
+    # Any: arguments of `Action`; names are whatever text a dictionary can have.
     def __init__(
         self,
         actions: Iterable[LaunchDescriptionEntity],

@@ -30,12 +30,12 @@ class IncludeLaunchDescription(Action):
     Args:
         launch_description_source: The file, or what it describes.
         launch_arguments: Pairs of name and value.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
     brings_arguments = True
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         launch_description_source: LaunchDescriptionSource | SomeSubstitutionsType,

@@ -20,11 +20,11 @@ class Log(Action):
 
     Args:
         msg: The line.
-        level: How much it matters: ``DEBUG``, ``INFO``, ``WARNING``, ``ERROR`` or ``CRITICAL``.
-        kwargs: What `Action` takes.
+        level: Severity: ``DEBUG``, ``INFO``, ``WARNING``, ``ERROR`` or ``CRITICAL``.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self, *, msg: SomeSubstitutionsType, level: SomeSubstitutionsType, **kwargs: Any
     ) -> None:
@@ -52,10 +52,10 @@ class LogDebug(Log):
 
     Args:
         msg: The line.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, *, msg: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(msg=msg, level="DEBUG", **kwargs)
 
@@ -65,10 +65,10 @@ class LogInfo(Log):
 
     Args:
         msg: The line.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, *, msg: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(msg=msg, level="INFO", **kwargs)
 
@@ -78,10 +78,10 @@ class LogWarning(Log):
 
     Args:
         msg: The line.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, *, msg: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(msg=msg, level="WARNING", **kwargs)
 
@@ -91,9 +91,9 @@ class LogError(Log):
 
     Args:
         msg: The line.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, *, msg: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(msg=msg, level="ERROR", **kwargs)

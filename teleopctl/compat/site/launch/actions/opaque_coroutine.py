@@ -28,13 +28,13 @@ class OpaqueCoroutine(Action):
         args: Its arguments.
         kwargs: Its arguments by name.
         ignore_context: Whether it is not given the launch's context as the first one.
-        left_over_kwargs: What `Action` takes.
+        left_over_kwargs: Further arguments of `Action`.
 
     Raises:
-        TypeError: It is no coroutine function.
+        TypeError: `coroutine` is no coroutine function.
     """
 
-    # Any: whatever the function takes.
+    # Any: arguments of the function.
     def __init__(
         self,
         *,

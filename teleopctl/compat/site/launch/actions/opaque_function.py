@@ -19,13 +19,13 @@ class OpaqueFunction(Action):
         function: Called with the launch's context; may return actions.
         args: Further arguments.
         kwargs: Further arguments by name.
-        left_over_kwargs: What `Action` takes.
+        left_over_kwargs: Further arguments of `Action`.
 
     Raises:
-        TypeError: It is no function.
+        TypeError: `function` is not callable.
     """
 
-    # Any: whatever the function takes.
+    # Any: arguments of the function.
     def __init__(
         self,
         *,

@@ -19,10 +19,10 @@ class RegisterEventHandler(Action):
 
     Args:
         event_handler: The handler.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, event_handler: BaseEventHandler, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._event_handler = event_handler

@@ -21,10 +21,10 @@ class ReplaceEnvironmentVariables(Action):
 
     Args:
         env: The variables.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action; names are whatever text a dictionary can have.
+    # Any: arguments of `Action`; names are whatever text a dictionary can have.
     def __init__(
         self, env: Mapping[Any, SomeSubstitutionsType] | None = None, **kwargs: Any
     ) -> None:

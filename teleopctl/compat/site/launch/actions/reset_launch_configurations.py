@@ -18,11 +18,11 @@ class ResetLaunchConfigurations(Action):
     """Removes all launch configurations, and sets the given ones.
 
     Args:
-        launch_configurations: Those that are set afterwards; their values are evaluated before.
-        kwargs: What `Action` takes.
+        launch_configurations: Configurations to set afterwards, evaluated before the reset.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action; names are whatever text a dictionary can have.
+    # Any: arguments of `Action`; names are whatever text a dictionary can have.
     def __init__(
         self,
         launch_configurations: Mapping[Any, SomeSubstitutionsType] | None = None,

@@ -18,10 +18,10 @@ class Shutdown(Action):
 
     Args:
         reason: Why.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self, *, reason: SomeSubstitutionsType = "reason not given", **kwargs: Any
     ) -> None:

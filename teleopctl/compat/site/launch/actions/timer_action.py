@@ -33,10 +33,10 @@ class TimerAction(Action):
         period: After how many seconds.
         actions: The actions.
         cancel_on_shutdown: Whether the end of the launch cancels them.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         *,
@@ -46,7 +46,7 @@ class TimerAction(Action):
         **kwargs: Any,
     ) -> None:
         super().__init__(**kwargs)
-        # An int as well, which the original refuses.
+        # An int is accepted too, unlike in ROS 2.
         ensure_argument_type(period, (*_TEXT, float, int), "period", "TimerAction")
         ensure_argument_type(actions, Iterable, "actions", "TimerAction")
         if isinstance(period, str):

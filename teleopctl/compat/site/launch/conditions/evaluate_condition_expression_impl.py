@@ -17,7 +17,7 @@ def evaluate_condition_expression(
     """Return whether a text is true, in upper or lower case.
 
     Raises:
-        InvalidConditionExpressionError: It is neither true nor false.
+        InvalidConditionExpressionError: The text is neither true nor false.
     """
     expression = list(expression)
     text = perform_substitutions(context, expression).strip().lower()

@@ -10,8 +10,8 @@ class InvalidConditionExpressionError(ValueError):
 
     Args:
         expression: Its text, evaluated.
-        unexpanded_expression: What that was evaluated from.
-        valid_expressions: What would have been right.
+        unexpanded_expression: The text before evaluation.
+        valid_expressions: Texts that are valid.
     """
 
     def __init__(

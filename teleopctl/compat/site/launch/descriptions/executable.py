@@ -26,7 +26,7 @@ class Executable:
     Args:
         cmd: Program and arguments, one entry each.
         prefix: Words put before the command line.
-        name: Its name in the output in place of the program's.
+        name: Name in the output instead of the program's.
         cwd: Folder to start in.
         env: Its whole environment; None for that of the launch.
         additional_env: Variables added to the environment.

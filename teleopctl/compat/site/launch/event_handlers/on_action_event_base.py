@@ -22,16 +22,16 @@ class OnActionEventBase(BaseEventHandler):
 
     Args:
         action_matcher: The action, a predicate of actions, or None for all.
-        on_event: What is done, or a function that is called with event and context and may say so.
+        on_event: Entities to visit, or a function of event and context that may return them.
         target_event_cls: Which events are answered.
         target_action_cls: Which actions can be meant.
-        kwargs: What `BaseEventHandler` takes.
+        kwargs: Further arguments of `BaseEventHandler`.
 
     Raises:
         TypeError: The action is of another kind, or something to do is no entity.
     """
 
-    # Any: the words of BaseEventHandler.
+    # Any: arguments of `BaseEventHandler.`
     def __init__(
         self,
         *,

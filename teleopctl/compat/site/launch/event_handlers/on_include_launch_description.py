@@ -17,10 +17,10 @@ class OnIncludeLaunchDescription(BaseEventHandler):
     """Includes the launch description of an `IncludeLaunchDescription` event.
 
     Args:
-        kwargs: What `BaseEventHandler` takes.
+        kwargs: Further arguments of `BaseEventHandler`.
     """
 
-    # Any: the words of BaseEventHandler.
+    # Any: arguments of `BaseEventHandler.`
     def __init__(self, **kwargs: Any) -> None:
         super().__init__(
             matcher=lambda event: isinstance(event, IncludeLaunchDescription), **kwargs

@@ -25,10 +25,10 @@ class OnProcessIO(OnActionEventBase):
         on_stdin: Called for what goes into it.
         on_stdout: Called for what it writes to stdout.
         on_stderr: Called for what it writes to stderr.
-        kwargs: What `BaseEventHandler` takes.
+        kwargs: Further arguments of `BaseEventHandler`.
     """
 
-    # Any: the words of BaseEventHandler.
+    # Any: arguments of `BaseEventHandler.`
     def __init__(
         self,
         *,

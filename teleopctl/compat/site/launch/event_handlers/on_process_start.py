@@ -18,11 +18,11 @@ class OnProcessStart(OnActionEventBase):
 
     Args:
         target_action: The action of the process, a predicate of actions, or None for all.
-        on_start: What is done, or a function that is called with event and context and may say so.
-        kwargs: What `BaseEventHandler` takes.
+        on_start: Entities to visit, or a function of event and context that may return them.
+        kwargs: Further arguments of `BaseEventHandler`.
     """
 
-    # Any: the words of BaseEventHandler.
+    # Any: arguments of `BaseEventHandler.`
     def __init__(
         self,
         *,

@@ -20,10 +20,10 @@ class OnShutdown(BaseEventHandler):
     Args:
         on_shutdown: What is done, or a function that is called with event and context and may say
             so.
-        kwargs: What `BaseEventHandler` takes.
+        kwargs: Further arguments of `BaseEventHandler`.
     """
 
-    # Any: the words of BaseEventHandler.
+    # Any: arguments of `BaseEventHandler.`
     def __init__(
         self,
         *,

@@ -35,7 +35,7 @@ def _(event: model.ShutdownBegan, _launch: Launch) -> Shutdown:
     return Shutdown(reason=event.reason, due_to_sigint=event.by_interrupt)
 
 
-# Any: the words of RunningProcessEvent.
+# Any: arguments of `RunningProcessEvent.`
 def _details(event: model.ProcessEvent, launch: Launch) -> dict[str, Any]:
     return details(launch.action_of(event.plan), event.plan, event.pid)
 

@@ -13,7 +13,7 @@ if TYPE_CHECKING:
 __all__ = ["Entity", "Parser", "expose_action", "expose_substitution", "type_utils"]
 
 
-# Any: whatever a module holds. What is here needs actions and substitutions, which need `expose`.
+# Any: attributes of a module. What is here needs actions and substitutions, which need `expose`.
 def __getattr__(name: str) -> Any:
     if name not in __all__:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

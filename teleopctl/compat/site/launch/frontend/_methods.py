@@ -8,7 +8,7 @@ from typing import Any
 from ..action import Action
 from ..substitution import Substitution
 
-# Any: what a method returns is a class and the words that it takes.
+# Any: what a method returns is a class and its constructor arguments.
 Methods = dict[str, Callable[..., Any]]
 
 action_parse_methods: Methods = {}

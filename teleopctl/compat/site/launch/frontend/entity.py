@@ -16,7 +16,7 @@ class Entity:
 
     Args:
         type_name: Its name.
-        element: What belongs to it.
+        element: Element of `teleopctl.launch`.
         parent: Parent element, or None.
     """
 
@@ -45,7 +45,7 @@ class Entity:
             return []
         return [Entity(*item.action(), self) for item in found.items("a list of actions")]
 
-    # Any: the type of what is there is given by the caller.
+    # Any: the caller gives the type.
     def get_attr(
         self, name: str, *, data_type: Any = str, optional: bool = False, can_be_str: bool = True
     ) -> Any:
@@ -53,13 +53,13 @@ class Entity:
 
         Args:
             name: The key.
-            data_type: What it is to be: a scalar's type, a list of one, or a list of entities.
+            data_type: Type of the value: a scalar's type, a list of one, or a list of entities.
             optional: Whether None is returned where it is missing.
             can_be_str: Whether it may be a text with substitutions all the same.
 
         Raises:
-            AttributeError: It is missing.
-            TypeError: It is something else.
+            AttributeError: The attribute is missing.
+            TypeError: The value has another type.
         """
         self._read.append(name)
         found = self._element.fields((name, "children")).get(name)

@@ -87,7 +87,7 @@ def expose_substitution(name: str) -> Callable[[_Exposed], _Exposed]:
     """Return a decorator that registers a substitution for launch files.
 
     Args:
-        name: What stands behind ``$(``.
+        name: Name of the substitution, as after ``$(``.
 
     Raises:
         RuntimeError: There is one of that name, or what is decorated is no function and has no
@@ -100,7 +100,7 @@ def expose_action(name: str) -> Callable[[_Exposed], _Exposed]:
     """Return a decorator that registers an action for launch files.
 
     Args:
-        name: What it is called there.
+        name: Name of the action in launch files.
 
     Raises:
         RuntimeError: There is one of that name, or what is decorated is no function and has no

@@ -78,7 +78,7 @@ def action_of(step: model.Step) -> Action:
     return made
 
 
-# Any: the words of the class.
+# Any: arguments of `the` class.
 def words_of(
     made: type[Action], element: Element, ignore: Collection[str] = ()
 ) -> tuple[dict[str, Any], tuple[str, ...]]:
@@ -90,7 +90,7 @@ def words_of(
         ignore: Keys to leave alone as well.
 
     Raises:
-        TeleopctlError: It does not follow the vocabulary.
+        TeleopctlError: The element is invalid.
     """
     _look_up()
     known = next((_read_as[base] for base in made.__mro__ if base in _read_as), None)

@@ -36,7 +36,7 @@ from .known import action_of, flag_or_text, is_known_as, number_or_text, pairs, 
 _LOGS = {"DEBUG": LogDebug, "INFO": LogInfo, "WARNING": LogWarning, "ERROR": LogError}
 
 
-# Any, in what follows: the words that a class takes; each takes others.
+# Any, in what follows: constructor arguments, which differ by class.
 @is_known_as("let", model.Let, SetLaunchConfiguration)
 @is_known_as("set_env", model.SetEnvironment, SetEnvironmentVariable)
 def _named_with_value(action: Any) -> dict[str, Any]:

@@ -41,7 +41,7 @@ def parse_substitution(string_value: str) -> list[Substitution]:
     """Return the substitutions in a text of a launch file.
 
     Raises:
-        LaunchError: It does not follow the grammar.
+        LaunchError: The text violates the grammar.
         RuntimeError: It has an unknown substitution.
     """
     return substitutions_of(Element(string_value, _NOWHERE, "").template()) or [
@@ -70,7 +70,7 @@ def parse_if_substitutions(value: Any) -> Any:
     """Return a value with its texts parsed as substitutions, if they contain any.
 
     Raises:
-        ValueError: It is a list of different types.
+        ValueError: The value is a list of different types.
     """
     kinds = set()
 

@@ -38,7 +38,7 @@ class Parser:
     A subclass for a language of its own has `load` and `get_file_extensions`.
 
     Attributes:
-        language: What `load` reads: ``xml`` or ``yaml``; None for either.
+        language: Language that `load` reads: ``xml`` or ``yaml``; None for either.
     """
 
     language: ClassVar[str | None] = None
@@ -77,7 +77,7 @@ class Parser:
         """Return the action of an element: a registered one, or one of ROS 2.
 
         Raises:
-            ValueError: It does not follow the vocabulary.
+            ValueError: The element is invalid.
         """
         self.load_launch_extensions()
         if entity.type_name in action_parse_methods:
@@ -87,7 +87,7 @@ class Parser:
         except TeleopctlError as error:
             raise ValueError(f"`{entity.type_name}`: {error.message}") from error
 
-    # Any: the words that the class takes.
+    # Any: constructor arguments, which differ by class.
     def words_of(
         self, kind: type[Action], entity: Entity, ignore: Collection[str] = ()
     ) -> dict[str, Any]:
@@ -99,8 +99,8 @@ class Parser:
             ignore: Keys that are left alone.
 
         Raises:
-            RuntimeError: It has two conditions.
-            TeleopctlError: It does not follow the vocabulary.
+            RuntimeError: The element has two conditions.
+            TeleopctlError: The element is invalid.
         """
         self.load_launch_extensions()
         words, keys = words_of(kind, entity.element, ignore)
@@ -120,7 +120,7 @@ class Parser:
 
         Raises:
             RuntimeError: The file is not a launch file.
-            ValueError: It does not follow the vocabulary.
+            ValueError: The element is invalid.
         """
         if entity.type_name != "launch":
             raise RuntimeError("Expected 'launch' as root tag")
@@ -179,7 +179,7 @@ class Parser:
             Root element of the file, and its parser.
 
         Raises:
-            InvalidFrontendLaunchFileError: It is in none of them.
+            InvalidFrontendLaunchFileError: No parser can read the file.
         """
         if isinstance(file, str | bytes | os.PathLike):
             with Path(os.fsdecode(file)).open(encoding="utf-8") as opened:

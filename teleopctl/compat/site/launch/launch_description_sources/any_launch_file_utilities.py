@@ -19,7 +19,7 @@ def get_launch_description_from_any_launch_file(
     """Return the launch description of a file, by its extension.
 
     Raises:
-        InvalidLaunchFileError: It is none.
+        InvalidLaunchFileError: The file is not a launch file.
     """
     if Path(launch_file_path).suffix == ".py":
         return get_launch_description_from_python_launch_file(launch_file_path)

@@ -15,7 +15,7 @@ class FrontendLaunchDescriptionSource(LaunchDescriptionSource):
 
     Args:
         launch_file_path: The file.
-        method: What it is, in words.
+        method: Kind of the file, in words.
         parser: Not used: the parser is chosen by the file's extension.
     """
 

@@ -22,7 +22,7 @@ def get_launch_description_from_frontend_launch_file(
     """Return the launch description of an XML or YAML file.
 
     Raises:
-        InvalidFrontendLaunchFileError: It is none.
+        InvalidFrontendLaunchFileError: The file is not a launch file.
     """
     path = Path(frontend_launch_file_path)
     try:

@@ -52,7 +52,7 @@ def get_output_loggers(process_name: str, output_config: Any) -> tuple[logging.L
             ``stdout``, ``stderr`` and ``both`` the words ``screen``, ``log`` and ``own_log``.
 
     Raises:
-        ValueError: It is something else.
+        ValueError: The value is none of these.
     """
     outputs = _outputs(output_config)
     combined = "own_log" in _destinations(output_config, "both")
@@ -97,7 +97,7 @@ def _words(words: str | Iterable[str]) -> frozenset[str]:
 
 def _write_to(logger: logging.Logger, handler: logging.Handler, text: str | None = None) -> None:
     _known_loggers.add(logger)
-    # Each has handlers of its own: a line is not to be written by those above it again.
+    # Each logger has its own handlers, so records must not propagate to its parents.
     logger.propagate = False
     if handler not in logger.handlers:
         if text is not None and isinstance(handler, handlers.PerLoggerFormatting):

@@ -28,7 +28,7 @@ class LaunchConfig:
     """Configuration of a launch's logging: level, formats, screen and folder.
 
     Attributes:
-        file_handlers: What writes into each log, by the file's name.
+        file_handlers: Handlers of the log files, by file name.
     """
 
     def __init__(self) -> None:
@@ -103,7 +103,7 @@ class LaunchConfig:
 
         Args:
             screen_format: ``default``, ``default_with_timestamp``, or one of Python's formats.
-            screen_style: How its fields are marked, for one of Python's formats.
+            screen_style: Style of the format's fields, as of `logging.Formatter`.
 
         Raises:
             ValueError: There is a style for a format that has its own.
@@ -120,7 +120,7 @@ class LaunchConfig:
 
         Args:
             log_format: ``default``, or one of Python's formats.
-            log_style: How its fields are marked, for one of Python's formats.
+            log_style: Style of the format's fields, as of `logging.Formatter`.
 
         Raises:
             ValueError: There is a style for a format that has its own.

@@ -18,7 +18,7 @@ class OfTwo(KnownSubstitution):
     """Base class of substitutions that compute a truth value from two values.
 
     Args:
-        left: One of them.
+        left: First value.
         right: The other one.
     """
 

@@ -21,7 +21,7 @@ class Command(KnownSubstitution):
 
     Args:
         command: The command line, which is split as a shell splits it.
-        on_stderr: What comes of what it writes to stderr: ``fail``, ``ignore``, ``warn`` or
+        on_stderr: Reaction to output on stderr: ``fail``, ``ignore``, ``warn`` or
             ``capture``.
     """
 

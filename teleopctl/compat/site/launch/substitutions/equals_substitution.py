@@ -27,7 +27,7 @@ class EqualsSubstitution(OfTwo):
     """Whether two values are equal as truth values, numbers or texts.
 
     Args:
-        left: One of them.
+        left: First value.
         right: The other one.
     """
 

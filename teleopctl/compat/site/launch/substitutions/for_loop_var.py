@@ -29,7 +29,7 @@ class ForLoopIndex(ForEachVar):
     """Index of the enclosing `ForLoop` in the current iteration, from 0.
 
     Args:
-        name: What the loop calls it.
+        name: Name of the index in the loop.
     """
 
     parameters = ("name",)

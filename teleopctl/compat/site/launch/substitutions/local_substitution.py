@@ -16,7 +16,7 @@ class LocalSubstitution(Substitution):
 
     Args:
         expression: Its name, with attributes behind it, such as ``event.process_name``.
-        description: What it is in words; None for the expression.
+        description: Readable form; None for the expression.
     """
 
     def __init__(self, expression: str, description: str | None = None) -> None:

@@ -47,7 +47,7 @@ class PathSubstitution(PathJoinSubstitution):
     """Path to which ``/`` appends parts.
 
     Args:
-        path: What it begins with.
+        path: First part.
     """
 
     def __init__(self, path: SomeSubstitutionsType) -> None:

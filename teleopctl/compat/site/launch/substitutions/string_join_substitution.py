@@ -20,7 +20,7 @@ class StringJoinSubstitution(Substitution):
 
     Args:
         substitutions: The texts.
-        delimiter: What stands between.
+        delimiter: Delimiter between the texts.
     """
 
     def __init__(

@@ -19,7 +19,7 @@ class TextSubstitution(Substitution):
         text: The text.
 
     Raises:
-        TypeError: It is none.
+        TypeError: `text` is no string.
     """
 
     def __init__(self, *, text: str) -> None:

@@ -11,7 +11,7 @@ def is_a(obj: object, entity_type: type) -> bool:
     """Return whether an object is an instance of a class.
 
     Raises:
-        RuntimeError: What is given as the class is none.
+        RuntimeError: The second argument is no class.
     """
     if not isinstance(entity_type, type):
         raise RuntimeError(f"entity_type '{obj}' is not a class")

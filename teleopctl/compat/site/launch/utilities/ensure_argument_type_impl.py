@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 
 
-# object: whatever a user hands over, which may be wrong.
+# object: callers may pass anything, which is checked.
 def ensure_argument_type(
     argument: object,
     types: type | Iterable[type],
@@ -18,10 +18,10 @@ def ensure_argument_type(
         argument: The argument.
         types: The types, one or several.
         argument_name: Its name.
-        caller: Who was called with it, or None.
+        caller: Name of the called function, or None.
 
     Raises:
-        TypeError: It is of none of them, or what is given here is of a wrong type itself.
+        TypeError: The argument has none of the types, or another argument is of a wrong type.
     """
     own = "ensure_argument_type()"
     if not isinstance(types, type | Iterable):

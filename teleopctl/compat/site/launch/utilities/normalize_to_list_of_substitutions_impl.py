@@ -25,7 +25,7 @@ def normalize_to_list_of_substitutions(subs: SomeSubstitutionsType) -> list[Subs
     return [_one(item) for item in subs]
 
 
-# object: whatever a user hands over, which may be wrong.
+# object: callers may pass anything, which is checked.
 def _one(item: object) -> Substitution:
     from ..substitutions.text_substitution import TextSubstitution
 

@@ -46,7 +46,7 @@ def extract_type(data_type: AllowedTypesType) -> tuple[ScalarTypesType, bool]:
     """Return the type of a scalar, or of a list's items, and whether it is a list.
 
     Raises:
-        ValueError: It is neither.
+        ValueError: The type is neither.
     """
     arguments = get_args(data_type)
     is_list = is_typing_list(data_type) and bool(arguments)
@@ -99,7 +99,7 @@ def coerce_to_type(
         can_be_str: Whether what is no number, and items that are none, may stay texts.
 
     Raises:
-        ValueError: It is no such value, or the type is none that is allowed.
+        ValueError: The text is not of the type, or the type is not permitted.
     """
     ensure_argument_type(value, str, "value", "coerce_to_type")
     if data_type is None:
@@ -198,10 +198,10 @@ def normalize_typed_substitution(
     Args:
         value: The value. Texts and substitutions in a row are one substitution; for a list of
             texts, the substitutions stand in lists of their own.
-        data_type: What it is to become, or None for anything.
+        data_type: Type of the result, or None for any.
 
     Raises:
-        TypeError: It cannot become that.
+        TypeError: The value cannot have that type.
         ValueError: The type is none that is allowed.
     """
     if isinstance(value, ScalarTypesTuple):
@@ -259,8 +259,8 @@ def perform_typed_substitution(
     """Return the value of a normalized value, with its substitutions performed.
 
     Raises:
-        TypeError: It cannot be of that type.
-        ValueError: It turns out to be none, or the type is none that is allowed.
+        TypeError: The value cannot have that type.
+        ValueError: The evaluated text is not of the type, or the type is not permitted.
     """
     if isinstance(value, ScalarTypesTuple):
         if not is_instance_of(value, data_type):

@@ -21,7 +21,7 @@ _Value = TypeVar("_Value")
 
 # Returns a true value when the condition holds.
 Condition = Callable[[], _Value]
-# Whether output is as expected, or what raises AssertionError where it is not.
+# Returns whether output is as expected, or raises AssertionError.
 Validate = Callable[[str], object]
 
 
@@ -40,7 +40,7 @@ def _watched(
         OnProcessIO(target_action=process, on_stdout=on_event, on_stderr=on_event),
     ]
     for handler in handlers:
-        # Behind that of the action itself, which takes in what has happened.
+        # After the action's own handler, which records the event.
         context.register_event_handler(handler, append=True)
     try:
         yield
@@ -148,7 +148,7 @@ async def assert_output(
         timeout: Seconds to wait; None for as long as it takes.
 
     Raises:
-        AssertionError: It does not by then.
+        AssertionError: It does not before the timeout.
     """
     written = execute_process_action.get_stdout
     condition = _holds(validate_output, written)

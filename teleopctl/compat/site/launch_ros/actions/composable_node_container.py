@@ -21,10 +21,10 @@ class ComposableNodeContainer(Node):
         name: The container's name.
         namespace: Its namespace.
         composable_node_descriptions: Its components.
-        kwargs: What `Node` takes.
+        kwargs: Further arguments of `Node`.
     """
 
-    # Any: the words of Node.
+    # Any: arguments of `Node.`
     def __init__(
         self,
         *,

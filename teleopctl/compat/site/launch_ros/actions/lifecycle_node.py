@@ -22,10 +22,10 @@ class LifecycleNode(Node):
         name: The node's name.
         namespace: Its namespace.
         autostart: Whether it is configured and activated once it is there.
-        kwargs: What `Node` takes.
+        kwargs: Further arguments of `Node`.
     """
 
-    # Any: the words of Node.
+    # Any: arguments of `Node.`
     def __init__(
         self,
         *,

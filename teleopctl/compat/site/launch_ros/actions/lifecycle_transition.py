@@ -38,13 +38,13 @@ class LifecycleTransition(Action):
     Args:
         lifecycle_node_names: The nodes.
         transition_ids: The transitions, each one of `lifecycle_msgs.msg.Transition`.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
 
     Raises:
         ValueError: There are no nodes, or no transitions.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         *,

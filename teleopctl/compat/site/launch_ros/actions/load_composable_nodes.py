@@ -25,10 +25,10 @@ class LoadComposableNodes(Action):
     Args:
         composable_node_descriptions: The components.
         target_container: The container, or its name.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         *,

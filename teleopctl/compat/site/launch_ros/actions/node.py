@@ -43,7 +43,7 @@ class Node(ExecuteProcess):
         remappings: Pairs from, to.
         ros_arguments: Further arguments behind ``--ros-args``.
         arguments: Arguments of the program.
-        kwargs: What `ExecuteProcess` takes.
+        kwargs: Further arguments of `ExecuteProcess`.
 
     Raises:
         TypeError: There is no executable, or a parameter is none.
@@ -52,7 +52,7 @@ class Node(ExecuteProcess):
     UNSPECIFIED_NODE_NAME = "<node_name_unspecified>"
     UNSPECIFIED_NODE_NAMESPACE = "<node_namespace_unspecified>"
 
-    # Any: the words of ExecuteProcess.
+    # Any: arguments of `ExecuteProcess.`
     def __init__(
         self,
         *,

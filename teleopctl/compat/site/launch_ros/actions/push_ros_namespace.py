@@ -18,10 +18,10 @@ class PushROSNamespace(Action):
 
     Args:
         namespace: The namespace.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, namespace: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._namespace = template(namespace)

@@ -22,10 +22,10 @@ class SetParameter(Action):
     Args:
         name: Its name.
         value: Its value.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: values of any kind, and the words of Action.
+    # Any: values of any kind, and arguments of `Action`.
     def __init__(self, name: SomeSubstitutionsType, value: Any, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.name = normalize_to_list_of_substitutions(name)

@@ -18,10 +18,10 @@ class SetParametersFromFile(Action):
 
     Args:
         filename: The file.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, filename: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._file = template(filename)

@@ -19,10 +19,10 @@ class SetRemap(Action):
     Args:
         src: The name that is replaced.
         dst: The name in its place.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self, src: SomeSubstitutionsType, dst: SomeSubstitutionsType, **kwargs: Any
     ) -> None:

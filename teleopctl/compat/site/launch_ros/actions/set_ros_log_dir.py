@@ -18,10 +18,10 @@ class SetROSLogDir(Action):
 
     Args:
         new_log_dir: The folder.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, new_log_dir: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._folder = template(new_log_dir)

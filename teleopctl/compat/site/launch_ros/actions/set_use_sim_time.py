@@ -18,10 +18,10 @@ class SetUseSimTime(Action):
 
     Args:
         value: Whether they follow ``/clock``.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(self, value: bool | SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._value = optional(value) or template("true")

@@ -19,10 +19,10 @@ class ComposableLifecycleNode(ComposableNode):
 
     Args:
         autostart: Whether it is configured and activated once it is loaded.
-        kwargs: What `ComposableNode` takes.
+        kwargs: Further arguments of `ComposableNode`.
     """
 
-    # Any: the words of ComposableNode.
+    # Any: arguments of `ComposableNode.`
     def __init__(self, *, autostart: bool | SomeSubstitutionsType = False, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self._autostart = optional(autostart) or template("false")

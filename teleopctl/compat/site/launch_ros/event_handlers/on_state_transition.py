@@ -20,19 +20,19 @@ class OnStateTransition(EventHandler):
     """Handles transitions of a lifecycle node.
 
     Args:
-        entities: What is done.
+        entities: Entities to visit on an event.
         target_lifecycle_node: The node, or None for all.
         transition: The transition's label, or None for all; so the next two.
         start_state: The state that it leaves.
         goal_state: The state that it is in then.
         matcher: Returns whether an event matches; replaces all other arguments.
-        kwargs: What `EventHandler` takes.
+        kwargs: Further arguments of `EventHandler`.
 
     Raises:
         RuntimeError: The node is no lifecycle node.
     """
 
-    # Any: the words of EventHandler.
+    # Any: arguments of `EventHandler.`
     def __init__(
         self,
         *,

@@ -39,7 +39,7 @@ __all__ = [
 ]
 
 
-# Any: whatever a module holds. These need messages and rclpy, which few launch files do.
+# Any: attributes of a module. These need messages and rclpy, which few launch files do.
 def __getattr__(name: str) -> Any:
     if name not in _WITH_RCLPY:
         raise AttributeError(f"module {__name__!r} has no attribute {name!r}")

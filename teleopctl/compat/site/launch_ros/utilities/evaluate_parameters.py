@@ -32,7 +32,7 @@ def evaluate_parameters(context: LaunchContext, parameters: Parameters) -> Evalu
 
     Args:
         context: Context for the substitutions.
-        parameters: What `normalize_parameters` gives.
+        parameters: Return value of `normalize_parameters`.
 
     Raises:
         TypeError: A value is none that a parameter can have.

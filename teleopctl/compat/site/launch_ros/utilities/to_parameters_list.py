@@ -36,7 +36,7 @@ def to_parameters_list(
         context: Context for the substitutions.
         node_name: The node; sections of a file for other nodes are ignored.
         namespace: Its namespace.
-        evaluated_parameters: What `evaluate_parameters` gives.
+        evaluated_parameters: Return value of `evaluate_parameters`.
 
     Raises:
         RuntimeError: A value is none that a parameter can have.

@@ -14,10 +14,10 @@ class GTest(Test):
 
     Args:
         path: The program.
-        kwargs: What `Test` takes.
+        kwargs: Further arguments of `Test`.
     """
 
-    # Any: the words of Test.
+    # Any: arguments of `Test.`
     def __init__(self, *, path: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(cmd=[path], **kwargs)
         self._path = path

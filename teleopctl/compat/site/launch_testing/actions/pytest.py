@@ -15,10 +15,10 @@ class PyTest(Test):
 
     Args:
         path: The file.
-        kwargs: What `Test` takes.
+        kwargs: Further arguments of `Test`.
     """
 
-    # Any: the words of Test.
+    # Any: arguments of `Test.`
     def __init__(self, *, path: SomeSubstitutionsType, **kwargs: Any) -> None:
         super().__init__(cmd=[sys.executable, "-m", "pytest", path], **kwargs)
         self._path = path

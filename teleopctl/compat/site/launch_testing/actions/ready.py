@@ -21,7 +21,7 @@ class ReadyToTest(Action):
         """Add a function to call when the action is executed."""
         self._callbacks.append(callback)
 
-    def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:  # noqa: ARG002 -- the word of Action
+    def execute(self, context: LaunchContext) -> list[LaunchDescriptionEntity] | None:  # noqa: ARG002 -- the signature of Action
         """Call the added functions."""
         for callback in self._callbacks:
             try:

@@ -17,12 +17,12 @@ class Test(ExecuteProcess):
     Args:
         timeout: Seconds after which the process is shut down; None for never.
         kill_timeout: Seconds from that to SIGTERM, and from there to SIGKILL.
-        kwargs: What `ExecuteProcess` takes.
+        kwargs: Further arguments of `ExecuteProcess`.
     """
 
     __test__ = False  # to pytest
 
-    # Any: the words of ExecuteProcess.
+    # Any: arguments of `ExecuteProcess.`
     def __init__(
         self,
         *,

@@ -25,7 +25,7 @@ EXIT_SIGINT = 130
 EXIT_SIGQUIT = 131
 EXIT_SIGKILL = 137
 EXIT_SIGSEGV = 139
-# What a process that is ended on Windows ends with.
+# Exit code of a process that is terminated on Windows.
 EXIT_FORCED = 1
 
 _FINE = (EXIT_OK, EXIT_FORCED) if os.name == "nt" else (EXIT_OK,)
@@ -42,7 +42,7 @@ def assertExitCodes(  # noqa: N802 -- the original's name
     """Assert that processes have exited with permitted exit codes.
 
     Args:
-        proc_info: What was recorded of the processes.
+        proc_info: Recorded events of the processes.
         allowable_exit_codes: Exit statuses that are right.
         process: An action, a part of a process's name, or None for all processes.
         cmd_args: Arguments that it was started with.

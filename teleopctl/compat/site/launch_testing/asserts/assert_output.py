@@ -36,11 +36,11 @@ def assertInStream(  # noqa: N802 -- the original's name
     """Assert that a process has written an expected output to a stream.
 
     Args:
-        proc_output: What was written.
+        proc_output: Recorded output.
         expected_output: A text, a pattern, or several of them in their order.
         process: An action, a part of a process's name, or None for any process.
         cmd_args: Arguments that it was started with.
-        output_filter: What is done to the output before.
+        output_filter: Function applied to the output before.
         strict_proc_matching: Whether a name may mean one process only.
         strip_ansi_escape_sequences: Whether colours do not count.
         stream: ``stderr`` or ``stdout``.
@@ -76,7 +76,7 @@ def assertInStream(  # noqa: N802 -- the original's name
     )
 
 
-# Any: the words of `assertInStream`.
+# Any: arguments of `assertInStream`.
 def assertInStdout(  # noqa: N802 -- the original's name
     proc_output: KnowsOutput,
     expected_output: Any,
@@ -88,7 +88,7 @@ def assertInStdout(  # noqa: N802 -- the original's name
     assertInStream(proc_output, expected_output, process, cmd_args, stream="stdout", **kwargs)
 
 
-# Any: the words of `assertInStream`.
+# Any: arguments of `assertInStream`.
 def assertInStderr(  # noqa: N802 -- the original's name
     proc_output: KnowsOutput,
     expected_output: Any,

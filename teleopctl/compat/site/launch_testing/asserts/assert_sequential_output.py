@@ -31,7 +31,7 @@ class SequentialTextChecker:
         """Assert that a text follows the one found last; continue after it.
 
         Raises:
-            AssertionError: It does not; the next text is looked for at the same place.
+            AssertionError: It does not; the next search starts at the same place.
         """
         found = self._text.find(msg, self._end_of_last)
         assert found >= 0, (
@@ -47,7 +47,7 @@ class SequentialTextChecker:
     def get_nearby_lines(self) -> str:
         """Return the next line to be checked, with two lines before and after it."""
         lines = self._text.splitlines()
-        # Behind the last character of a line, it is the next one's turn.
+        # After the last character of a line, the next line is checked.
         at = self._text.count("\n", 0, self._end_of_last + 1)
         return "\n".join(lines[max(0, at - _LINES_AROUND) : at + _LINES_AROUND + 1])
 
@@ -61,7 +61,7 @@ def assertSequentialStdout(  # noqa: N802 -- the original's name
     """Return a context manager with a checker of a process's output.
 
     Args:
-        proc_output: What was written.
+        proc_output: Recorded output.
         process: Its action, or a part of its name.
         cmd_args: Arguments that it was started with.
 

@@ -16,7 +16,7 @@ class StdoutReadyListener(OnProcessIO):
     Args:
         target_action: The action that starts it; None for any process.
         ready_txt: Text in the line that marks it as ready.
-        actions: What is done.
+        actions: Actions to execute then.
     """
 
     def __init__(

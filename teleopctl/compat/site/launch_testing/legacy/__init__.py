@@ -37,8 +37,8 @@ class LaunchTestService:
         """Add an action that the tests need; its exit ends the launch.
 
         Args:
-            launch_description: What it is added to.
-            action: What is added, and returned.
+            launch_description: Launch description to add it to.
+            action: Action to add and return.
             exit_allowed: Exit statuses with which it may end, or whether it may with any.
         """
         launch_description.add_action(action)
@@ -62,8 +62,8 @@ class LaunchTestService:
         The launch ends when one has failed, or all have ended.
 
         Args:
-            launch_description: What it is added to.
-            action: What is added, and returned.
+            launch_description: Launch description to add it to.
+            action: Action to add and return.
         """
         test = f"test_{id(action)}"
         if isinstance(action, ExecuteLocal):
@@ -107,11 +107,11 @@ class LaunchTestService:
         """Add a test of a process's output on stdout.
 
         Args:
-            launch_description: What has the action.
+            launch_description: Launch description with the action.
             action: Starts the process; it is returned.
-            output_test: What `output.create_output_test_from_file` and the like return.
+            output_test: Return value of `output.create_output_test_from_file` and the like.
             test_suffix: Distinguishes several tests of one process.
-            output_filter: What is done to the output before.
+            output_filter: Function applied to the output before.
             side_effect: ``shutdown`` where the launch ends once it has passed.
         """
         test = f"test_{id(action)}_{test_suffix}"
@@ -136,13 +136,13 @@ class LaunchTestService:
         launch_description.add_action(RegisterEventHandler(OnShutdown(on_shutdown=ends)))
         return action
 
-    # Any: the words of LaunchService.run.
+    # Any: arguments of `LaunchService.run.`
     def run(self, launch_service: LaunchService, *args: Any, **kwargs: Any) -> int:
         """Run the launch; return its exit status or, if 0, that of the first failed test.
 
         Args:
             launch_service: Has been given the launch description.
-            args: What `LaunchService.run` takes.
+            args: Further arguments of `LaunchService.run`.
             kwargs: Likewise.
         """
         status = launch_service.run(*args, **kwargs)

@@ -10,7 +10,7 @@ from typing import TypeVar
 
 _Expected = TypeVar("_Expected")
 
-# What is there so far, how more is added, how something is found in it, and what has to be there.
+# Initial state, function that adds output, function that searches, and expected items.
 OutputTest = tuple[
     bytes, Callable[[bytes, bytes], bytes], Callable[[bytes, _Expected], bool], list[_Expected]
 ]
@@ -34,7 +34,7 @@ def get_rmw_output_filter(rmw_implementation: str, filter_type: str) -> list[byt
         filter_type: ``prefixes`` or ``patterns``.
 
     Raises:
-        TypeError: It is neither.
+        TypeError: The argument is neither.
     """
     from ament_index_python import get_resource, has_resource
 
@@ -47,7 +47,7 @@ def get_rmw_output_filter(rmw_implementation: str, filter_type: str) -> list[byt
         if not has_resource(kind, rmw_implementation):
             return []
     except OSError:
-        return []  # no ROS has been sourced, whose middleware could have lines of its own
+        return []  # without a sourced ROS there is no middleware with lines to filter
     return [line.encode() for line in get_resource(kind, rmw_implementation)[0].splitlines()]
 
 

@@ -59,7 +59,7 @@ def expected_output_from_file(path: str, encoding: str | None = None) -> list[An
     Raises:
         RuntimeError: There is neither.
     """
-    # No with_suffix: a dot in the name is no ending here.
+    # Not with_suffix: a dot in the name does not begin a suffix here.
     lines, patterns = Path(f"{path}.txt"), Path(f"{path}.regex")
     if lines.is_file():
         return lines.read_text(encoding=encoding).splitlines()

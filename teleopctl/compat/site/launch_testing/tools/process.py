@@ -21,9 +21,9 @@ class ProcessProxy:
 
     Args:
         process_action: The action that starts it.
-        proc_info: What was recorded of the launch's processes.
-        proc_output: What they have written.
-        output_filter: What is done to the output before it is looked at.
+        proc_info: Recorded events of the launch's processes.
+        proc_output: Recorded output of the processes.
+        output_filter: Function applied to the output before a check.
 
     Raises:
         TypeError: One of them is of another kind.
@@ -143,7 +143,7 @@ class OutputSeen:
 
     Args:
         found: Whether it was.
-        output: What was there when it was looked at last.
+        output: Output at the last check.
     """
 
     def __init__(self, found: bool, output: str | None) -> None:
@@ -157,7 +157,7 @@ class OutputSeen:
         return f"<OutputSeen({self._found}): {self._output!r}>"
 
 
-# Any: the words of ProcessProxy.
+# Any: arguments of `ProcessProxy.`
 @contextmanager
 def launch_process(
     launch_service: LaunchService,
@@ -171,9 +171,9 @@ def launch_process(
     Args:
         launch_service: The launch.
         process_action: The action that starts it.
-        proc_info: What is recorded of the launch's processes.
-        proc_output: What they write.
-        kwargs: What `ProcessProxy` takes.
+        proc_info: Recorded events of the launch's processes.
+        proc_output: Recorded output of the processes.
+        kwargs: Further arguments of `ProcessProxy`.
     """
     proxy = ProcessProxy(process_action, proc_info, proc_output, **kwargs)
     launch_service.emit_event(IncludeLaunchDescription(LaunchDescription([process_action])))

@@ -18,7 +18,7 @@ except KeyboardInterrupt:
 
 def KeepAliveProc() -> ExecuteProcess:  # noqa: N802 -- the original's name
     """Return a process that runs until it is interrupted, so that the launch does not end."""
-    # Without `site` it starts in half the time, in which an interrupt would be its failure.
+    # Without `site` it starts in half the time; an interrupt during the start would be a failure.
     return ExecuteProcess(cmd=[sys.executable, "-S", "-c", _WAITS])
 
 

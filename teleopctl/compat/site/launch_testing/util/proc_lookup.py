@@ -34,7 +34,7 @@ def resolveProcesses(  # noqa: N802 -- the original's name
     """Return the actions of the matching processes, at least one.
 
     Args:
-        info_obj: What was recorded of the processes.
+        info_obj: Record of the processes.
         process: An action, a part of a process's name, or None for all of them.
         cmd_args: Arguments that a process meant by its name was started with, or `NO_CMD_ARGS`.
         strict_proc_matching: Whether a name may mean one process only.

@@ -25,10 +25,10 @@ class RosGzBridge(Action):
         namespace: Its namespace.
         use_respawn: Whether it is started again when it ends.
         log_level: The lowest level of its messages.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         *,

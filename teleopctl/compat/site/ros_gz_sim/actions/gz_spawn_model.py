@@ -29,10 +29,10 @@ class GzSpawnModel(Action):
         roll: How it stands, in radians.
         pitch: Likewise.
         yaw: Likewise.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         *,

@@ -22,10 +22,10 @@ class GzServer(Action):
         container_name: Where it would be loaded.
         create_own_container: Whether it would be loaded into a container of its own.
         use_composition: Whether it would be loaded into a container; it is a process of its own.
-        kwargs: What `Action` takes.
+        kwargs: Further arguments of `Action`.
     """
 
-    # Any: the words of Action.
+    # Any: arguments of `Action.`
     def __init__(
         self,
         *,

@@ -9,13 +9,13 @@ class ProcessExited(RunningProcessEvent):
     """Emitted when a process has exited.
 
     Args:
-        returncode: What it ended with; negative for a signal.
-        kwargs: What `RunningProcessEvent` takes.
+        returncode: Exit status; negative for a signal.
+        kwargs: Further arguments of `RunningProcessEvent`.
     """
 
     name = "launch.events.process.ProcessExited"
 
-    # Any: the words of RunningProcessEvent.
+    # Any: arguments of `RunningProcessEvent.`
     def __init__(self, *, returncode: int, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.returncode = returncode

@@ -11,12 +11,12 @@ class ProcessIO(RunningProcessEvent):
     Args:
         text: The bytes.
         fd: 0 for stdin, 1 for stdout, 2 for stderr.
-        kwargs: What `RunningProcessEvent` takes.
+        kwargs: Further arguments of `RunningProcessEvent`.
     """
 
     name = "launch.events.process.ProcessIO"
 
-    # Any: the words of RunningProcessEvent.
+    # Any: arguments of `RunningProcessEvent.`
     def __init__(self, *, text: bytes, fd: int, **kwargs: Any) -> None:
         super().__init__(**kwargs)
         self.text = text
@@ -43,7 +43,7 @@ class ProcessStdin(ProcessIO):
 
     name = "launch.events.process.ProcessStdin"
 
-    # Any: the words of RunningProcessEvent.
+    # Any: arguments of `RunningProcessEvent.`
     def __init__(self, *, text: bytes, **kwargs: Any) -> None:
         super().__init__(text=text, fd=0, **kwargs)
 
@@ -53,7 +53,7 @@ class ProcessStdout(ProcessIO):
 
     name = "launch.events.process.ProcessStdout"
 
-    # Any: the words of RunningProcessEvent.
+    # Any: arguments of `RunningProcessEvent.`
     def __init__(self, *, text: bytes, **kwargs: Any) -> None:
         super().__init__(text=text, fd=1, **kwargs)
 
@@ -63,6 +63,6 @@ class ProcessStderr(ProcessIO):
 
     name = "launch.events.process.ProcessStderr"
 
-    # Any: the words of RunningProcessEvent.
+    # Any: arguments of `RunningProcessEvent.`
     def __init__(self, *, text: bytes, **kwargs: Any) -> None:
         super().__init__(text=text, fd=2, **kwargs)

@@ -24,7 +24,7 @@ class ProcessTargetedEvent(Event):
     def happen(self, launch: Launch) -> None:
         """Send the signal to the processes that the matcher selects."""
 
-        def is_meant(process: ProcessPart, plan: ProcessPlan) -> bool:  # noqa: ARG001 -- ours know it
+        def is_meant(process: ProcessPart, plan: ProcessPlan) -> bool:  # noqa: ARG001 -- for the events of subclasses
             return isinstance(process.origin, Action) and self.process_matcher(process.origin)
 
         launch.emit(SignalRequested(is_meant, self._number()))
