@@ -37,6 +37,7 @@ from teleopctl.packages import (
     installed_module_roots,
     is_path,
     lookup_package,
+    run_dependencies,
     source_module_root,
 )
 
@@ -121,7 +122,6 @@ _PARAMETERS = "--params-file"
 # Suffixes of arguments that a program reads; other arguments, such as a bag, may be written.
 _READ = frozenset({".py", ".rviz", ".sdf", ".srdf", ".urdf", ".xacro", ".xml", ".yaml", ".yml"})
 _NO_SOURCES = frozenset({"build", "install", "launch", "log", "test", "tests", "__pycache__"})
-_DEPENDENCY = re.compile(r"<(?:depend|exec_depend|run_depend)[^>]*>\s*([\w-]+)\s*<")
 
 
 def sources_of(plan: ProcessPlan, log_directory: Path) -> frozenset[Path]:
@@ -183,7 +183,7 @@ def _of_executable(executable: PackageProgram) -> Iterator[Path]:
         manifest = (package.folder / "package.xml").read_text(encoding="utf-8", errors="replace")
     except OSError:
         manifest = ""
-    for name in _DEPENDENCY.findall(manifest):
+    for name in run_dependencies(manifest):
         root = source_module_root(name)
         roots += [] if root is None else [root / name]
     for root in roots:

@@ -28,7 +28,10 @@ if TYPE_CHECKING:
         resolve_uri as resolve_uri,
         source_resources as source_resources,
     )
-    from teleopctl.packages.installed_layout import interfaces_elsewhere as interfaces_elsewhere
+    from teleopctl.packages.installed_layout import (
+        interfaces_elsewhere as interfaces_elsewhere,
+        run_dependencies as run_dependencies,
+    )
     from teleopctl.packages.modules import (
         installed_module_roots as installed_module_roots,
         source_module_root as source_module_root,

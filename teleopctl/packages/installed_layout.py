@@ -32,6 +32,15 @@ _SCRIPTS: Final = ("setup.py", "CMakeLists.txt")
 _INTERFACE: Final = r"(msg|srv|action)/\w+\.(?:\1|idl)"
 _FOLDER: Final = "packages"  # in the runtime folder
 INDEX: Final = "share/ament_index/resource_index"
+RUN_DEPENDENCIES: Final = "package_run_dependencies"
+"""Type of the resources that list what a package needs when it runs, with ``;`` between."""
+PLUGIN_RESOURCE: Final = "__pluginlib__plugin"
+"""Ending of the resource types that name plug-in descriptions, after the package of the base."""
+_DEPENDENCY: Final = re.compile(r"<(?:depend|exec_depend|run_depend)\b[^>]*>\s*([\w-]+)\s*<")
+_PLUGINS: Final = re.compile(
+    r"^[ \t]*pluginlib_export_plugin_description_file\(\s*(\w+)\s+\"?([\w./-]+)\"?\s*\)",
+    re.MULTILINE,
+)
 
 
 @lru_cache(maxsize=256)
@@ -99,8 +108,8 @@ def prefix_folder(
 def resources(name: str, folder: Path) -> dict[str, Path | str]:
     """Return the resources for the ament index that a source package declares.
 
-    These are the files that its scripts install there, and the list of its interfaces; without the
-    marker of the package itself.
+    These are the files that its scripts install there, the list of its interfaces, its run
+    dependencies and its plug-in descriptions; without the marker of the package itself.
 
     Args:
         name: Name of the package.
@@ -125,7 +134,20 @@ def resources(name: str, folder: Path) -> dict[str, Path | str]:
     interfaces.update(interfaces_elsewhere(name, folder))
     if interfaces:
         found[f"rosidl_interfaces/{name}"] = "\n".join(sorted(interfaces))
+    for category, file in _PLUGINS.findall(text_of(folder / "CMakeLists.txt") or ""):
+        found[f"{category}{PLUGIN_RESOURCE}/{name}"] = f"share/{name}/{file}\n"
+    manifest = text_of(folder / "package.xml") or ""
+    found[f"{RUN_DEPENDENCIES}/{name}"] = ";".join(dict.fromkeys(run_dependencies(manifest)))
     return found
+
+
+def run_dependencies(manifest: str) -> list[str]:
+    """Return the names in the tags ``depend``, ``exec_depend`` and ``run_depend``.
+
+    Args:
+        manifest: Text of a ``package.xml``.
+    """
+    return _DEPENDENCY.findall(manifest)
 
 
 @lru_cache(maxsize=2048)

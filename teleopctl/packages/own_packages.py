@@ -13,7 +13,9 @@ ROS 2 Jazzy's release of August 2026, and what Jazzy lacks has teleopctl's own.
 from __future__ import annotations
 
 import os
+import re
 import sys
+from collections.abc import Iterable, Mapping
 from functools import lru_cache
 from pathlib import Path
 
@@ -21,7 +23,13 @@ from teleopctl import plugins
 from teleopctl.base.folders import cache_dir
 from teleopctl.base.typed import Final, NamedTuple
 from teleopctl.errors import SystemFailureError
-from teleopctl.packages.installed_layout import INDEX, link, starter
+from teleopctl.packages.installed_layout import (
+    INDEX,
+    PLUGIN_RESOURCE,
+    RUN_DEPENDENCIES,
+    link,
+    starter,
+)
 
 HERE: Final = Path(__file__).resolve().parents[1]
 DATA_PACKAGES: Final = {
@@ -69,6 +77,11 @@ _MANIFEST: Final = """\
   </export>
 </package>
 """
+
+
+# A type of another package in a definition, such as ``std_msgs/Header header``.
+_NAMED_TYPE: Final = re.compile(r"^\s*([a-z]\w*)/", re.MULTILINE)
+_CLASS: Final = '  <class name="{name}" type="{name}" base_class_type="{base}"/>\n'
 
 
 class Manifest(NamedTuple):
@@ -207,7 +220,48 @@ def _write_prefix(prefix: Path) -> None:
         program.parent.mkdir(parents=True, exist_ok=True)
         program.write_text(starter(package, name, None), encoding="utf-8")
         program.chmod(0o700)
+    _write_dependencies(index, share, interfaces)
+    _write_plugins(index, share)
     (prefix / _MARK).touch()
+
+
+def _write_dependencies(index: Path, share: Path, interfaces: Mapping[str, Iterable[str]]) -> None:
+    """Write the resources with run dependencies; those of interfaces are the types they name."""
+    (index / RUN_DEPENDENCIES).mkdir()
+    for name in own_names():
+        needed = {
+            package
+            for file in interfaces.get(name, ())
+            if (definition := share / name / file).suffix != ".idl" and definition.is_file()
+            for package in _NAMED_TYPE.findall(definition.read_text(encoding="utf-8"))
+        }
+        text = ";".join(sorted(needed - {name}))
+        (index / RUN_DEPENDENCIES / name).write_text(text, encoding="utf-8")
+
+
+def _write_plugins(index: Path, share: Path) -> None:
+    """Write the descriptions of controllers and hardware components, and their resources."""
+    for category, base, plugin_names in (
+        ("controller_interface", "ControllerInterface", plugins.CONTROLLERS.builtin),
+        ("hardware_interface", "SystemInterface", plugins.HARDWARE.builtin),
+    ):
+        folder = index / f"{category}{PLUGIN_RESOURCE}"
+        folder.mkdir()
+        classes: dict[str, list[str]] = {}
+        for name in plugin_names:
+            package, slash, _ = name.partition("/")
+            if slash:
+                classes.setdefault(package, []).append(
+                    _CLASS.format(name=name, base=f"{category}::{base}")
+                )
+        for package, lines in classes.items():
+            if data_folder(package) is not None:
+                continue
+            (share / package).mkdir(exist_ok=True)
+            file = f"{category}_plugins.xml"
+            text = f'<library path="{package}">\n{"".join(lines)}</library>\n'
+            (share / package / file).write_text(text, encoding="utf-8")
+            (folder / package).write_text(f"share/{package}/{file}\n", encoding="utf-8")
 
 
 def _own_version() -> str:

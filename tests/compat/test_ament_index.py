@@ -98,12 +98,20 @@ from launch_ros.substitutions import FindPackageShare
 print(FindPackageShare("nav2_msgs").perform(LaunchContext()) == f"{prefix}/share/nav2_msgs")
 print({"launch", "launch_ros", "tf2_ros", "cv_bridge", "nav2_common", "launch_testing", "leg"}
     <= set(get_packages_with_prefixes()))
+print(get_resource("package_run_dependencies", "std_msgs")[0])
+from pathlib import Path
+path, _ = get_resource("hardware_interface__pluginlib__plugin", "mock_components")
+print("mock_components/GenericSystem" in Path(prefix, path.strip()).read_text())
+print("joint_trajectory_controller" in get_resources("controller_interface__pluginlib__plugin"))
 """
     assert said(code, prefixes, AMENT_PREFIX_PATH="").splitlines() == [
         "leg False",
         "True",
         "['uint8[]', 'data'] True",
         "['srv/Empty.srv', 'srv/SetBool.srv', 'srv/Trigger.srv']",
+        "True",
+        "True",
+        "builtin_interfaces",
         "True",
         "True",
     ]
@@ -133,8 +141,21 @@ def test_the_sources_of_a_workspace_declare_resources_too(prefixes):
         leg / "setup.py",
         f"from setuptools import setup\nsetup(data_files=[('{marker}', ['resource/leg_gait'])])",
     )
+    write(
+        leg / "CMakeLists.txt",
+        "pluginlib_export_plugin_description_file(hardware_interface leg_hardware.xml)",
+    )
+    needs = "<exec_depend>rclpy</exec_depend><depend>std_msgs</depend>"
+    write(leg / "package.xml", f"<package><name>leg</name>{needs}</package>")
     code = """
 print(get_resource("gaits", "leg_gait")[0], *get_resources("gaits"), has_resource("gaits", "x"))
 print(get_resource("rosidl_interfaces", "leg")[0])
+print(get_resource("package_run_dependencies", "leg")[0])
+print(get_resource("hardware_interface__pluginlib__plugin", "leg")[0].strip())
 """
-    assert said(code, prefixes).splitlines() == ["gait: trot leg_gait False", "msg/Step.msg"]
+    assert said(code, prefixes).splitlines() == [
+        "gait: trot leg_gait False",
+        "msg/Step.msg",
+        "rclpy;std_msgs",
+        "share/leg/leg_hardware.xml",
+    ]
