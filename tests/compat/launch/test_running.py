@@ -313,3 +313,33 @@ def test_each_shutdown_of_a_launch_that_ends_already_is_an_event_with_its_reason
     )
     in_order(text, "told of the first", "told of the second")
     assert "told of the third" not in text
+
+
+def test_a_program_whose_loop_ends_before_its_launch_ends_the_launch(shared_ros):
+    (shared_ros.folder / "program.py").write_text(
+        HEAD
+        + textwrap.dedent(
+            """
+            from launch import LaunchService
+
+            async def main():
+                started = asyncio.Event()
+                loop = asyncio.get_running_loop()
+                service = LaunchService()
+                service.include_launch_description(LaunchDescription([
+                    waits(),
+                    RegisterEventHandler(OnProcessStart(on_start=lambda event, context:
+                        print("pid", event.pid, flush=True)
+                        or loop.call_soon_threadsafe(started.set) and None))]))
+                loop.create_task(service.run_async())
+                await started.wait()
+
+            asyncio.new_event_loop().run_until_complete(main())
+            """
+        ),
+        encoding="utf-8",
+    )
+    done = shared_ros.run("python program.py")
+    assert done.returncode == 0, done.stderr
+    (pid,) = re.findall(r"^pid (\d+)", done.stdout, re.MULTILINE)
+    assert not psutil.pid_exists(int(pid))

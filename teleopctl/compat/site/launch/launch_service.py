@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+import atexit
 import logging
 import threading
 from collections.abc import Callable, Coroutine, Generator, Iterable
+from contextlib import suppress
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
@@ -28,6 +30,9 @@ if TYPE_CHECKING:
 
     from .event import Event
     from .launch_description import LaunchDescription
+
+# Longest time for which the end of a program waits for the processes of its launch to end.
+_END_S = 12.0
 
 
 class LaunchService:
@@ -112,8 +117,7 @@ class LaunchService:
         import asyncio
 
         self._task, self._thread = asyncio.current_task(), threading.get_ident()
-        loop = asyncio.get_running_loop()
-        running = loop.run_in_executor(None, self._run, shutdown_when_idle)
+        running = self._in_thread(asyncio.get_running_loop(), shutdown_when_idle)
         try:
             return await asyncio.shield(running)
         except asyncio.CancelledError:
@@ -122,6 +126,42 @@ class LaunchService:
             raise
         finally:
             self._task = self._thread = None
+
+    def _in_thread(
+        self, loop: asyncio.AbstractEventLoop, shutdown_when_idle: bool
+    ) -> asyncio.Future[int]:
+        """Run the launch in a thread, which also ends with the program; return its result."""
+        ended: asyncio.Future[int] = loop.create_future()
+
+        def tell(error: BaseException | None, status: int) -> None:
+            if ended.done():
+                return
+            if error is not None:
+                ended.set_exception(error)
+            else:
+                ended.set_result(status)
+
+        def run() -> None:
+            error, status = None, 1
+            try:
+                status = self._run(shutdown_when_idle)
+            except BaseException as raised:  # noqa: BLE001 -- raised where it is awaited
+                error = raised
+            with suppress(RuntimeError):  # the loop is closed: nobody waits
+                loop.call_soon_threadsafe(tell, error, status)
+
+        # A daemon: a program whose loop ends before the launch does not wait for it, but ends it.
+        thread = threading.Thread(target=run, name="launch", daemon=True)
+
+        def end() -> None:
+            if thread.is_alive():
+                self.shutdown(force_sync=True)
+                thread.join(_END_S)
+
+        atexit.register(end)
+        ended.add_done_callback(lambda _: atexit.unregister(end))
+        thread.start()
+        return ended
 
     def _run(self, shutdown_when_idle: bool) -> int:
         from teleopctl.launch import Supervisor, prepare
