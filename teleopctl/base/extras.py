@@ -25,15 +25,29 @@ _MOVEIT = (
     "pymoveit2, the services and actions of move_group, and teleopctl.RunningArm move arms from "
     "Python."
 )
+_RQT = "Plug-ins of rqt need Qt, which is not here; the page (`teleopctl view`) stands for rqt."
 _NOT_SERVED = {
     "moveit": f"moveit_py is a binding of MoveIt's C++ library, which is not here: {_MOVEIT}",
+    "PyKDL": "PyKDL is a binding of a C++ library, which is not here; teleopctl kinematics and "
+    "tf2_geometry_msgs have chains and frames.",
+    "python_qt_binding": _RQT,
+    "qt_gui": _RQT,
+    "rmf_adapter": "rmf_adapter is a binding of Open-RMF's C++ library, which is not here.",
     "moveit_commander": f"moveit_commander is of ROS 1: {_MOVEIT}",
 }
 # Distributions whose modules have other names.
 _DISTRIBUTIONS = {
     "cv2": "opencv-python-headless",
     "PIL": "pillow",
+    "bosdyn": "bosdyn-client bosdyn-api",
+    "catkin_pkg": "catkin-pkg",
+    "grpc": "grpcio",
+    "paho": "paho-mqtt",
+    "quaternion": "numpy-quaternion",
     "serial": "pyserial",
+    "simple_pid": "simple-pid",
+    "socketio": "python-socketio",
+    "urdf_parser_py": "urdf-parser-py",
     "skimage": "scikit-image",
     "sklearn": "scikit-learn",
     "smbus": "smbus2",
@@ -42,7 +56,12 @@ _DISTRIBUTIONS = {
 }
 _DISTRIBUTIONS |= {
     name: name
-    for name in ("matplotlib", "pandas", "pygame", "pynput", "requests", "scipy", "torch")
+    for name in (
+        *("carla", "cflib", "cma", "fastapi", "filelock", "flask", "matplotlib", "ntplib"),
+        *("open3d", "pandas", "pygame", "pymap3d", "pymycobot", "pynput", "pyproj"),
+        *("pyquaternion", "pyrealsense2", "requests", "rospkg", "rowan", "scipy", "shapely"),
+        *("torch", "transforms3d", "ultralytics", "uvicorn"),
+    )
 }
 _OF_INTERFACES = ("_msgs", "_srvs", "_interfaces", "_actions")
 

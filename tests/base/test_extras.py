@@ -7,7 +7,7 @@ from pathlib import Path
 
 import pytest
 
-from teleopctl.base.extras import extra
+from teleopctl.base.extras import extra, missing_module_hint
 from teleopctl.errors import MissingExtraError
 from tests import ROOT
 
@@ -79,3 +79,18 @@ def test_what_came_from_a_package_index_comes_from_there_again(hint, monkeypatch
 def test_another_module_that_is_missing_is_a_defect():
     with pytest.raises(ModuleNotFoundError), extra("fox", "foxglove"):
         import no_such_module  # type: ignore[import-not-found]  # noqa: F401
+
+
+@pytest.mark.parametrize(
+    ("module", "said"),
+    [
+        ("urdf_parser_py.urdf", "It is not installed: pip install urdf-parser-py"),
+        ("transforms3d", "It is not installed: pip install transforms3d"),
+        ("qt_gui.plugin", "Plug-ins of rqt need Qt, which is not here"),
+        ("rospy", "rospy is of ROS 1; in ROS 2 it is rclpy."),
+        ("nobody_knows_it", None),
+    ],
+)
+def test_a_module_that_is_not_found_has_a_hint_where_something_can_be_done(module, said):
+    hint = missing_module_hint(ModuleNotFoundError("No module", name=module))
+    assert hint == said or (hint is not None and hint.startswith(said))
