@@ -59,7 +59,10 @@ def test(
 
     file, *arguments = words
     if not Path(file).is_file():
-        raise UsageError(f"There is no launch test {file}")
+        hint = None
+        if Path(file).is_dir():
+            hint = f"For the tests of a package: teleopctl python -m pytest {file}"
+        raise UsageError(f"There is no launch test {file}", hint=hint)
     # Commands of the test run with what `launch` gives to its own.
     activate_children()
     with contextlib.ExitStack() as reserved:
