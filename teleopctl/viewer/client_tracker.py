@@ -8,9 +8,11 @@ a script that reports both, with a request to the page's own address:
     Teleopctl-Browser: 3
     Teleopctl-Visibility: hidden
     Teleopctl-Panels: camera plot
+    Teleopctl-Embedded: false
 
-Elements of a panel's HTML that answer to a click carry what is clicked (see `click_mark`); the
-script reports it in the same way:
+A page is embedded in that of ``/drive``, which shows the 3D view alone. Elements of a panel's HTML
+that answer to a click carry what is clicked (see `click_mark`); the script reports it in the same
+way:
 
     GET /click
     Teleopctl-Browser: 3
@@ -39,7 +41,8 @@ from teleopctl.viewer import phone_style
 
 _PATH, _CLICK_PATH = "/visibility", "/click"
 _BROWSER, _VISIBILITY = "teleopctl-browser", "teleopctl-visibility"
-_PANELS, _CLICK = "teleopctl-panels", "teleopctl-click"
+_PANELS, _EMBEDDED = "teleopctl-panels", "teleopctl-embedded"
+_CLICK = "teleopctl-click"
 _LONGEST_REPORT = 2000
 
 # A panel's content starts with an element that has the panel's name, see `panel_mark`. What stands
@@ -75,6 +78,7 @@ const report = async () => {
       "Teleopctl-Browser": browser,
       "Teleopctl-Visibility": visibility,
       "Teleopctl-Panels": panels,
+      "Teleopctl-Embedded": window.parent !== window,
     };
     try {
       await fetch("visibility", {headers, cache: "no-store", keepalive: true});
@@ -106,6 +110,7 @@ window.teleopctlClick = (event) => {
 };
 document.addEventListener("click", window.teleopctlClick, true);
 document.onvisibilitychange = report;
+report();
 clearInterval(window.teleopctlReports);
 window.teleopctlReports = setInterval(() => {
   report();
@@ -178,9 +183,10 @@ setTimeout(() => {
 
 @dataclass
 class _Sight:
-    """What a browser shows: whether the page, and which panels."""
+    """What a browser shows: whether the page, which panels, and whether the 3D view alone."""
 
     is_visible: bool = True
+    is_embedded: bool = False
     panels: frozenset[str] = frozenset()
 
 
@@ -235,6 +241,24 @@ class ClientTracker:
         sight = self._sights.get(browser)
         return sight is None or sight.is_visible
 
+    def is_embedded(self, browser: int) -> bool:
+        """Return whether a browser shows the 3D view alone, in a page around it.
+
+        Args:
+            browser: viser's client ID.
+        """
+        sight = self._sights.get(browser)
+        return sight is not None and sight.is_embedded
+
+    def panels_in(self, browser: int) -> frozenset[str]:
+        """Return the names of the panels that are visible in one browser.
+
+        Args:
+            browser: viser's client ID.
+        """
+        sight = self._sights.get(browser)
+        return sight.panels if sight is not None else frozenset()
+
     def visible_panels(self) -> frozenset[str]:
         """Return the names of the panels that are visible in at least one browser."""
         return frozenset().union(*(sight.panels for sight in tuple(self._sights.values())))
@@ -260,6 +284,7 @@ class ClientTracker:
         for browser, sight in self._sights.items():
             if str(browser) == headers[_BROWSER]:
                 sight.is_visible, sight.panels = visible, panels if visible else frozenset()
+                sight.is_embedded = headers.get(_EMBEDDED) == "true"
         for callback in self._changed:
             callback()
         return Answer(HTTPStatus.OK)

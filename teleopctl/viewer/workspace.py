@@ -39,8 +39,8 @@ _STORED = "teleopctl.workspace"
 _LONGEST_STORED = 1_000_000
 _TIMEOUT_S = 5.0
 # viser halves a panel for the next one: three have a half and two quarters. With a fourth one above
-# them for a moment, which is time enough for a browser to place it, each has a third.
-_SPACER_S = 1.0
+# them until the browser shows all three, each has a third. A phone shows none of them.
+_SPACER_S, _LONGEST_SPACER_S = 1.0, 5.0
 _EQUAL = 3
 
 # Any: YAML values, and viser's handles.
@@ -149,9 +149,17 @@ class PageWorkspace:
         """
         wanted: set[str] = set()
         self._visible = None if names is None else frozenset(names)
+        clients = self._server.clients
+        for browser, desk in self._desks.items():
+            if clients.is_embedded(browser) and desk.layout.names():
+                self._place_nothing(desk)
         if self._visible is not None:
             seen = self._visible
-            wanted = {n for n, panel in self.panels.items() if n in seen or panel.works_hidden}
+            # A page that shows the 3D view alone has no panels that could be looked at later.
+            keeps = not all(map(clients.is_embedded, self._server.get_clients()))
+            wanted = {
+                n for n, panel in self.panels.items() if n in seen or (keeps and panel.works_hidden)
+            }
         for name in self._begun - wanted:
             self._begun.discard(name)
             self._page.guarded(self.panels[name].ended)
@@ -212,7 +220,10 @@ class PageWorkspace:
             client.camera.position, client.camera.look_at = usual.view
         else:
             self._page.scene_view.frame_usual(client.camera)
-        self._place(desk)
+        if self._server.clients.is_embedded(client.client_id):
+            self._place_nothing(desk)
+        else:
+            self._place(desk)
 
     def _stored_layout(self, text: str) -> PageLayout | None:
         """Return the layout of a browser's local storage, if it fits this page and robot."""
@@ -299,6 +310,12 @@ class PageWorkspace:
 
     # --- placement ----------------------------------------------------------------------------
 
+    def _place_nothing(self, desk: _Desk) -> None:
+        """Remove all panels of a browser that shows the 3D view alone."""
+        desk.layout = PageLayout(title=desk.layout.title)
+        desk.opened.clear()
+        self._place(desk)
+
     def _place(self, desk: _Desk) -> None:
         for side in desk.stacks:
             for stack in side:
@@ -362,15 +379,15 @@ class PageWorkspace:
         panels = [self._build(name) for name in shown]
         if stack.handle is None:
             if number == _EQUAL - 1 and desk.is_placing:
-                self._add_spacer(desk, side)
+                self._add_spacer(desk, side, shown)
             order = number + (0.0 if side else _LEFT_ORDER)
             stack.handle, is_new = desk.client.gui.add_panel(order=order), True
         _set_tabs(stack.handle, panels, [self._folders[name] for name in shown])
         if is_new:
             self._dock(desk, side, column, number)
 
-    def _add_spacer(self, desk: _Desk, side: int) -> None:
-        """Put an empty panel above the two of a column for a moment, see `_SPACER_S`."""
+    def _add_spacer(self, desk: _Desk, side: int, third: tuple[str, ...]) -> None:
+        """Put an empty panel above the two of a column until a third one is seen."""
         handles = [one.handle for one in desk.stacks[side] if one.handle is not None]
         if len(handles) != _EQUAL - 1:
             return
@@ -378,14 +395,24 @@ class PageWorkspace:
         spacer.add_tab(" ")
         spacer.dock_above(handles[0])
 
-        def remove() -> None:
+        browser, clients = desk.client.client_id, self._server.clients
+        shown_s = 0.0
+
+        def look() -> None:
+            nonlocal shown_s
+            seen = clients.panels_in(browser)
+            # Of a browser that has just begun to load nothing is seen yet.
+            shown_s += _SPACER_S if seen else 0.0
+            is_here = browser in self._server.get_clients()
+            if is_here and seen.isdisjoint(third) and shown_s < _LONGEST_SPACER_S:
+                return
             self._page.node.destroy_timer(timer)
             with suppress(RuntimeError):  # the browser has left
                 spacer.remove()
 
         timer = self._page.node.create_timer(
             _SPACER_S,
-            self._page.on_node_thread(remove),
+            self._page.on_node_thread(look),
             clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
 
@@ -487,6 +514,9 @@ class PageWorkspace:
     def store(self) -> None:
         """Keep each browser's arrangement in its local storage, if it has changed."""
         for desk in self._desks.values():
+            # What is kept is for the page with panels.
+            if not desk.layout.names():
+                continue
             with suppress(RuntimeError):  # a browser that is about to leave has no camera
                 text = json.dumps(self.layout_to_save(desk.client).document())
                 if text != desk.stored and len(text) < _LONGEST_STORED:

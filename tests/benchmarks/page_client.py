@@ -100,12 +100,13 @@ class PageClient:
         part["value"] = value
         self._send({"type": "GuiUpdateMessage", "uuid": part["uuid"], "updates": {"value": value}})
 
-    def show(self, *panels: str, visibility: str = "visible") -> None:
+    def show(self, *panels: str, visibility: str = "visible", embedded: bool = False) -> None:
         """Report which panels are visible, as the page's script does in a browser.
 
         Args:
             panels: Names of the panels.
             visibility: ``visible`` or ``hidden``, for the whole page.
+            embedded: Whether the page shows the 3D view alone.
         """
         self.wait_for(lambda: self._browser)
         connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=LONGEST_WAIT_S)
@@ -113,6 +114,7 @@ class PageClient:
             "Teleopctl-Browser": self._browser,
             "Teleopctl-Visibility": visibility,
             "Teleopctl-Panels": " ".join(panels),
+            "Teleopctl-Embedded": str(embedded).lower(),
         }
         connection.request("GET", "/visibility", headers=headers)
         assert connection.getresponse().status == 200

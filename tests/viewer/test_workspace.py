@@ -143,3 +143,16 @@ def test_without_a_layout_what_is_there_decides(session, monkeypatch):
         there.add(panel)
         assert workspace.usual_layout().title == title
     assert PageLayout.with_panels(["log"]).names() == ["log"]
+
+
+def test_a_page_that_shows_the_view_alone_has_no_panels(session):
+    with session.browser() as whole:
+        storage = {}
+        client = PageClient(session.viewer.server.get_port(), storage)
+        client.show(embedded=True)
+        session.until(lambda: session.viewer.server.clients.is_embedded(client.number))
+        session.until(lambda: client.number in session.workspace._desks and not client.tabs())
+        assert ("Joints", "Log") in whole.tabs()
+        session.workspace.store()
+        assert not storage
+        client.close()

@@ -236,7 +236,9 @@ class GraphPanel(Panel):
                 "subscribed by": [one.full_name for one in graph.subscriptions(name)],
             }
             panels = ("Messages",) if types else ()
-        text = "<br>".join(_listed(title, names) for title, names in lists.items() if names)
+        text = "<br>".join(
+            _listed(title, names) for title, names in lists.items() if _unique(names)
+        )
         with dialog(client, name) as window:
             client.gui.add_html(note_html(text or "It is not in the graph any more."))
             if panels:
@@ -259,7 +261,12 @@ def _mark(box: DiagramBox) -> str:
 
 
 def _listed(title: str, names: list[str]) -> str:
-    unique = sorted({name for name in names if not is_of_every_node(name)})
+    unique = _unique(names)
     shown = ", ".join(map(escaped_html, unique[:_MOST_LISTED]))
     more = f" and {len(unique) - _MOST_LISTED} more" if len(unique) > _MOST_LISTED else ""
     return f"<b>{title}</b> {shown}{more}"
+
+
+def _unique(names: list[str]) -> list[str]:
+    """Return the names without duplicates and without what every node has, sorted."""
+    return sorted({name for name in names if not is_of_every_node(name)})
