@@ -107,7 +107,8 @@ def close_notifications(page: Page) -> None:
     """Close what the page tells of the browser without a graphics card."""
     close = page.locator(".mantine-Notification-closeButton")
     for _ in range(close.count()):
-        close.first.click()
+        # Without waiting until it stands still, which takes long where software draws.
+        close.first.dispatch_event("click")
 
 
 def photograph(page: Page, name: str) -> None:

@@ -222,6 +222,8 @@ class LogPanel(Panel):
     def _show_note(self) -> None:
         shown = sum(block.count for block in self._blocks)
         note = f"{shown} of {len(self._lines)} lines" if self._lines else "No messages yet."
+        if self._lines and self._node.value != _ALL:
+            note = f"{note}, of {escaped_html(self._node.value)}"
         if self._paused:
             note = f"Paused. {note}"
         if self._until_s < math.inf:
