@@ -147,7 +147,7 @@ def test_without_a_layout_what_is_there_decides(session, monkeypatch):
 
 def test_a_page_that_shows_the_view_alone_has_no_panels(session):
     with session.browser() as whole:
-        storage = {}
+        storage: dict[str, str] = {}
         client = PageClient(session.viewer.server.get_port(), storage)
         client.show(embedded=True)
         session.until(lambda: session.viewer.server.clients.is_embedded(client.number))

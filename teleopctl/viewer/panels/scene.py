@@ -65,7 +65,7 @@ class ScenePanel(Panel):
         view = self.page.scene_view
         text = view.text(event.client.camera)
         if view.path is None:
-            event.client.send_file_download("view.rviz", text.encode())
+            event.client.send_file_download("view.rviz", text.encode(), save_immediately=True)
             return
         try:
             view.path.write_text(text, encoding="utf-8")

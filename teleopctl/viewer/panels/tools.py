@@ -113,4 +113,4 @@ class ToolsPanel(Panel):
 
     def _save(self, event: Any) -> None:
         text = self.page.workspace.layout_to_save(event.client).text()
-        event.client.send_file_download(_FILE, text.encode())
+        event.client.send_file_download(_FILE, text.encode(), save_immediately=True)
