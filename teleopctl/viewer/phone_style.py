@@ -17,7 +17,7 @@ _STYLE = f"""
   {_SHEET}, {_SHEET} div[style*="width: 20em"] {{ width: 100% !important }}
   {_SHEET} div[style*="height: 3.5em"] {{ height: 40px !important }}
   {_SHEET} .mantine-ActionIcon-root {{ width: 40px; height: 40px; min-width: 40px }}
-  {_SHEET} .mantine-Button-root {{ height: 38px; min-width: 0; flex-basis: 0 }}
+  {_SHEET} .mantine-Button-root {{ height: 38px !important; min-width: 0; flex-basis: 0 }}
   {_SHEET} [role=tab] {{ min-height: 40px }}
   {_SHEET} .mantine-Input-input {{ min-height: 36px }}
   {_SHEET} .mantine-Slider-thumb::after {{ content: ""; position: absolute; inset: -14px }}
