@@ -62,21 +62,10 @@ def type_description(definition: Definition, lookup: Lookup) -> dict[str, object
 
 def type_hash(definition: Definition, lookup: Lookup) -> str:
     """Return the hash of a type, ``RIHS01_`` and 64 hexadecimal digits."""
-    text = _json(type_description(definition, lookup))
+    # As JSON, whose import takes longer than all hashes: names and types have no characters that
+    # JSON or Python would escape, and there are neither bools nor None.
+    text = repr(type_description(definition, lookup)).replace("'", '"')
     return f"RIHS01_{_sha256()(text.encode('ascii')).hexdigest()}"
-
-
-def _json(value: object) -> str:
-    """Return a description as JSON, as ``json.dumps`` would.
-
-    The import of json takes longer than all hashes. Names and types have no characters that must be
-    escaped.
-    """
-    if isinstance(value, dict):
-        return f"{{{', '.join(f'{_json(key)}: {_json(each)}' for key, each in value.items())}}}"
-    if isinstance(value, list):
-        return f"[{', '.join(map(_json, value))}]"
-    return f'"{value}"' if isinstance(value, str) else str(value)
 
 
 @cache

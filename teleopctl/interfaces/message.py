@@ -25,7 +25,6 @@ from teleopctl.interfaces.definition import (
     FieldType,
     Shape,
 )
-from teleopctl.interfaces.field_errors import field_error, unknown_fields_error
 from teleopctl.interfaces.typenames import module_name, split
 
 if TYPE_CHECKING:
@@ -110,6 +109,8 @@ class Message(metaclass=MessageClass):
                 setattr(self, name, value)
             elif name != "check_fields":  # argument of rclpy's classes; these always check
                 unknown = [each for each in fields if each not in self.__makers__]
+                from teleopctl.interfaces.field_errors import unknown_fields_error
+
                 raise unknown_fields_error(self.TYPE_NAME, unknown, list(self.__makers__))
 
     @classmethod
@@ -182,6 +183,8 @@ def _property(
         try:
             put(self, convert(value))
         except (TypeError, ValueError) as error:
+            from teleopctl.interfaces.field_errors import field_error
+
             raise field_error(type_name, field, error) from None
 
     return property(_getter(kind, slot), set_value, doc=f"Field {field.attribute!r}: {kind}.")

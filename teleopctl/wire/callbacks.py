@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from _thread import _local as local  # threading has more, which takes 5 ms to import
 
 import zenoh
@@ -15,7 +14,7 @@ _Item = TypeVar("_Item")
 # Calls after which the import of ctypes, 2 ms, is worthwhile; few commands receive as many.
 _FEW_CALLS = 20
 
-_calls = itertools.count(1)
+_first_calls = iter(range(_FEW_CALLS))
 _state = local()
 
 
@@ -40,7 +39,7 @@ def direct_callback(
         try:
             _state.is_kept  # noqa: B018 -- deleted together with the thread state
         except AttributeError:
-            if next(_calls) > _FEW_CALLS:
+            if next(_first_calls, None) is None:
                 _keep_state()
         on_item(item)
 
