@@ -24,7 +24,7 @@ from teleopctl.errors import (
     UsageError,
     existing_names_hint,
 )
-from teleopctl.wire import query_graph
+from teleopctl.wire import query_endpoints
 
 if TYPE_CHECKING:
     from teleopctl.wire import EndpointToken, Graph
@@ -190,7 +190,9 @@ def call(
     service = absolute_name(service_name)
     session = open_session("client")
     try:
-        _wait_for_server(query_graph(session), service, service_class.TYPE_NAME, timeout)
+        _wait_for_server(
+            query_endpoints(session, service), service, service_class.TYPE_NAME, timeout
+        )
         while True:
             for request in requests:
                 started = time.monotonic()

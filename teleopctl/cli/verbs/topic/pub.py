@@ -184,7 +184,7 @@ def _publish_at_once(
     from teleopctl.cli.brief_endpoints import BriefNode
     from teleopctl.cli.command_node import command_node_name
     from teleopctl.interfaces import serialize
-    from teleopctl.wire import EndpointQos
+    from teleopctl.wire import EndpointQos, Graph, query_endpoints
 
     message = messages.first
     type_name: str = message.TYPE_NAME
@@ -194,7 +194,8 @@ def _publish_at_once(
         return False
     with opened as node:
         name = node.resolve_topic_name(absolute_name(topic))
-        found = node.graph().subscriptions(name, type_name) if subscribers else ()
+        graph = query_endpoints(node.session, name) if subscribers else Graph()
+        found = graph.subscriptions(name, type_name)
         if len(found) < subscribers:
             return False
         if not as_json:
