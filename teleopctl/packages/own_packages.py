@@ -38,7 +38,8 @@ DATA_PACKAGES: Final = {
     **{
         name: f"teleopctl/share/{name}"
         for name in (
-            *("demo_nodes_cpp", "demo_nodes_py", "gazebo_ros", "joy", "ros_gz_bridge"),
+            *("demo_nodes_cpp", "demo_nodes_py", "gazebo_ros", "joy", "lifecycle"),
+            *("ros_gz_bridge",),
             *(
                 "ros_gz_sim",
                 "ros_ign_gazebo",

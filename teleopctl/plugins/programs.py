@@ -51,6 +51,7 @@ _DEMOS = {
         "services": "add_two_ints_client add_two_ints_client_async add_two_ints_server",
         "topics": "listener listener_qos listener_serialized talker talker_qos",
     },
+    "lifecycle": {"lifecycle": "lifecycle_listener lifecycle_service_client lifecycle_talker"},
     "lifecycle_py": {"lifecycle": "lifecycle_talker"},
     "teleop_py_pkg": {"simple_nodes": "simple_parameter simple_publisher simple_subscriber"},
     "teleop_robot_py_pkg": {"simple_nodes": "simple_parameter simple_publisher simple_subscriber"},

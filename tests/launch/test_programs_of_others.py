@@ -48,7 +48,7 @@ FIRST_TUTORIALS = {
     *("topic_tools", "turtlesim"),
 }
 # Programs to learn from, which no launch file of a robot names.
-DEMOS = {"action_tutorials_py", "demo_nodes_cpp", "demo_nodes_py", "lifecycle_py"}
+DEMOS = {"action_tutorials_py", "demo_nodes_cpp", "demo_nodes_py", "lifecycle", "lifecycle_py"}
 
 
 def test_the_page_lists_the_programs_and_commands_that_there_are():

@@ -153,7 +153,8 @@ def test_a_log_level_is_changed_by_a_service(shared_ros):
 
 def test_the_managed_talker_publishes_while_it_is_active(shared_ros):
     talker = shared_ros.spawn("run lifecycle_py lifecycle_talker")
-    shared_ros.wait_for_nodes("/lc_talker")
+    listener = shared_ros.spawn("run lifecycle lifecycle_listener")
+    shared_ros.wait_for_nodes("/lc_talker", "/lc_listener")
     for transition, line in (
         ("configure", "on_configure() is called."),
         ("activate", "on_activate() is called."),
@@ -164,12 +165,14 @@ def test_the_managed_talker_publishes_while_it_is_active(shared_ros):
     talker.wait_for_line(
         r"Lifecycle publisher is active. Publishing: \[Lifecycle HelloWorld #\d+\]"
     )
+    listener.wait_for_line(r"data_callback: Lifecycle HelloWorld #\d+")
     for transition in ("deactivate", "cleanup", "shutdown"):
         done = shared_ros.run(f"lifecycle set /lc_talker {transition}")
         assert done.stdout == "Transitioning successful\n", done.stderr
     hears(talker, "on_shutdown() is called.")
-    talker.interrupt()
-    assert talker.wait() == 0
+    for program in (talker, listener):
+        program.interrupt()
+        assert program.wait() == 0
 
 
 def test_fibonacci_numbers_are_asked_for_by_an_action(shared_ros):

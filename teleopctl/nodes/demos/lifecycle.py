@@ -1,14 +1,33 @@
-"""Demo of lifecycle nodes: ``lifecycle_talker`` publishes while it is active."""
+"""Demo of lifecycle nodes: a managed talker, its listener, and a client of its transitions."""
 
 from __future__ import annotations
 
+import time
+
 import rclpy
+from lifecycle_msgs.msg import Transition, TransitionEvent
+from lifecycle_msgs.srv import ChangeState, GetState
 from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.lifecycle import Node, Publisher, State, TransitionCallbackReturn
+from rclpy.node import Node as PlainNode
 from rclpy.timer import Timer
 from std_msgs.msg import String
 
+from teleopctl.nodes.demos import run
+
 _PERIOD_S = 1.0
+_TALKER = "lc_talker"
+_WAIT_S = 10.0
+_BETWEEN_S = 10.0
+_TRANSITIONS = (
+    Transition.TRANSITION_CONFIGURE,
+    Transition.TRANSITION_ACTIVATE,
+    Transition.TRANSITION_DEACTIVATE,
+    Transition.TRANSITION_ACTIVATE,
+    Transition.TRANSITION_DEACTIVATE,
+    Transition.TRANSITION_CLEANUP,
+    Transition.TRANSITION_UNCONFIGURED_SHUTDOWN,
+)
 
 
 class LifecycleTalker(Node):
@@ -76,7 +95,7 @@ class LifecycleTalker(Node):
 def lifecycle_talker(args: list[str] | None = None) -> None:
     """Run the lifecycle node ``lc_talker``, which publishes while active, until Ctrl-C."""
     rclpy.init(args=args)
-    node = LifecycleTalker("lc_talker")
+    node = LifecycleTalker(_TALKER)
     executor = SingleThreadedExecutor()
     executor.add_node(node)
     try:
@@ -86,3 +105,64 @@ def lifecycle_talker(args: list[str] | None = None) -> None:
     finally:
         node.destroy_node()
         rclpy.try_shutdown()
+
+
+class LifecycleListener(PlainNode):
+    """Node that logs the messages of ``lc_talker`` and the transitions of its lifecycle."""
+
+    def __init__(self) -> None:
+        super().__init__("lc_listener")
+        self.create_subscription(String, "/lifecycle_chatter", self._log_message, 10)
+        self.create_subscription(
+            TransitionEvent, f"/{_TALKER}/transition_event", self._log_transition, 10
+        )
+
+    def _log_message(self, message: String) -> None:
+        self.get_logger().info(f"data_callback: {message.data}")
+
+    def _log_transition(self, event: TransitionEvent) -> None:
+        start, goal = event.start_state.label, event.goal_state.label
+        self.get_logger().info(f"notify callback: Transition from state {start} to {goal}")
+
+
+def lifecycle_listener(args: list[str] | None = None) -> None:
+    """Run the node ``lc_listener`` until Ctrl-C: it logs messages and transitions of the talker."""
+    run(LifecycleListener, args)
+
+
+def lifecycle_service_client(args: list[str] | None = None) -> None:
+    """Run the node ``lc_client``: it takes the talker through its lifecycle, then exits."""
+    rclpy.init(args=args)
+    node = PlainNode("lc_client")
+    try:
+        _manage(node)
+    except (KeyboardInterrupt, ExternalShutdownException):
+        pass  # Ctrl-C between two transitions
+    finally:
+        node.destroy_node()
+        rclpy.try_shutdown()
+
+
+def _manage(node: PlainNode) -> None:
+    change = node.create_client(ChangeState, f"{_TALKER}/change_state")
+    get = node.create_client(GetState, f"{_TALKER}/get_state")
+    for number, transition in enumerate(_TRANSITIONS):
+        if number:
+            time.sleep(_BETWEEN_S)
+        for client in (change, get):
+            if not client.wait_for_service(timeout_sec=_WAIT_S):
+                node.get_logger().error(f"Service {client.service_name} is not available.")
+                return
+        changed = change.call_async(ChangeState.Request(transition=Transition(id=transition)))
+        rclpy.spin_until_future_complete(node, changed)
+        response = changed.result()
+        if response is None or not response.success:
+            node.get_logger().warning(f"Failed to trigger transition {transition}")
+            return
+        node.get_logger().info(f"Transition {transition} successfully triggered.")
+        found = get.call_async(GetState.Request())
+        rclpy.spin_until_future_complete(node, found)
+        state = found.result()
+        if state is not None:
+            label = state.current_state.label
+            node.get_logger().info(f"Node {_TALKER} has current state {label}.")
