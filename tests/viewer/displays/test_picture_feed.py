@@ -162,6 +162,14 @@ def test_a_picture_is_no_wider_than_asked_for_and_no_narrower_than_can_be_seen()
     assert shown(small).shape[1] == 320
 
 
+def test_of_a_picture_that_is_much_too_wide_each_nth_pixel_is_taken():
+    message = image("bgr8", BYTES[..., ::-1], pad=5)
+    small = shown(message, width=WIDTH // 8)
+    assert small.shape == (HEIGHT // 8, WIDTH // 8, 3)
+    whole = shown(message)[::8, ::8]
+    assert np.abs(small.astype(int) - whole).mean() < 12
+
+
 def test_rows_that_are_missing_are_told_and_the_others_shown():
     message = image("rgb8", BYTES)
     message.data = message.data[: message.step * 100]
