@@ -128,6 +128,7 @@ if TYPE_CHECKING:
         spin_until_future_complete as spin_until_future_complete,
         try_shutdown as try_shutdown,
     )
+    from teleopctl.node.newest_message import NewestMessage as NewestMessage
     from teleopctl.node.node import Node as Node
     from teleopctl.node.node_endpoints import BareNode as BareNode
     from teleopctl.node.node_options import NodeOptions as NodeOptions

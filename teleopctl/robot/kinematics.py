@@ -145,6 +145,7 @@ class SegmentTree:
         self._moving = {name: Segment.of(model.joint) for name, model in joints.items()}
         self._joints = joints
         self._root, self._tree = description.root, tree
+        self._chains: dict[str, tuple[Segment, ...]] = {}
 
     @property
     def moving(self) -> list[Joint]:
@@ -185,3 +186,29 @@ class SegmentTree:
             step = steps.get(joint.child) or Segment.of(joint).origin
             poses[joint.child] = poses[joint.parent] @ step
         return poses
+
+    def link_pose(self, link: str, positions: Mapping[str, float]) -> Transform:
+        """Return the pose of one link in the frame of the root link, as `link_poses` has it.
+
+        Args:
+            link: Name of the link.
+            positions: Positions by joint, as for `transforms`.
+        """
+        known = self._joints.positions(positions)
+        pose = Transform()
+        for segment in self._chain(link):
+            name = segment.joint.name
+            moves = name in self._moving and name in known
+            pose = pose @ (segment.at(known[name]) if moves else segment.origin)
+        return pose
+
+    def _chain(self, link: str) -> tuple[Segment, ...]:
+        """Return the segments from the root link to a link."""
+        if link not in self._chains:
+            above = {joint.child: joint for joint in self._tree}
+            found, at = [], link
+            while at in above:
+                found.append(Segment.of(above[at]))
+                at = above[at].parent
+            self._chains[link] = tuple(reversed(found))
+        return self._chains[link]

@@ -10,6 +10,7 @@ from teleopctl.node import (
     DurabilityPolicy,
     Future,
     MultiThreadedExecutor,
+    NewestMessage,
     Node,
     QoSProfile,
     ServiceUnavailableError,
@@ -98,6 +99,26 @@ def test_an_immediate_subscription_needs_no_executor(context):
     node.create_publisher(STRING, "chatter", 10).publish(STRING(data="x"))
     assert arrived.wait(10)
     node.destroy_node()
+
+
+def test_the_newest_message_is_kept_until_it_is_read(make_node):
+    node, talker = make_node("reader"), make_node("talker")
+    newest = NewestMessage(node, STRING, "chatter")
+    assert newest.read() is None
+    publisher = talker.create_publisher(STRING, "chatter", 10)
+    for number in range(3):
+        publisher.publish(STRING(data=str(number)))
+    read: list[str] = []
+
+    def look():
+        if (message := newest.read()) is not None:
+            read.append(message.data)
+        return read and read[-1] == "2"
+
+    eventually(look)
+    assert newest.read() is None
+    node.destroy_subscription(newest)
+    eventually(lambda: not node.graph().subscriptions("/chatter"))
 
 
 def test_a_message_of_another_type_is_refused(make_node):

@@ -51,7 +51,9 @@ def test_links_of_a_chain_are_where_the_tree_has_them(link):
     assert chain.joints == ("j0", "j1", "j3")
     positions = (0.3, -0.7, 1.1)
     names = dict(zip(chain.joints, positions, strict=True))
-    tree = SegmentTree(robot, Joints.of(robot)).link_poses(names)
+    segments = SegmentTree(robot, Joints.of(robot))
+    tree = segments.link_poses(names)
+    assert segments.link_pose(link, names) == tree[link]
     expected = tree["l0"].inverse() @ tree[link]
     found = pose_in(chain, chain.frame(link), positions)
     assert found.translation == pytest.approx(expected.translation)

@@ -162,7 +162,8 @@ class DeviceNode(Node):
 
     def _on_engage(self, request: Any, response: Any) -> Any:
         refusal = self.act("engage" if request.data else "disengage")
-        response.success, response.message = not refusal, refusal or self._doing()
+        response.success = not refusal
+        response.message = refusal or self._doing(self.driver.state(self._speeds()))
         return response
 
     def on_key(self, key: str) -> None:
@@ -208,11 +209,10 @@ class DeviceNode(Node):
             self.failure = error
             raise ExternalShutdownException from error
 
-    def _doing(self) -> str:
+    def _doing(self, state: Mapping[str, Any]) -> str:
         if self.leader is not None:
             following = self.leader.state
             return str(following) if self.leader.is_engaged else "released: e engages"
-        state = self.driver.state(self._speeds())
         values = zip((*LINEAR, *ANGULAR), (*state["linear"], *state["angular"]), strict=True)
         asked = [f"{name} {value:+.2f}" for name, value in values if value]
         return f"moves {', '.join(asked)}" if state["is_moving"] else "still"
@@ -223,7 +223,7 @@ class DeviceNode(Node):
     def _show(self) -> None:
         state = self.driver.state(self._speeds())
         texts = {
-            "doing": self._doing(),
+            "doing": self._doing(state),
             "robot": str(state["robot"]),
             "problem": str(state["problem"]) or (self.leader.problem if self.leader else ""),
             "speed": f"{state['speed_m_s']:.2f} m/s, {state['speed_rad_s']:.2f} rad/s",

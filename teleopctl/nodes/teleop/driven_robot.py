@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import threading
+import time
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.interfaces import deserialize, get_message
+from teleopctl.interfaces import get_message
 from teleopctl.kinematics import RobotGroups, find_groups, parse_srdf, read_srdf
-from teleopctl.node import AsyncParameterClient, Node, qos_profile_latched
+from teleopctl.node import AsyncParameterClient, NewestMessage, Node, qos_profile_latched
 from teleopctl.nodes.teleop.gripper import GripperDrive
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import Joints, RobotDescription, SegmentTree
@@ -18,6 +20,8 @@ from teleopctl.tf import Transform
 _SEMANTICS = ("robot_description_semantic", "srdf", "moveit_servo.move_group_name")
 # Scales of servo: m/s, rad/s, rad/s.
 _SCALES = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
+# Time after which states that nobody reads are not received any more, s.
+_UNREAD_S = 2.0
 
 # Any, here and below: message classes are generated at run time from definitions.
 _JointState: Any = get_message("sensor_msgs/msg/JointState")
@@ -121,10 +125,8 @@ class DrivenRobot:
         self.description: RobotDescription | None = None
         self.groups: RobotGroups | None = None
         self._measured: dict[str, float] = {}
-        self._state: bytes | None = None
         self.problem = "no robot description has been received"
         self._status = ""
-        self._newest_status: bytes | None = None
         self.scales = dict(_SCALES)
         self.is_unitless = True
         self._urdf = ""
@@ -138,17 +140,11 @@ class DrivenRobot:
             self._on_description,
             qos_profile_latched,
         )
-        node.create_subscription(
-            _JointState,
-            f"{prefix}joint_states",
-            self._on_states,
-            1,
-            raw=True,
-            immediate=True,
-        )
-        node.create_subscription(
-            _ServoStatus, f"{servo}/status", self._on_status, 1, raw=True, immediate=True
-        )
+        self._states_topic = f"{prefix}joint_states"
+        self._states: NewestMessage[Any] | None = None
+        self._states_read_s = 0.0
+        self._states_lock = threading.Lock()
+        self._servo_statuses = NewestMessage(node, _ServoStatus, f"{servo}/status")
         self._servo_parameters = AsyncParameterClient(node, servo)
         self._has_asked = False
 
@@ -184,28 +180,42 @@ class DrivenRobot:
         if groups.gripper_of(arm.group) is not None:
             self.gripper = GripperDrive(self._node, description, groups, arm.group)
 
-    def _on_states(self, data: bytes) -> None:
-        # Read when it is needed: states may arrive a thousand times a second, while nothing moves.
-        self._state = data
-
     @property
     def measured(self) -> dict[str, float]:
-        """Measured positions by joint, rad or m."""
-        data, self._state = self._state, None
-        if data is not None:
-            message = deserialize(data, _JointState)
-            self._measured = dict(zip(message.name, message.position, strict=False))
-        return self._measured
+        """Measured positions by joint, rad or m; none at first, and after a time without a call.
 
-    def _on_status(self, data: bytes) -> None:
-        self._newest_status = data
+        States may arrive a thousand times a second: they are subscribed to while they are needed.
+        """
+        with self._states_lock:
+            if (message := self._subscribed().read()) is not None:
+                self._measured = dict(zip(message.name, message.position, strict=False))
+            return self._measured
+
+    def need_states(self) -> None:
+        """Subscribe to the joints' states, which are needed soon."""
+        with self._states_lock:
+            self._subscribed()
+
+    # Any: message classes are generated at run time from definitions.
+    def _subscribed(self) -> NewestMessage[Any]:
+        self._states_read_s = time.monotonic()
+        if self._states is None:
+            self._states = NewestMessage(self._node, _JointState, self._states_topic)
+        return self._states
+
+    def forget_states(self) -> None:
+        """Unsubscribe from the joints' states if they are not needed any more."""
+        if self._states is None:
+            return
+        with self._states_lock:
+            if self._states is not None and time.monotonic() - self._states_read_s > _UNREAD_S:
+                self._node.destroy_subscription(self._states)
+                self._states, self._measured = None, {}
 
     @property
     def status(self) -> str:
         """Text of servo's status; empty if the motion is not slowed down."""
-        data, self._newest_status = self._newest_status, None
-        if data is not None:
-            message = deserialize(data, _ServoStatus)
+        if (message := self._servo_statuses.read()) is not None:
             self._status = message.message if message.code else ""
         return self._status
 
@@ -249,4 +259,4 @@ class DrivenRobot:
         at = self.measured if positions is None else positions
         if arm is None or segments is None or not {*arm.joints} <= at.keys():
             return None
-        return segments.link_poses(at)[arm.tip] @ arm.tool
+        return segments.link_pose(arm.tip, at) @ arm.tool

@@ -25,7 +25,8 @@ from teleopctl.tf import Transform
 
 # Messages of standstill after a release: one may be lost.
 _ZEROS = 3
-# Period in which silence of a hand is noticed, and in which a base is looked for, s.
+# Period in which a handle's pose and the gripper's steps are sent, and in which a base is looked
+# for, s.
 _PERIOD_S, _LOOK_S = 0.02, 0.5
 # Period while nothing is held and nothing moves, s.
 _IDLE_S = 0.1
@@ -153,6 +154,7 @@ class HandDriver:
             gripper = self.robot_state.gripper
             if command.toggles_gripper and not self._has_toggled and gripper is not None:
                 gripper.toggle()
+                self._hurry()
             self._has_toggled = command.toggles_gripper
             if "stop" in command.actions:
                 command = HandCommand()
@@ -209,6 +211,7 @@ class HandDriver:
                 return self._refusal
             self._target, self._is_held, self._applied_s = target, True, time.monotonic()
             self._send_target()
+            self._hurry()
         return ""
 
     def _send_target(self) -> None:
@@ -255,9 +258,12 @@ class HandDriver:
         self._refusal = self._lease.take(self.device)
         if not self._refusal:
             self._moved_s = time.monotonic()
-            if self._timer.timer_period_ns != _ns(_PERIOD_S):
-                self._timer.restart(_ns(_PERIOD_S))
         return not self._refusal
+
+    def _hurry(self) -> None:
+        """Send the handle's pose or the gripper's steps from now on, if they are not sent yet."""
+        if self._timer.timer_period_ns != _ns(_PERIOD_S):
+            self._timer.restart(_ns(_PERIOD_S))
 
     def _on_loss(self) -> None:
         # Only a new press moves the robot.
@@ -275,6 +281,7 @@ class HandDriver:
             gripper = self.robot_state.gripper
             if gripper is not None and self._may_move(wants=True):
                 gripper.wanted = max(0.0, min(1.0, opening))
+                self._hurry()
 
     def press_stop(self) -> None:
         """Stop the robot at once, on ``/stop``."""
@@ -331,6 +338,7 @@ class HandDriver:
     def _watch(self) -> None:
         """Release inputs without new samples, and continue the gripper's motion."""
         self.robot_state.ask_servo()
+        self.robot_state.forget_states()
         self._find_base()
         with self._lock:
             self._lose_silent()
@@ -353,9 +361,20 @@ class HandDriver:
             gripper = self.robot_state.gripper
             if gripper is not None and not gripper.is_done and not self._stops.names:
                 gripper.step(_PERIOD_S, self.robot_state.measured)
-            is_busy = self._is_moving or self._is_gripping or self._target is not None
-            if not is_busy and (gripper is None or gripper.is_done):
-                self._timer.timer_period_ns = _ns(_IDLE_S)
+            self._watch_again(silent_s)
+
+    def _watch_again(self, silent_s: float) -> None:
+        """Set when `_watch` is called again: it need not run beside each sample of a hand."""
+        gripper = self.robot_state.gripper
+        steps = gripper is not None and not (gripper.is_done and not self._is_gripping)
+        if self._target is not None or steps:
+            period_s = _PERIOD_S
+        elif self._is_moving:
+            period_s = max(STALE_S - silent_s, _PERIOD_S)
+        else:
+            period_s = _IDLE_S
+        if self._timer.timer_period_ns != _ns(period_s):
+            self._timer.restart(_ns(period_s))
 
     def _find_base(self) -> None:
         """Search for a mobile base from time to time, while no arm is driven."""
@@ -379,6 +398,7 @@ class HandDriver:
             return
         if speed:
             gripper.wanted = 1.0 if speed > 0.0 else 0.0
+            self._hurry()
         elif self._is_gripping:
             gripper.halt()
         self._is_gripping = bool(speed)
@@ -408,14 +428,19 @@ class HandDriver:
             "speed_m_s": part * scales["linear"],
             "speed_rad_s": part * scales["rotational"],
             "frame": self._frame,
-            "opening": None if gripper is None else gripper.opening(robot.measured),
-            "wanted_opening": None if gripper is None else gripper.wanted,
             "stopped_by": list(self._stops.names),
             "note": self._note[0] if time.monotonic() < self._note[1] else "",
             "holder": self._holder(),
             "refusal": self._refusal,
             "episode": self.episodes.state(),
         }
+
+    def openings(self) -> tuple[float | None, float | None]:
+        """Return measured and wanted opening of the gripper, 0 to 1; None for what is unknown."""
+        gripper = self.robot_state.gripper
+        if gripper is None:
+            return None, None
+        return gripper.opening(self.robot_state.measured), gripper.wanted
 
     @property
     def problem(self) -> str:

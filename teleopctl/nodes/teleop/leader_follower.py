@@ -120,6 +120,7 @@ class LeaderFollower:
         self._clutch = PoseClutch(mapping.scale)
         self._tool: Transform | None = None
         self._opening: float | None = None
+        driver.robot_state.need_states()
         self._ends: tuple[dict[str, float], dict[str, float]] | None = None
         self._seeks_ends = False
 
@@ -194,6 +195,7 @@ class LeaderFollower:
     def check(self) -> None:
         """Release the arm if the leader is silent or the robot stopped; call it often."""
         self._leader.ask_servo()
+        self._driver.robot_state.need_states()
         self._seek_ends()
         if not self.is_engaged or self._sample is None:
             return
@@ -231,9 +233,11 @@ class LeaderFollower:
             self._following.release()
             raise DeviceError(f"The leader's states have no {', '.join(missing)} any more")
         wanted = self._following.step(leader, sample.received_s)
-        # Servo begins at the measured state.
-        commanded = {**robot.measured, **(self._reference.positions if self._has_begun else {})}
+        commanded = self._reference.positions if self._has_begun else {}
         self._has_begun = True
+        if not {*arm.joints} <= commanded.keys():
+            # Servo begins at the measured state.
+            commanded = {**robot.measured, **commanded}
         most = robot.scales["joint"] * _AHEAD_S
         by = {name: min(max(wanted[name] - commanded[name], -most), most) for name in arm.joints}
         rests = all(abs(each) < _REST for each in by.values())

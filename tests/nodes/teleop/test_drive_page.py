@@ -54,6 +54,9 @@ class FakeDriver:
     def state(self, speeds):
         return {"speed_step": 1}
 
+    def openings(self):
+        return None, None
+
 
 @pytest.fixture
 def page(monkeypatch):

@@ -22,7 +22,8 @@ from teleopctl.teleop import HandSample, JointFollowing, LeaderMapping
 def test_silence_and_the_stop_of_the_robot_end_it(ros, age_s, is_stopped, problem):
     del ros
     pulls: list[Any] = []
-    driver: Any = SimpleNamespace(is_stopped=is_stopped, pull=pulls.append)
+    robot = SimpleNamespace(need_states=lambda: None)
+    driver: Any = SimpleNamespace(is_stopped=is_stopped, pull=pulls.append, robot_state=robot)
     init(args=[])
     try:
         with Node("follower") as node:

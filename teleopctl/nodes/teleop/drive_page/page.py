@@ -210,6 +210,8 @@ class DriveSession:
         total = HandCommand()
         devices = []
         for name, sample in hands.samples.items():
+            if not sample.buttons and not any(sample.axes.values()):
+                continue
             command = mappings[name].command(sample)
             total = total + command
             if command.is_held or command.toggles_gripper:
@@ -255,9 +257,12 @@ class DriveSession:
         speeds = self._page.mappings()["keys"].speeds
         state = self._page.driver.state(speeds)
         holder = state.get("holder")
+        opening, wanted_opening = self._page.driver.openings()
         return {
             "type": "state",
             **state,
+            "opening": opening,
+            "wanted_opening": wanted_opening,
             "speeds": list(speeds),
             "gamepad_problem": self._gamepad_problem,
             "refusal": self._refusal or state.get("refusal", ""),
