@@ -13,6 +13,14 @@ if TYPE_CHECKING:
     from teleopctl.node.node import Node
 
 
+class _Paused:
+    """Replaces the Zenoh subscriber of a subscription that receives nothing."""
+
+    @staticmethod
+    def undeclare() -> None:
+        pass
+
+
 class NewestMessage(Subscription[MessageT]):
     """Subscription without a callback: Zenoh keeps the newest message until it is asked for.
 
@@ -37,8 +45,15 @@ class NewestMessage(Subscription[MessageT]):
         del qos, immediate
         return self.node.context.session.declare_subscriber(self.key, zenoh.handlers.RingChannel(1))
 
+    def pause(self) -> None:
+        """Receive nothing until the next call of `read`."""
+        channel, self._channel = self._channel, _Paused()
+        channel.undeclare()
+
     def read(self) -> MessageT | None:
-        """Return the newest message; None if none has arrived since the last call."""
+        """Return the newest message; None if none has arrived since the last call or a pause."""
+        if isinstance(self._channel, _Paused):
+            self._channel = self._declare(self.qos_profile, immediate=False)
         sample = self._channel.try_recv()
         if sample is None:
             return None

@@ -117,6 +117,12 @@ def test_the_newest_message_is_kept_until_it_is_read(make_node):
 
     eventually(look)
     assert newest.read() is None
+    newest.pause()
+    publisher.publish(STRING(data="3"))
+    assert newest.read() is None
+    publisher.publish(STRING(data="2"))
+    read.clear()
+    eventually(look)
     node.destroy_subscription(newest)
     eventually(lambda: not node.graph().subscriptions("/chatter"))
 

@@ -140,8 +140,8 @@ class DrivenRobot:
             self._on_description,
             qos_profile_latched,
         )
-        self._states_topic = f"{prefix}joint_states"
-        self._states: NewestMessage[Any] | None = None
+        self._states = NewestMessage(node, _JointState, f"{prefix}joint_states")
+        self._states.pause()
         self._states_read_s = 0.0
         self._states_lock = threading.Lock()
         self._servo_statuses = NewestMessage(node, _ServoStatus, f"{servo}/status")
@@ -184,33 +184,24 @@ class DrivenRobot:
     def measured(self) -> dict[str, float]:
         """Measured positions by joint, rad or m; none at first, and after a time without a call.
 
-        States may arrive a thousand times a second: they are subscribed to while they are needed.
+        States may arrive a thousand times a second: they are received while they are needed.
         """
         with self._states_lock:
-            if (message := self._subscribed().read()) is not None:
+            self._states_read_s = time.monotonic()
+            if (message := self._states.read()) is not None:
                 self._measured = dict(zip(message.name, message.position, strict=False))
             return self._measured
 
     def need_states(self) -> None:
-        """Subscribe to the joints' states, which are needed soon."""
-        with self._states_lock:
-            self._subscribed()
-
-    # Any: message classes are generated at run time from definitions.
-    def _subscribed(self) -> NewestMessage[Any]:
-        self._states_read_s = time.monotonic()
-        if self._states is None:
-            self._states = NewestMessage(self._node, _JointState, self._states_topic)
-        return self._states
+        """Receive the joints' states, which are needed soon."""
+        _ = self.measured
 
     def forget_states(self) -> None:
-        """Unsubscribe from the joints' states if they are not needed any more."""
-        if self._states is None:
-            return
+        """Receive the joints' states no more, if nobody reads them."""
         with self._states_lock:
-            if self._states is not None and time.monotonic() - self._states_read_s > _UNREAD_S:
-                self._node.destroy_subscription(self._states)
-                self._states, self._measured = None, {}
+            if self._states_read_s and time.monotonic() - self._states_read_s > _UNREAD_S:
+                self._states_read_s, self._measured = 0.0, {}
+                self._states.pause()
 
     @property
     def status(self) -> str:

@@ -32,6 +32,9 @@ _PERIOD_S, _LOOK_S = 0.02, 0.5
 _IDLE_S = 0.1
 # Time after which a robot without a description is taken to be a base, s.
 _LATE_S = 1.0
+# Time after which a hand that fell silent moves something again, s: what it said meanwhile may have
+# waited in a queue, and comes at once.
+_AGAIN_S = 0.25
 # Time for which a note is shown, s.
 _NOTE_S = 5.0
 
@@ -40,8 +43,10 @@ class HandDriver:
     """Publishes an operator's commands, and monitors their effect.
 
     Without samples for `STALE_S` the hand counts as released. A release publishes zero three times.
-    A hand that was silent until its lease ended, or whose servo node has gone, has to be let go and
-    pressed again: the robot does not move by itself when they come back.
+    A hand that is heard again, as after its process was suspended or its connection blocked, moves
+    nothing for a moment, in which its old samples come. A hand that was silent until its lease
+    ended, or whose servo node has gone, has to be let go and pressed again: the robot does not move
+    by itself when they come back.
 
     Args:
         node: Node of the endpoints; its executor must spin in another thread than `apply`'s.
@@ -86,6 +91,8 @@ class HandDriver:
         self._has_toggled = False
         self._is_moving = False
         self._applied_s = 0.0
+        # Until when a hand that fell silent moves nothing.
+        self._again_s = 0.0
         self._command = HandCommand()
         self._button = StopButton(node)
         self._stops = StopHolders(node, lambda _names: None)
@@ -138,7 +145,7 @@ class HandDriver:
             speeds: Speed steps of its mapping.
         """
         with self._lock:
-            self._lose_silent()
+            self._hear()
             if self._target is None or command.drags:
                 self._applied_s = time.monotonic()
             others = [
@@ -206,8 +213,8 @@ class HandDriver:
                 if self._is_moving:
                     self._stop_moving()
                 return ""
-            self._lose_silent()
-            if not self._may_move(wants=True):
+            self._hear()
+            if not self._may_move(wants=True) and self._refusal:
                 return self._refusal
             self._target, self._is_held, self._applied_s = target, True, time.monotonic()
             self._send_target()
@@ -215,7 +222,7 @@ class HandDriver:
         return ""
 
     def _send_target(self) -> None:
-        if self._target is None:
+        if self._target is None or self._applied_s < self._again_s:
             return
         self._servo.pull(self._target, begins=not self._is_moving)
         self._is_moving = True
@@ -227,11 +234,12 @@ class HandDriver:
             displacements: Displacements by joint, rad or m; empty to hold the arm as it is.
         """
         with self._lock:
-            self._lose_silent()
-            if not self._may_move(wants=True):
+            self._hear()
+            may_move = self._may_move(wants=True)
+            if not may_move and self._refusal:
                 return self._refusal
             self._is_held, self._applied_s = True, time.monotonic()
-            if displacements:
+            if displacements and may_move:
                 self._servo.jog(displacements, begins=not self._is_moving)
                 self._is_moving = True
         return ""
@@ -256,9 +264,10 @@ class HandDriver:
         if self._is_taken:
             return False
         self._refusal = self._lease.take(self.device)
-        if not self._refusal:
-            self._moved_s = time.monotonic()
-        return not self._refusal
+        if self._refusal:
+            return False
+        self._moved_s = time.monotonic()
+        return self._moved_s >= self._again_s
 
     def _hurry(self) -> None:
         """Send the handle's pose or the gripper's steps from now on, if they are not sent yet."""
@@ -331,6 +340,13 @@ class HandDriver:
         self._target = None
         self._is_held, self._is_taken, self._refusal = False, True, reason
 
+    def _hear(self) -> None:
+        """Look how long the hand was silent, before its newest sample counts."""
+        now_s = time.monotonic()
+        if self._is_held and now_s - self._applied_s > STALE_S:
+            self._again_s = now_s + _AGAIN_S
+        self._lose_silent()
+
     def _lose_silent(self) -> None:
         if self._is_held and time.monotonic() - self._applied_s > SILENCE_S:
             self._lose("no input was received for a time: let go, and press again")
@@ -351,7 +367,7 @@ class HandDriver:
                 # A handle that is held still has no new pose.
                 if self._may_move(wants=True):
                     self._send_target()
-                else:
+                elif self._refusal:
                     self._target = None
             self._lease.is_lost()
             if self._stops.names or (

@@ -5,7 +5,7 @@ import pytest
 
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import get_message
-from teleopctl.nodes.moveit.servo.commands import parts_of_limit, twist_of
+from teleopctl.nodes.moveit.servo.commands import LateCommands, parts_of_limit, twist_of
 
 TwistStamped = get_message("geometry_msgs/msg/TwistStamped")
 
@@ -39,3 +39,34 @@ class TestTwists:
     def test_what_is_no_number_is_refused(self, value):
         with pytest.raises(UsageError, match="not a finite number"):
             twist_of(twist(0, value, 0, 0, 0, 0), unitless=False, linear=0.4, rotational=0.8)
+
+
+class TestLateCommands:
+    """Commands at 50 Hz of a sender whose clock is a day ahead."""
+
+    AHEAD_S = 86_400.0
+
+    @pytest.fixture
+    def is_late(self):
+        late = LateCommands()
+
+        def is_late(sent_s, received_s):
+            source, received = (round(1e9 * s) for s in (sent_s + self.AHEAD_S, received_s))
+            info = {"publisher_gid": b"hand"}
+            info |= {"source_timestamp": source, "received_timestamp": received}
+            return late.is_late(info, received_s)
+
+        assert not any(is_late(0.02 * number, 0.02 * number + 0.001) for number in range(50))
+        return is_late
+
+    def test_those_that_come_at_once_after_a_pause_are_old_but_for_the_last(self, is_late):
+        pause = [is_late(1.0 + 0.02 * number, 4.0 + 1e-4 * number) for number in range(150)]
+        assert pause == [1.0 + 0.02 * number < 4.0 - 0.25 for number in range(150)]
+
+    def test_a_slower_way_is_no_late_one(self, is_late):
+        assert not is_late(1.0, 1.2)
+
+    def test_a_clock_that_is_set_back_holds_the_hand_up_for_a_second(self, is_late):
+        late = [is_late(0.02 * number, 1.0 + 0.02 * number) for number in range(100)]
+        assert late[:50] == [True] * 50
+        assert not any(late[53:])

@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from teleopctl.errors import UsageError
+from teleopctl.node import MessageInfo
 
 # Excess over 1 that is rounding of the sender.
 _ROUNDING = 1e-6
@@ -22,6 +23,49 @@ class ServoCommandType(enum.IntEnum):
     JOINT_JOG = 0
     TWIST = 1
     POSE = 2
+
+    @property
+    def text(self) -> str:
+        """The kind in words."""
+        return self.name.lower().replace("_", " ")
+
+
+# Time by which a command was longer on its way than others of its sender, s, at which it is late;
+# time of late commands alone after which a clock has been set; drift of two clocks, s/s.
+_LATE_S, _SET_S, _DRIFT = 0.25, 1.0, 1e-3
+_MOST_SENDERS = 100
+
+
+class LateCommands:
+    """Finds commands that have waited on their way, while a process or a connection stood still.
+
+    They all come at once then, and look fresh by their receipt. The clocks of sender and receiver
+    may differ: the way of a command is compared with the shortest one of its sender.
+    """
+
+    def __init__(self) -> None:
+        # By sender: the shortest way, when that was known, and since when all are late, s.
+        self._senders: dict[bytes, tuple[float, float, float | None]] = {}
+
+    def is_late(self, info: MessageInfo, now_s: float) -> bool:
+        """Return whether a command is too old to be obeyed.
+
+        Args:
+            info: Its metadata.
+            now_s: Time on the monotonic clock, s.
+        """
+        sender = info["publisher_gid"]
+        way_s = (info["received_timestamp"] - info["source_timestamp"]) * 1e-9
+        if sender not in self._senders and len(self._senders) >= _MOST_SENDERS:
+            self._senders.clear()
+        shortest_s, known_s, since_s = self._senders.get(sender, (way_s, now_s, None))
+        shortest_s = min(way_s, shortest_s + _DRIFT * (now_s - known_s))
+        late = way_s - shortest_s > _LATE_S
+        since_s = (since_s or now_s) if late else None
+        if since_s is not None and now_s - since_s > _SET_S:
+            late, shortest_s, since_s = False, way_s, None
+        self._senders[sender] = (shortest_s, now_s, since_s)
+        return late
 
 
 @dataclass(slots=True)

@@ -46,6 +46,7 @@ from teleopctl.node import (
     qos_profile_latched,
 )
 from teleopctl.nodes.moveit.servo.commands import (
+    LateCommands,
     ServoCommand,
     ServoCommandType,
     finite,
@@ -53,7 +54,7 @@ from teleopctl.nodes.moveit.servo.commands import (
     twist_of,
 )
 from teleopctl.nodes.moveit.servo.markers import StatusMarkers
-from teleopctl.nodes.moveit.servo.parameters import ServoParameters
+from teleopctl.nodes.moveit.servo.parameters import ServoParameters, served
 from teleopctl.nodes.moveit.servo.scene import SceneFollower
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import Joints, RobotDescription, stop_decelerations
@@ -70,6 +71,8 @@ _DEFAULT_ACCELERATION = 10.0
 # A trajectory's point lies this many periods ahead, so that the controller moves on when the next
 # message is late.
 _PERIODS_AHEAD = 2.0
+# Periods without a step after which the arm stands, and is not commanded on from where it was.
+_STALLED_PERIODS = 50
 _LIMITS = "robot_description_planning.joint_limits"
 
 # Any, here and below: message classes are generated at run time from definitions.
@@ -95,6 +98,8 @@ class ServoNode(Node):
         self.parameters = ServoParameters(self)
         self._period_s = float(self.parameters["publish_period"])
         self._command: ServoCommand | None = None
+        self._late = LateCommands()
+        self._stepped_ns = 0
         self._type: ServoCommandType | None = None
         self._is_paused = False
         self._core: ServoCore | None = None
@@ -190,7 +195,7 @@ class ServoNode(Node):
         kinematics = self._kinematics
         self.get_logger().info(
             f"Servo moves '{group.tip}' by {', '.join(kinematics.names)} (group '{group.name}'): "
-            f"{_served(core.task, kinematics)}"
+            f"{served(core.task, kinematics)}"
         )
         self._controllers.request()
         progress.report(progress.READY)
@@ -339,18 +344,19 @@ class ServoNode(Node):
             if self._is_paused:
                 return
             if refusal := self._lease.refusal(info["publisher_gid"]):
-                text = f"A {_NAMES[kind]} command is refused: {refusal}"
+                text = f"A {kind.text} command is refused: {refusal}"
                 self.get_logger().warning(text, throttle_duration_sec=5.0)
                 return
             if self._type is not None and kind is not self._type:
                 self.get_logger().warning(
-                    f"A {_NAMES[kind]} command is ignored: ~/switch_command_type chose "
-                    f"{_NAMES[self._type]} commands",
+                    f"A {kind.text} command is ignored: ~/switch_command_type chose "
+                    f"{self._type.text} commands",
                     throttle_duration_sec=5.0,
                 )
                 return
-            command = ServoCommand.of(kind, message)
-            self._command = command
+            if self._late.is_late(info, time.monotonic()):
+                return
+            self._command = ServoCommand.of(kind, message)
             self._targets = {}
             if self._core is None:
                 self._report(StatusCode.INVALID, "no robot description has been received")
@@ -365,6 +371,7 @@ class ServoNode(Node):
             self._command = None
             return
         self._timer.reset()
+        self._stepped_ns = self._timer.clock.elapsed_ns()
         self._step()
 
     def _reset(self) -> bool:
@@ -455,6 +462,9 @@ class ServoNode(Node):
     def _refusal(self) -> str:
         """Return why servo must not command the joints now; empty if it may."""
         assert self._core is not None
+        before_ns, self._stepped_ns = self._stepped_ns, self._timer.clock.elapsed_ns()
+        if self._stepped_ns - before_ns > 1e9 * _STALLED_PERIODS * self._period_s:
+            return f"servo was suspended for {1e-9 * (self._stepped_ns - before_ns):.1f} s"
         if self._stop.names:
             return f"the robot is stopped by {', '.join(self._stop.names)}"
         if self._running:
@@ -583,18 +593,3 @@ class ServoNode(Node):
         if message != self._said and code is StatusCode.INVALID:
             self.get_logger().warning(message, throttle_duration_sec=1.0)
         self._said = message
-
-
-_NAMES = {
-    ServoCommandType.JOINT_JOG: "joint jog",
-    ServoCommandType.TWIST: "twist",
-    ServoCommandType.POSE: "pose",
-}
-
-
-def _served(task: PoseTask, kinematics: GroupKinematics) -> str:
-    """Return the directions of a twist that a group executes, in words."""
-    if task is PoseTask.POSE:
-        return "it serves all six directions"
-    count = len(kinematics.names)
-    return f"with {count} joints it serves the position, and of the rotation what is left"

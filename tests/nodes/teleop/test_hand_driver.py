@@ -1,0 +1,126 @@
+"""When a hand moves the robot: not from samples that have waited, nor again by itself."""
+
+from typing import Any
+
+import pytest
+
+from teleopctl.nodes.teleop.hand_driver import HandDriver
+from teleopctl.teleop import HandCommand
+from teleopctl.tf import Transform
+
+HELD, RELEASED = HandCommand(linear=(1.0, 0.0, 0.0), is_held=True), HandCommand()
+SPEEDS = (1.0,)
+
+
+class Servo:
+    """Servo that notes what it is sent."""
+
+    problem = ""
+
+    def __init__(self):
+        self.sent: list[Any] = []
+
+    def move(self, command, part, frame, *, begins):
+        self.sent.append(command)
+
+    def pull(self, target, *, begins):
+        self.sent.append(target)
+
+    def jog(self, displacements, *, begins):
+        self.sent.append(displacements)
+
+    def halt(self):
+        self.sent.append("halt")
+
+
+class Lease:
+    """Lease that is always free."""
+
+    def take(self, device):
+        return ""
+
+    def is_lost(self):
+        return False
+
+    def release(self):
+        pass
+
+
+class Hand:
+    """A driver with a clock of its own.
+
+    Attributes:
+        now_s: Time on the monotonic clock, s.
+    """
+
+    def __init__(self, node, monkeypatch):
+        self.now_s = 1000.0
+        monkeypatch.setattr("teleopctl.nodes.teleop.hand_driver.time.monotonic", lambda: self.now_s)
+        self.driver = HandDriver(node, "gamepad")
+        # The test itself looks, and nobody else drives.
+        node.destroy_timer(self.driver._timer)
+        self.driver._lease = Lease()  # type: ignore[assignment]
+        self.driver._servo = self._servo = Servo()  # type: ignore[assignment]
+
+    def moves(self, act, period_s=0.02, samples=1):
+        """Whether samples move the robot; the last one counts."""
+        for _ in range(samples):
+            self.now_s += period_s
+            self._servo.sent.clear()
+            act(self.driver)
+        return any(sent != "halt" for sent in self._servo.sent)
+
+    def is_silent(self, duration_s):
+        """Let time pass in which nothing is heard, and the driver looks as often as it can."""
+        end_s = self.now_s + duration_s
+        while self.now_s < end_s:
+            self.now_s += 0.02
+            self.driver._watch()
+
+
+def keys(driver):
+    driver.apply(HELD, SPEEDS)
+
+
+def lets_go(driver):
+    driver.apply(RELEASED, SPEEDS)
+
+
+def handle(driver):
+    driver.pull(Transform((0.1, 0.2, 0.3)))
+
+
+def leader(driver):
+    driver.jog({"joint_1": 0.01})
+
+
+@pytest.fixture
+def hand(shared_ros, monkeypatch):
+    return Hand(shared_ros.node, monkeypatch)
+
+
+@pytest.mark.parametrize("act", [keys, handle, leader])
+def test_samples_that_waited_while_the_process_stood_still_move_nothing(hand, act):
+    assert hand.moves(act)
+    hand.now_s += 0.5  # the process was suspended: nobody has looked
+    assert not hand.moves(act, period_s=0.001, samples=50)
+    assert hand.moves(act, samples=15)  # what is still held moves on
+
+
+def test_a_hand_that_let_go_meanwhile_moves_nothing(hand):
+    assert hand.moves(keys)
+    hand.now_s += 0.5
+    assert not hand.moves(keys, period_s=0.001)
+    assert not hand.moves(lets_go, period_s=0.001)
+    hand.now_s += 1.0
+    assert hand.moves(keys)
+
+
+@pytest.mark.parametrize("act", [keys, handle])
+def test_a_hand_that_was_silent_is_pressed_again(hand, act):
+    assert hand.moves(act)
+    hand.is_silent(2.5)
+    assert not hand.moves(act, samples=50)
+    hand.driver.release()
+    hand.driver.apply(RELEASED, SPEEDS)
+    assert hand.moves(act, samples=15)
