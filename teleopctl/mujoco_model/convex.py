@@ -26,7 +26,7 @@ import numpy.typing as npt
 
 from teleopctl.base import progress
 from teleopctl.base.folders import cache_dir
-from teleopctl.mujoco_model.mesh_content import load_mesh_content
+from teleopctl.mujoco_model.mesh_content import alone_with, load_mesh_content
 from teleopctl.robot import InvalidMeshError
 
 # A mesh is hollow if its hull has more than this multiple of its volume.
@@ -116,11 +116,23 @@ def convex_pieces(path: Path) -> list[Piece]:
     if hull.is_open or hull.ratio <= _HOLLOW:
         return []
     kept = _kept_at(path, _PIECES)
+    if (found := _found(kept)) is not None:
+        return found
+    # The programs of a robot that start together need the same meshes.
+    with alone_with(kept):
+        found = _found(kept)
+        return _cut_and_kept(path, kept) if found is None else found
+
+
+def _found(kept: Path) -> list[Piece] | None:
+    """Return the cached pieces; None if the file is missing or unusable."""
     try:
-        if kept.is_file():
-            return _loaded(kept)
+        return _loaded(kept) if kept.is_file() else None
     except (OSError, ValueError, KeyError):
-        pass  # no usable cache entry
+        return None
+
+
+def _cut_and_kept(path: Path, kept: Path) -> list[Piece]:
     pieces = _cut(path)
     arrays: dict[str, npt.NDArray[Any]] = {}
     for number, (vertices, faces) in enumerate(pieces):

@@ -75,7 +75,7 @@ def load_mesh_content(path: Path) -> MeshContent:
         kept = None
     if (content := _found(kept)) is not None:
         return content
-    with _alone(kept):
+    with alone_with(kept):
         return _found(kept) or _read_and_kept(path, kept)
 
 
@@ -96,8 +96,12 @@ def _read_and_kept(path: Path, kept: Path | None) -> MeshContent:
 
 
 @contextlib.contextmanager
-def _alone(kept: Path | None) -> Iterator[None]:
-    """Lock a mesh file's cache entry, so that other processes wait until it is written."""
+def alone_with(kept: Path | None) -> Iterator[None]:
+    """Lock an entry of the cache, so that other processes wait until it is written.
+
+    Args:
+        kept: File of the entry; None for content that is not kept.
+    """
     if kept is None or not _HAS_LOCKS:
         yield
         return

@@ -201,7 +201,7 @@ def test_a_mesh_that_another_process_is_reading_is_waited_for(
         waits.set()
         lock(stream, how)
 
-    with ThreadPoolExecutor() as threads, mesh_content._alone(kept):
+    with ThreadPoolExecutor() as threads, mesh_content.alone_with(kept):
         monkeypatch.setattr(fcntl, "flock", told)
         monkeypatch.setattr(mesh_content, "_read", lambda path: "it was read twice")
         read = threads.submit(load_mesh_content, file)
@@ -296,6 +296,30 @@ def test_a_ring_lets_a_ball_through_where_it_can_be_cut(
     heights = [float(after(one).link_pose("ball").position[2]) for one in (cut, whole)]
     assert heights[0] == pytest.approx(0.05, abs=0.01)
     assert heights[1] > 1.0
+
+
+def test_programs_that_start_together_cut_a_mesh_once(
+    tmp_path: Path, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    pytest.importorskip("fcntl", reason="there are no file locks")
+    file = tmp_path / "ring.stl"
+    trimesh.creation.torus(0.3, 0.07, major_sections=12, minor_sections=6).export(file)
+    begun, may_end, cuts = threading.Event(), threading.Event(), []
+
+    def cut(path: Path) -> list[convex.Piece]:
+        cuts.append(path)
+        begun.set()
+        assert may_end.wait(LONGEST_WAIT_S)
+        return sectors(path)
+
+    monkeypatch.setattr(convex, "_cut", cut)
+    with ThreadPoolExecutor() as pool:
+        first = pool.submit(convex.convex_pieces, file)
+        assert begun.wait(LONGEST_WAIT_S)
+        second = pool.submit(convex.convex_pieces, file)
+        may_end.set()
+        assert len(first.result()) == len(second.result()) == 12
+    assert cuts == [file]
 
 
 def test_a_mesh_that_touches_as_something_larger_is_told(
