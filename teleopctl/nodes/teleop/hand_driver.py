@@ -32,9 +32,9 @@ _PERIOD_S, _LOOK_S = 0.02, 0.5
 _IDLE_S = 0.1
 # Time after which a robot without a description is taken to be a base, s.
 _LATE_S = 1.0
-# Time after which a hand that fell silent moves something again, s: what it said meanwhile may have
-# waited in a queue, and comes at once.
-_AGAIN_S = 0.25
+# Silence of a hand, s, after which it moves nothing for a moment, s: what it said meanwhile may have
+# waited in a queue, and comes at once. A slow browser is silent for shorter times.
+_LONG_S, _AGAIN_S = 0.4, 0.25
 # Time for which a note is shown, s.
 _NOTE_S = 5.0
 
@@ -43,7 +43,7 @@ class HandDriver:
     """Publishes an operator's commands, and monitors their effect.
 
     Without samples for `STALE_S` the hand counts as released. A release publishes zero three times.
-    A hand that is heard again, as after its process was suspended or its connection blocked, moves
+    A hand that is heard again after a longer silence, as when its process was suspended, moves
     nothing for a moment, in which its old samples come. A hand that was silent until its lease
     ended, or whose servo node has gone, has to be let go and pressed again: the robot does not move
     by itself when they come back.
@@ -343,7 +343,7 @@ class HandDriver:
     def _hear(self) -> None:
         """Look how long the hand was silent, before its newest sample counts."""
         now_s = time.monotonic()
-        if self._is_held and now_s - self._applied_s > STALE_S:
+        if self._is_held and now_s - self._applied_s > _LONG_S:
             self._again_s = now_s + _AGAIN_S
         self._lose_silent()
 
