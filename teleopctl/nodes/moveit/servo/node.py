@@ -175,6 +175,11 @@ class ServoNode(Node):
             groups = self._groups(description, joints)
             for warning in groups.warnings:
                 self.get_logger().warning(warning)
+            has_arm = any(group.tip for group in groups.groups.values())
+            if not has_arm and not self.parameters["needs_arm"]:
+                self.get_logger().info(f"The robot '{description.name}' has no arm to move")
+                progress.report(progress.READY)
+                return
             group = groups.group(str(self.parameters["move_group_name"]))
             model = KinematicModel(description)
             clearance = ClearanceChecker(model, groups.allowed_collisions)

@@ -26,6 +26,7 @@ _AT_START = {
     "command_out_type": "",
     "joint_topic": "/joint_states",
     "task": "auto",
+    "needs_arm": True,
 }
 _AT_RUNTIME: dict[str, Any] = {
     "command_in_type": "unitless",
