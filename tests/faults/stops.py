@@ -32,6 +32,7 @@ from dataclasses import dataclass, field
 from functools import partial
 from pathlib import Path
 from typing import Any, Protocol
+from urllib.parse import urlsplit
 
 import psutil
 from websockets.exceptions import ConnectionClosed, InvalidHandshake
@@ -214,7 +215,10 @@ class Chromium:
     def open(self) -> None:
         """Open the page in a tab."""
         self._key = ""
-        self.page = open_page(self._browser, self._address)
+        # Without the 3D view, whose pictures are drawn by the processor here.
+        self.page = open_page(self._browser, "about:blank")
+        self.page.route(lambda url: urlsplit(url).path == "/", lambda route: route.abort())
+        self.page.goto(self._address)
 
     def wait_until_ready(self) -> None:
         """Wait until the robot can be driven."""

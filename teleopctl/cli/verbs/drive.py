@@ -278,9 +278,7 @@ def _of_page(address: "Address") -> "Address":
 def _print_how(address: "Address", *, lan: bool) -> None:
     """Print in four lines how the robot is driven."""
     page = _of_page(address)
-    console.out(
-        f"Mouse:   {page.with_token if not lan else page.url}  drag the handle at the gripper"
-    )
+    console.out(f"Mouse:   {page.with_token}  drag the handle at the gripper")
     console.out("Keys:    on that page, or in a terminal of its own: teleopctl run teleop_keyboard")
     console.out(
         "Gamepad: switch it on and press a button on that page; hold its left bumper to move"
