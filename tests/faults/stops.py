@@ -50,7 +50,7 @@ TELEOPCTL = [sys.executable, "-m", "teleopctl"]
 # Timeouts of the page's device node and of servo, and the time for braking, s.
 _TIMEOUTS_S, _BRAKING_S = 0.2, 0.3
 _MOVING, _AT_REST = 0.05, 2e-3  # rad/s
-_SEEN_STILL_S, _LOOK_S, _LONGEST_S = 0.2, 3.0, 40.0
+_SEEN_STILL_S, _LOOK_S, _LONGEST_S = 0.5, 3.0, 40.0
 # Time until it has been seen that the hand has let go, also on a busy machine, s.
 _PERIOD_S, _LET_GO_S = 0.02, 0.4
 

@@ -111,6 +111,7 @@ class DrivenRobot:
         problem: Why it cannot be driven, in words; empty if it can.
         scales: Largest speeds of servo's commands: ``linear`` in m/s, ``rotational`` and
             ``joint`` in rad/s.
+        answered_s: When servo's newest status was read, on the monotonic clock, s.
         is_unitless: Whether servo takes parts of these speeds.
     """
 
@@ -127,6 +128,7 @@ class DrivenRobot:
         self._measured: dict[str, float] = {}
         self.problem = "no robot description has been received"
         self._status = ""
+        self.answered_s = 0.0
         self.scales = dict(_SCALES)
         self.is_unitless = True
         self._urdf = ""
@@ -208,6 +210,7 @@ class DrivenRobot:
         """Text of servo's status; empty if the motion is not slowed down."""
         if (message := self._servo_statuses.read()) is not None:
             self._status = message.message if message.code else ""
+            self.answered_s = time.monotonic()
         return self._status
 
     def ask_servo(self) -> None:

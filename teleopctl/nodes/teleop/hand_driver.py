@@ -32,8 +32,8 @@ _PERIOD_S, _LOOK_S = 0.02, 0.5
 _IDLE_S = 0.1
 # Time after which a robot without a description is taken to be a base, s.
 _LATE_S = 1.0
-# Silence of a hand, s, after which it moves nothing for a moment, s: what it said meanwhile may have
-# waited in a queue, and comes at once. A slow browser is silent for shorter times.
+# Silence of a hand, s, after which it moves nothing for a moment, s: its samples may have waited in
+# a queue. A slow browser is silent for shorter times.
 _LONG_S, _AGAIN_S = 0.4, 0.25
 # Time for which a note is shown, s.
 _NOTE_S = 5.0
@@ -91,6 +91,8 @@ class HandDriver:
         self._has_toggled = False
         self._is_moving = False
         self._applied_s = 0.0
+        # First command since servo's newest status.
+        self._asked_s: float | None = None
         # Until when a hand that fell silent moves nothing.
         self._again_s = 0.0
         self._command = HandCommand()
@@ -175,7 +177,7 @@ class HandDriver:
                     self._base.move(command, part)
                 else:
                     self._servo.move(command, part, self._frame, begins=not self._is_moving)
-                self._is_moving = True
+                self._moves()
             elif self._is_moving:
                 self._stop_moving()
         for action in others:
@@ -185,6 +187,7 @@ class HandDriver:
         """Release all inputs: publish zero motion."""
         with self._lock:
             self._is_held, self._target = False, None
+            self._is_taken, self._refusal = False, ""
             self._pause()
 
     def _pause(self) -> None:
@@ -225,7 +228,7 @@ class HandDriver:
         if self._target is None or self._applied_s < self._again_s:
             return
         self._servo.pull(self._target, begins=not self._is_moving)
-        self._is_moving = True
+        self._moves()
 
     def jog(self, displacements: Mapping[str, float]) -> str:
         """Move joints by displacements; return why not, empty if they move.
@@ -241,7 +244,7 @@ class HandDriver:
             self._is_held, self._applied_s = True, time.monotonic()
             if displacements and may_move:
                 self._servo.jog(displacements, begins=not self._is_moving)
-                self._is_moving = True
+                self._moves()
         return ""
 
     def take_over(self) -> None:
@@ -351,6 +354,20 @@ class HandDriver:
         if self._is_held and time.monotonic() - self._applied_s > SILENCE_S:
             self._lose("no input was received for a time: let go, and press again")
 
+    def _moves(self) -> None:
+        """Note that a command was published."""
+        if not self._is_moving or self._asked_s is None:
+            self._asked_s = time.monotonic()
+        self._is_moving = True
+
+    def _is_unanswered(self) -> bool:
+        """Return whether servo, which publishes a status with each step, is silent for long."""
+        _ = self.robot_state.status
+        if self._asked_s is None or self.robot_state.answered_s >= self._asked_s:
+            self._asked_s = None
+            return False
+        return time.monotonic() - self._asked_s > SILENCE_S
+
     def _watch(self) -> None:
         """Release inputs without new samples, and continue the gripper's motion."""
         self.robot_state.ask_servo()
@@ -361,6 +378,8 @@ class HandDriver:
             silent_s = time.monotonic() - self._applied_s
             if self._is_moving and self._base is None and self._servo.problem:
                 self._lose(self._servo.problem)
+            elif self._is_moving and self._base is None and self._is_unanswered():
+                self._lose("servo does not answer: let go, and press again")
             elif (self._is_moving or self._is_gripping) and silent_s > STALE_S:
                 self._pause()
             elif self._target is not None and silent_s <= STALE_S and not self._stops.names:

@@ -170,6 +170,7 @@ class LeaderFollower:
                     f"The gripper of the leader is unknown: {self._leader.problem or 'no states'}"
                 )
             self._tool = tool
+            self._driver.release()
             self._clutch.hold(tool, at)
             return
         self.mapping.check(self._sample.joints, arm.joints)
@@ -178,6 +179,7 @@ class LeaderFollower:
         if self._following is None:
             self._following = JointFollowing(arm.joints, arm.sliding)
         self._has_begun = False
+        self._driver.release()
         self._following.engage(robot.measured, now_s)
 
     def release(self, reason: str = "") -> None:

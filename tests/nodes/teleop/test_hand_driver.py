@@ -77,6 +77,16 @@ class Hand:
             self.now_s += 0.02
             self.driver._watch()
 
+    def holds(self, act, duration_s, *, is_answered):
+        """Hold something for a time in which servo answers or not; return whether it moves."""
+        end_s, moves = self.now_s + duration_s, True
+        while self.now_s < end_s:
+            moves = self.moves(act)
+            if is_answered:
+                self.driver.robot_state.answered_s = self.now_s
+            self.driver._watch()
+        return moves
+
 
 def keys(driver):
     driver.apply(HELD, SPEEDS)
@@ -116,11 +126,20 @@ def test_a_hand_that_let_go_meanwhile_moves_nothing(hand):
     assert hand.moves(keys)
 
 
+@pytest.mark.parametrize("act", [keys, handle, leader])
+def test_a_hand_that_servo_does_not_answer_is_pressed_again(hand, act):
+    assert hand.holds(act, 3.0, is_answered=True)
+    assert not hand.holds(act, 3.0, is_answered=False)
+    assert "servo does not answer" in hand.driver.pull(Transform())
+    assert not hand.holds(act, 1.0, is_answered=True)  # servo goes on, and the hand still holds
+    hand.driver.release()
+    assert hand.holds(act, 1.0, is_answered=True)
+
+
 @pytest.mark.parametrize("act", [keys, handle])
 def test_a_hand_that_was_silent_is_pressed_again(hand, act):
     assert hand.moves(act)
     hand.is_silent(2.5)
     assert not hand.moves(act, samples=50)
-    hand.driver.release()
-    hand.driver.apply(RELEASED, SPEEDS)
+    lets_go(hand.driver)
     assert hand.moves(act, samples=15)
