@@ -22,6 +22,7 @@ class DataSetGrowth:
 
     Attributes:
         count: Number of episodes in the data set.
+        problem: Why the newest episodes are not in the data set; empty if they are.
     """
 
     def __init__(self, node: Node, on_grown: Callable[[], object]) -> None:
@@ -31,6 +32,7 @@ class DataSetGrowth:
         self._thread: threading.Thread | None = None
         self._lock = threading.Lock()
         self.count = 0
+        self.problem = ""
 
     def begin(self, folder: EpisodeFolder) -> None:
         """Add all saved episodes on a thread; ones saved meanwhile as well."""
@@ -75,5 +77,7 @@ class DataSetGrowth:
         logger = self._node.get_logger()
         for line in done.stdout.splitlines():
             logger.info(line)
-        for line in done.stderr.splitlines():
+        lines = [line.removeprefix("WARNING: ") for line in done.stderr.splitlines()]
+        for line in lines:
             (logger.error if done.returncode else logger.warning)(line)
+        self.problem = " ".join(lines) if done.returncode else ""

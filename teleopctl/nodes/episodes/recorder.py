@@ -178,6 +178,7 @@ class EpisodeRecorder(Node):
                     self._end()
             number = self._folder.next_number
             self._failure, self._success, self._hand = "", None, ""
+            self._adding.problem = ""
             if self.get_parameter("reset").value:
                 self._simulation.reset(self._seed, number)
             self._cameras = self._cameras or self._find_cameras()
@@ -434,7 +435,7 @@ class EpisodeRecorder(Node):
             "saved": str(self._saved),
             "discarded": str(self._discarded),
             "in_data_set": str(self._adding.count),
-            "failure": self._failure,
+            "failure": self._failure or self._adding.problem,
         }
         self._state.publish(
             self._status(
