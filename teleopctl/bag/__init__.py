@@ -48,6 +48,7 @@ if TYPE_CHECKING:
         EPISODE_RECORD as EPISODE_RECORD,
         EpisodeFolder as EpisodeFolder,
         EpisodeSettings as EpisodeSettings,
+        episode_bags as episode_bags,
     )
     from teleopctl.bag.lerobot.export import (
         LeRobotSummary as LeRobotSummary,

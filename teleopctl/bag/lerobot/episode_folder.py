@@ -100,6 +100,11 @@ class EpisodeSettings(NamedTuple):
         )
 
 
+def episode_bags(path: Path) -> list[Path]:
+    """Return the bags of the saved episodes of a folder; of a bag, the bag itself."""
+    return sorted((path / _BAGS).glob("episode_*.mcap")) or [path]
+
+
 class EpisodeFolder:
     """Folder with recorded episodes and their data set.
 
@@ -142,7 +147,7 @@ class EpisodeFolder:
 
     def bags(self) -> list[Path]:
         """Return the bags of all saved episodes in their order."""
-        return sorted((self.folder / _BAGS).glob("episode_*.mcap"))
+        return [bag for bag in episode_bags(self.folder) if bag != self.folder]
 
     def existing_bag(self, number: int) -> Path:
         """Return the path of the bag of an episode that exists.

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import shutil
 import tempfile
-from collections.abc import Mapping
+from collections.abc import Callable, Iterable, Mapping
 from pathlib import Path
 from typing import NamedTuple
 
@@ -13,7 +13,7 @@ from teleopctl.bag.export.output_folder import make_output_folder, removed_on_er
 from teleopctl.bag.lerobot.dataset import EpisodeNotes, LeRobotDataset
 from teleopctl.bag.lerobot.features import STAMPS
 from teleopctl.bag.lerobot.sampling import LeRobotOptions, sample_episode
-from teleopctl.errors import SystemFailureError
+from teleopctl.errors import NotFoundError, SystemFailureError
 
 
 class LeRobotSummary(NamedTuple):
@@ -40,13 +40,17 @@ class LeRobotSummary(NamedTuple):
     cameras: tuple[str, ...] = ()
 
 
-def export_lerobot(bag: Bag, folder: Path, options: LeRobotOptions) -> LeRobotSummary:
-    """Export a bag as a LeRobot data set with one episode; return a summary.
+def export_lerobot(
+    bags: Iterable[Bag],
+    folder: Path,
+    options: Callable[[Bag], tuple[LeRobotOptions, EpisodeNotes]],
+) -> list[LeRobotSummary]:
+    """Export bags as a LeRobot data set, an episode each; return summaries of the episodes.
 
     Args:
-        bag: Bag to export.
+        bags: Bags to export, each of which is used before the next one is taken.
         folder: Folder of the data set, created if missing.
-        options: Topics, frame rate and task.
+        options: Function that returns topics, frame rate and task of a bag, and notes on it.
 
     Raises:
         NotFoundError: A topic does not exist, or has no usable message.
@@ -54,13 +58,17 @@ def export_lerobot(bag: Bag, folder: Path, options: LeRobotOptions) -> LeRobotSu
             not between 1 and 1000.
         InvalidMessageError: A topic cannot be decoded.
         MissingExtraError: pyarrow or PyAV is not installed.
-        RefusedError: The folder is not empty.
+        RefusedError: The folder is not empty, or an episode has other features than the first.
         SystemFailureError: A file cannot be written.
         InvalidFileError: The bag is broken, or a gap between its times is too long.
     """
     make_output_folder(folder)
     with removed_on_error((folder,)):
-        return add_episode(bag, LeRobotDataset(folder), options)
+        dataset = LeRobotDataset(folder)
+        summaries = [add_episode(bag, dataset, *options(bag)) for bag in bags]
+        if not summaries:
+            raise NotFoundError("There is no episode to export")
+        return summaries
 
 
 def add_episode(

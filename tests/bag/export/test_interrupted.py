@@ -12,6 +12,7 @@ from teleopctl.bag import (
     Bag,
     BagMessage,
     BagWriter,
+    EpisodeNotes,
     LeRobotOptions,
     TableExport,
     VideoExport,
@@ -45,7 +46,7 @@ EXPORTS: dict[str, Callable[[Bag, Path], object]] = {
     "parquet": lambda bag, folder: list(TableExport(bag, folder, [STATES], "parquet").write()),
     "mp4": lambda bag, folder: list(VideoExport(bag, folder, [PICTURES]).write()),
     "lerobot": lambda bag, folder: export_lerobot(
-        bag, folder, LeRobotOptions(STATES, cameras=[PICTURES])
+        [bag], folder, lambda _: (LeRobotOptions(STATES, cameras=[PICTURES]), EpisodeNotes())
     ),
 }
 

@@ -16,6 +16,7 @@ from pyarrow import parquet
 
 from teleopctl.bag import (
     BagWriter,
+    EpisodeNotes,
     LeRobotOptions,
     LeRobotSummary,
     export_lerobot,
@@ -66,9 +67,9 @@ def write(folder: Path, *messages: tuple[float, str, Any]) -> Path:
 
 def export(bag: Path, folder: Path, **options: Any) -> LeRobotSummary:
     with open_bag(bag) as opened:
-        return export_lerobot(
-            opened, folder, LeRobotOptions(**{"state": "/joint_states", **options})
-        )
+        given = LeRobotOptions(**{"state": "/joint_states", **options})
+        (summary,) = export_lerobot([opened], folder, lambda _: (given, EpisodeNotes()))
+        return summary
 
 
 def rows(folder: Path) -> list[dict[str, Any]]:

@@ -1,22 +1,31 @@
 """``teleopctl bag export``."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from teleopctl.cli import console
 from teleopctl.cli.options import AsJson
-from teleopctl.cli.verb import Option
-from teleopctl.cli.verbs.bag.options import BagPath
+from teleopctl.cli.verb import Argument, Option
 from teleopctl.errors import NotFoundError, UsageError
 
 if TYPE_CHECKING:
-    from teleopctl.bag import Bag
+    from collections.abc import Iterator
+
+    from teleopctl.bag import Bag, EpisodeNotes, LeRobotOptions
 
 _FORMATS = ("csv", "parquet", "mp4", "lerobot")
 
 
 def export(
-    bag_path: BagPath,
+    bag_paths: Annotated[
+        list[str],
+        Argument(
+            help="The bag: its folder, or one of its files; with lerobot several, or folders of "
+            "episodes.",
+            metavar="BAG...",
+            complete="bags",
+        ),
+    ],
     topics: Annotated[
         list[str] | None,
         Option("--topics", help="Export only this topic; repeatable.", metavar="TOPIC"),
@@ -40,11 +49,13 @@ def export(
         ),
     ] = None,
     state: Annotated[
-        str,
+        str | None,
         Option(
-            "--state", help="With lerobot: the topic of joint states, or a field.", metavar="FIELD"
+            "--state",
+            help="With lerobot: the topic of joint states, or a field; by default /joint_states.",
+            metavar="FIELD",
         ),
-    ] = "/joint_states",
+    ] = None,
     action: Annotated[
         list[str] | None,
         Option(
@@ -63,8 +74,17 @@ def export(
         ),
     ] = None,
     task: Annotated[
-        str, Option("--task", help="With lerobot: description of the task.", metavar="TEXT")
-    ] = "teleoperation",
+        str | None,
+        Option(
+            "--task",
+            help="With lerobot: description of the task; by default that of the episode.",
+            metavar="TEXT",
+        ),
+    ] = None,
+    success_only: Annotated[
+        bool,
+        Option("--success-only", help="With lerobot: leave out episodes that are no success."),
+    ] = False,
     form: Annotated[str, Option("--format", help="Output format.", choices=_FORMATS)] = "csv",
     as_json: AsJson = False,
 ) -> None:
@@ -77,22 +97,34 @@ def export(
 
     if fps is not None and form not in ("mp4", "lerobot"):
         raise UsageError("--fps is for --format mp4 and lerobot")
-    if (action or camera) and form != "lerobot":
-        raise UsageError("--action and --camera are for --format lerobot")
+    if (action or camera or success_only) and form != "lerobot":
+        raise UsageError("--action, --camera and --success-only are for --format lerobot")
+    if len(bag_paths) > 1 and form != "lerobot":
+        raise UsageError(
+            "Only --format lerobot takes several bags", hint="`teleopctl bag merge` makes them one."
+        )
     if topics and form == "lerobot":
         raise UsageError("Topics of --format lerobot are those of --state, --action and --camera")
-    path = Path(bag_path)
+    path = Path(bag_paths[0])
     folder = Path(output) if output else Path(f"{path.resolve().stem}_{form}")
-    with open_bag(path) as bag:
-        for remark in bag.remarks:
-            console.warn(remark)
-        written = _Written(as_json)
-        if form == "lerobot":
-            _export_lerobot(bag, folder, state, action, camera, fps, task, written)
-        elif form == "mp4":
-            _export_films(bag, folder, topics, fps, written)
-        else:
-            _export_tables(bag, folder, topics, "parquet" if form == "parquet" else "csv", written)
+    written = _Written(as_json)
+    if form == "lerobot":
+        if fps is not None and not fps.is_integer():
+            raise UsageError(f"LeRobot's rates are whole numbers, not {fps:g}")
+        rate = None if fps is None else int(fps)
+        given = {"state": state, "action": action, "cameras": camera, "fps": rate, "task": task}
+        settings = {name: value for name, value in given.items() if value is not None}
+        _export_lerobot(bag_paths, folder, settings, written, successes=success_only)
+    else:
+        with open_bag(path) as bag:
+            for remark in bag.remarks:
+                console.warn(remark)
+            if form == "mp4":
+                _export_films(bag, folder, topics, fps, written)
+            else:
+                _export_tables(
+                    bag, folder, topics, "parquet" if form == "parquet" else "csv", written
+                )
     if as_json:
         console.out_json({"format": form, "written": written.records})
 
@@ -163,48 +195,72 @@ def _export_films(
         raise NotFoundError(f"{bag.path} has no topic with pictures")
 
 
+# Any: values of the settings of an episode.
 def _export_lerobot(
-    bag: "Bag",
+    paths: list[str],
     folder: Path,
-    state: str,
-    action: list[str] | None,
-    cameras: list[str] | None,
-    fps: float | None,
-    task: str,
+    settings: dict[str, Any],
     written: _Written,
+    *,
+    successes: bool,
 ) -> None:
     from teleopctl.bag import (
-        LeRobotOptions,
+        EPISODE_RECORD,
+        EpisodeNotes,
+        EpisodeSettings,
+        episode_bags,
         export_lerobot,
-        find_actions,
-        find_cameras,
         find_hand,
+        open_bag,
     )
 
-    if fps is not None and not fps.is_integer():
-        raise UsageError(f"LeRobot's rates are whole numbers, not {fps:g}")
-    if action is None:
-        action = find_actions(bag)
-    if cameras is None:
-        cameras = [f"{name}={topic}" for name, topic in find_cameras(bag).items()]
-    hand = find_hand(bag)
-    options = LeRobotOptions(state, action, cameras, int(fps or 30), task, hand=hand)
-    summary = export_lerobot(bag, folder, options)
-    lines = [f"{folder}: frames {summary.frames} at {options.fps} Hz, one episode"]
-    lines += [f"  {key}: {', '.join(names)}" for key, names in summary.names.items()]
-    lines += [f"  {camera}" for camera in summary.cameras]
-    times = "stamps" if summary.by_stamps else "times of recording"
-    worst = f" ({summary.worst_feature})" if summary.worst_feature else ""
-    age_ms = summary.worst_offset_s * 1e3
-    lines += [f"  values by their {times}, at most {age_ms:.0f} ms old{worst}"]
+    rates: set[int] = set()
+    left_out = 0
+
+    def bags() -> "Iterator[Bag]":
+        nonlocal left_out
+        for path in paths:
+            for each in episode_bags(Path(path)):
+                with open_bag(each) as bag:
+                    for remark in bag.remarks:
+                        console.warn(remark)
+                    if successes and not EpisodeSettings.of(bag).success:
+                        left_out += 1
+                    else:
+                        yield bag
+
+    def options(bag: "Bag") -> "tuple[LeRobotOptions, EpisodeNotes]":
+        of_bag = EpisodeSettings.of(bag)._replace(**settings)
+        found = of_bag.options(bag)
+        if EPISODE_RECORD not in dict(bag.records()):
+            found = found._replace(hand=find_hand(bag))
+        rates.add(found.fps)
+        return found, EpisodeNotes(of_bag.success, of_bag.driven_by)
+
+    summaries = export_lerobot(bags(), folder, options)
+    count, frames = len(summaries), sum(summary.frames for summary in summaries)
+    first, worst = summaries[0], max(summaries, key=lambda summary: summary.worst_offset_s)
+    rate = rates.pop()
+    episodes = "one episode" if count == 1 else f"{count} episodes"
+    lines = [f"{folder}: frames {frames} at {rate} Hz, {episodes}"]
+    lines += [f"  {key}: {', '.join(names)}" for key, names in first.names.items()]
+    lines += [f"  {camera}" for camera in first.cameras]
+    times = "stamps" if first.by_stamps else "times of recording"
+    of_feature = f" ({worst.worst_feature})" if worst.worst_feature else ""
+    age_ms = worst.worst_offset_s * 1e3
+    lines += [f"  values by their {times}, at most {age_ms:.0f} ms old{of_feature}"]
     written.say(
         "\n".join(lines),
         path=str(folder),
-        frames=summary.frames,
-        fps=options.fps,
-        names={key: list(names) for key, names in summary.names.items()},
-        cameras=list(summary.cameras),
-        worst_offset_s=summary.worst_offset_s,
+        episodes=count,
+        frames=frames,
+        fps=rate,
+        names={key: list(names) for key, names in first.names.items()},
+        cameras=list(first.cameras),
+        worst_offset_s=worst.worst_offset_s,
     )
-    for topic, count in summary.left_out.items():
-        console.warn(f"{topic}: {count} messages left out")
+    if left_out:
+        console.note(f"{left_out} episodes that are no success are left out")
+    for summary in summaries:
+        for topic, unusable in summary.left_out.items():
+            console.warn(f"{topic}: {unusable} messages left out")

@@ -4,7 +4,13 @@ from __future__ import annotations
 
 import pytest
 
-from teleopctl.bag import BagMessage, BagWriter
+from teleopctl.bag import (
+    EPISODE_RECORD,
+    BagMessage,
+    BagWriter,
+    EpisodeFolder,
+    EpisodeSettings,
+)
 from teleopctl.cli import main
 from teleopctl.interfaces import get_message, serialize
 from tests.bag.bags import START_NS, message, topic
@@ -104,3 +110,31 @@ def test_joint_states_become_a_data_set_of_lerobot(tmp_path, monkeypatch, capsys
     assert main.run([*line, "--fps", "12.5"]) == 2
     assert main.run([*line, "--topics", "/joint_states"]) == 2
     assert main.run(["bag", "export", "session", "--camera", "/image_raw"]) == 2
+
+
+def test_several_episodes_become_a_data_set_also_those_alone_that_are_a_success(
+    tmp_path, monkeypatch, capsys
+):
+    monkeypatch.chdir(tmp_path)
+    kind = "sensor_msgs/msg/JointState"
+    for number, success in enumerate((True, False, True)):
+        with BagWriter(tmp_path / f"cube/episodes/episode_{number:06d}.mcap") as writer:
+            writer.add_topic(topic("/joint_states", kind))
+            for at in range(0, 1001, 10):
+                writer.write(message("/joint_states", at, kind, name=["a"], position=[1.0]))
+            settings = EpisodeSettings(task="Push", fps=20, success=success)
+            writer.add_record(EPISODE_RECORD, settings.record())
+    line = ["bag", "export", "cube", "--format", "lerobot"]
+    assert main.run([*line, "-o", "all"]) == 0
+    assert main.run([*line, "-o", "best", "--success-only"]) == 0
+    found = capsys.readouterr()
+    assert "all: frames 63 at 20 Hz, 3 episodes\n" in found.out
+    assert "best: frames 42 at 20 Hz, 2 episodes\n" in found.out
+    assert "1 episodes that are no success are left out" in found.err
+    rows = EpisodeFolder(tmp_path / "best").rows()
+    assert [(row.task, row.notes.success) for row in rows] == [("Push", True)] * 2
+    bag = "cube/episodes/episode_000001.mcap"
+    assert main.run(["bag", "export", bag, "--format", "lerobot", "--success-only"]) == 1
+    assert "There is no episode to export" in capsys.readouterr().err
+    assert main.run(["bag", "export", bag, bag]) == 2
+    assert "Only --format lerobot takes several bags" in capsys.readouterr().err
