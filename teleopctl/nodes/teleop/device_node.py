@@ -231,6 +231,7 @@ class DeviceNode(Node):
             "refusal": str(state["refusal"]),
             "stopped_by": ", ".join(state["stopped_by"]),
             "holder": _holder_text(state["holder"]),
+            "engaged": "true" if self.leader is not None and self.leader.is_engaged else "",
         }
         line = f"{self.name} | {texts['doing']} | {texts['speed']}"
         for name, before in _NOTED:

@@ -1,6 +1,7 @@
 """The drive page's messages, and which browser may move the robot."""
 
 import json
+from types import SimpleNamespace
 from typing import Any
 
 import pytest
@@ -122,6 +123,18 @@ def test_no_text_breaks_the_reader(text):
 def test_the_other_messages():
     assert parse_message('{"type": "gripper", "opening": 0.25}') == GripperWish(0.25)
     assert parse_message('{"type": "press", "action": "stop"}') == Press("stop")
+
+
+@pytest.mark.parametrize("action", ["engage", "disengage"])
+def test_a_leader_arm_is_engaged_by_a_button(page, action):
+    pressed: list[bool] = []
+    page.leader = SimpleNamespace(
+        press=lambda *, engages: pressed.append(engages), state=lambda: {"is_engaged": True}
+    )
+    session = DriveSession(page)
+    session.received(json.dumps({"type": "press", "action": action}))
+    assert pressed == [action == "engage"]
+    assert session.state()["leader"] == {"is_engaged": True}
 
 
 def test_keys_and_pads_of_a_browser_act_together(page):

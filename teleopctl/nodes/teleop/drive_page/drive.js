@@ -272,6 +272,7 @@ function show(message) {
   [...row.children].forEach((button, step) => {
     button.setAttribute("aria-pressed", String(step === message.speed_step));
   });
+  showLeader(message.leader);
   showEpisode(message.episode);
   const note = element("gamepad");
   const count = gamepads().length;
@@ -283,6 +284,21 @@ function show(message) {
     + (message.episode ? "Start records, Y is a success, A saves, Back discards." : "");
   else note.textContent = "Gamepad: switch it on and press a button.";
 }
+
+// Button of a leader arm, where a teleop_device follows one.
+function showLeader(leader) {
+  element("leader").hidden = !leader;
+  if (!leader) return;
+  element("engage").textContent = leader.is_engaged ? "Disengage" : "Engage";
+  element("engage").classList.toggle("held", leader.is_engaged);
+  element("leader_note").textContent = leader.problem || (leader.is_engaged ? leader.doing : "");
+  element("leader_note").classList.toggle("warn", Boolean(leader.problem));
+}
+
+element("engage").addEventListener("click", () => {
+  send({ type: "press", action: state.leader && state.leader.is_engaged ? "disengage" : "engage" });
+  element("engage").blur();
+});
 
 // Buttons of an episode_recorder, where one runs.
 function showEpisode(episode) {

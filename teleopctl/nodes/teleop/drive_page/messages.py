@@ -19,6 +19,7 @@ LONGEST_MESSAGE = 16_384
 _MOST = 64
 PRESSES = (
     *("stop", "release_stop", "slower", "faster", "base", "tip", "take", "release"),
+    *("engage", "disengage"),
     *(f"{EPISODE}{step}" for step in EPISODE_STEPS),
 )
 """Actions of the page's buttons."""

@@ -22,6 +22,7 @@ from teleopctl.nodes.teleop.drive_page.messages import (
     parse_message,
 )
 from teleopctl.nodes.teleop.hand_driver import HandDriver
+from teleopctl.nodes.teleop.leader_button import LeaderButton
 from teleopctl.teleop import EPISODE, HandCommand, HandMapping
 
 if TYPE_CHECKING:
@@ -58,6 +59,8 @@ class DrivePage:
         self.use_sim_time = False
         self._servo = servo
         self._driver: HandDriver | None = None
+        # Of a leader arm that another node follows; None before the first page.
+        self.leader: LeaderButton | None = None
         self._node: Node | None = None
         self._mappings: dict[str, HandMapping] = {}
         self._mapped_for: tuple[str, bool] | None = None
@@ -97,6 +100,7 @@ class DrivePage:
                 parameter_overrides=[Parameter("use_sim_time", value=self.use_sim_time)],
             )
             self._driver = HandDriver(self._node, "page", self._servo)
+            self.leader = LeaderButton(self._node)
             self._executor = SingleThreadedExecutor(context=self._node.context)
             self._executor.add_node(self._node)
             threading.Thread(target=self._executor.spin, name="drive", daemon=True).start()
@@ -244,6 +248,9 @@ class DriveSession:
         }
         if press.action in calls:
             calls[press.action]()
+        elif press.action in ("engage", "disengage"):
+            if page.leader is not None:
+                page.leader.press(engages=press.action == "engage")
         elif press.action.startswith(EPISODE):
             driver.episodes.press(press.action.removeprefix(EPISODE))
         else:
@@ -261,6 +268,7 @@ class DriveSession:
         return {
             "type": "state",
             **state,
+            "leader": None if self._page.leader is None else self._page.leader.state(),
             "opening": opening,
             "wanted_opening": wanted_opening,
             "speeds": list(speeds),

@@ -1,0 +1,59 @@
+"""Button of the drive page that engages a leader arm, where a ``teleop_device`` follows one."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from teleopctl.interfaces import get_message, get_service
+from teleopctl.node import Node, qos_profile_latched
+
+_DEVICE = "/teleop_device"
+
+# Any, here and below: message classes are generated at run time from definitions.
+
+
+class LeaderButton:
+    """Client of the service that engages a leader arm, and the state of its device.
+
+    Args:
+        node: Node of the endpoints.
+    """
+
+    def __init__(self, node: Node) -> None:
+        self._values: dict[str, str] = {}
+        self._refusal = ""
+        kind = get_service("std_srvs/srv/SetBool")
+        self._engage = node.create_client(kind, f"{_DEVICE}/engage")
+        self._request: Any = kind.Request
+        node.create_subscription(
+            get_message("diagnostic_msgs/msg/DiagnosticStatus"),
+            f"{_DEVICE}/state",
+            self._on_state,
+            qos_profile_latched,
+        )
+
+    def press(self, *, engages: bool) -> None:
+        """Request that the arm follows its leader, or no longer does."""
+        if not self._engage.service_is_ready():
+            return
+
+        def answered(future: Any) -> None:
+            response = None if future.exception() is not None else future.result()
+            self._refusal = ""
+            if response is not None and not response.success:
+                self._refusal = str(response.message)
+
+        self._engage.call_async(self._request(data=engages)).add_done_callback(answered)
+
+    def state(self) -> dict[str, Any] | None:
+        """Return the state of the following, for JSON; None without a leader."""
+        if not self._values or not self._engage.service_is_ready():
+            return None
+        return {
+            "is_engaged": self._values.get("engaged") == "true",
+            "doing": self._values.get("doing", ""),
+            "problem": self._values.get("problem", "") or self._refusal,
+        }
+
+    def _on_state(self, message: Any) -> None:
+        self._values = {value.key: value.value for value in message.values}
