@@ -187,7 +187,7 @@ class HandDriver:
         """Release all inputs: publish zero motion."""
         with self._lock:
             self._is_held, self._target = False, None
-            self._is_taken, self._refusal = False, ""
+            self._is_taken, self._refusal, self._asked_s = False, "", None
             self._pause()
 
     def _pause(self) -> None:
@@ -213,6 +213,7 @@ class HandDriver:
         with self._lock:
             if target is None:
                 self._target, self._is_held = None, False
+                self._asked_s = None
                 if self._is_moving:
                     self._stop_moving()
                 return ""
@@ -260,6 +261,7 @@ class HandDriver:
     def _may_move(self, *, wants: bool) -> bool:
         """Return whether this node may drive; take the lease at the beginning of a motion."""
         if not wants:
+            self._asked_s = None
             self._is_taken = False
             self._refusal = ""
             return True
@@ -340,7 +342,7 @@ class HandDriver:
     def _lose(self, reason: str) -> None:
         """Ignore the held inputs after the lease is lost, until they are released."""
         self._pause()
-        self._target = None
+        self._target = self._asked_s = None
         self._is_held, self._is_taken, self._refusal = False, True, reason
 
     def _hear(self) -> None:
@@ -356,7 +358,7 @@ class HandDriver:
 
     def _moves(self) -> None:
         """Note that a command was published."""
-        if not self._is_moving or self._asked_s is None:
+        if self._asked_s is None:
             self._asked_s = time.monotonic()
         self._is_moving = True
 

@@ -51,10 +51,9 @@ class TestLateCommands:
         late = LateCommands()
 
         def is_late(sent_s, received_s):
-            source, received = (round(1e9 * s) for s in (sent_s + self.AHEAD_S, received_s))
-            info = {"publisher_gid": b"hand"}
-            info |= {"source_timestamp": source, "received_timestamp": received}
-            return late.is_late(info, received_s)
+            source_ns = round(1e9 * (sent_s + self.AHEAD_S))
+            info = {"publisher_gid": b"hand", "source_timestamp": source_ns}
+            return late.is_late(info, round(1e9 * received_s))
 
         assert not any(is_late(0.02 * number, 0.02 * number + 0.001) for number in range(50))
         return is_late

@@ -47,15 +47,16 @@ class LateCommands:
         # By sender: the shortest way, when that was known, and since when all are late, s.
         self._senders: dict[bytes, tuple[float, float, float | None]] = {}
 
-    def is_late(self, info: MessageInfo, now_s: float) -> bool:
+    def is_late(self, info: MessageInfo, now_ns: int) -> bool:
         """Return whether a command is too old to be obeyed.
 
         Args:
             info: Its metadata.
-            now_s: Time on the monotonic clock, s.
+            now_ns: Time in nanoseconds since the epoch; that of the receipt lacks the time in the
+                node's own queue.
         """
-        sender = info["publisher_gid"]
-        way_s = (info["received_timestamp"] - info["source_timestamp"]) * 1e-9
+        sender, now_s = info["publisher_gid"], now_ns * 1e-9
+        way_s = (now_ns - info["source_timestamp"]) * 1e-9
         if sender not in self._senders and len(self._senders) >= _MOST_SENDERS:
             self._senders.clear()
         shortest_s, known_s, since_s = self._senders.get(sender, (way_s, now_s, None))

@@ -359,7 +359,7 @@ class ServoNode(Node):
                     throttle_duration_sec=5.0,
                 )
                 return
-            if self._late.is_late(info, time.monotonic()):
+            if self._late.is_late(info, time.time_ns()):
                 return
             self._command = ServoCommand.of(kind, message)
             self._targets = {}
