@@ -1,7 +1,7 @@
 """lerobot's own programs with a simulated robot of ours, and its loader with a data set of ours.
 
 ``python -m tests.lerobot_programs PYTHON`` needs the Python of an environment that has lerobot and
-teleopctl (``pip install lerobot '.[export]'``); lerobot needs torch, so no other test has it.
+teleopctl (``pip install 'lerobot[dataset]' .``); lerobot needs torch, so no other test has it.
 
 A leader arm is published, ``lerobot-teleoperate`` follows it, ``lerobot-record`` records it,
 ``lerobot-replay`` repeats it, a scripted policy drives the robot through lerobot's robot, and a
@@ -30,7 +30,10 @@ POLICY = """
 import json, sys, time
 import torch
 from teleopctl.lerobot import TeleopctlRobot, TeleopctlRobotConfig
-from lerobot.datasets.utils import build_dataset_frame, hw_to_dataset_features
+try:
+    from lerobot.utils.feature_utils import build_dataset_frame, hw_to_dataset_features
+except ImportError:  # lerobot 0.4
+    from lerobot.datasets.utils import build_dataset_frame, hw_to_dataset_features
 from lerobot.policies.utils import make_robot_action
 with_features = TeleopctlRobot(TeleopctlRobotConfig())
 with_features.connect()

@@ -1,5 +1,7 @@
 """Commands as servo understands them."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 
@@ -52,7 +54,7 @@ class TestLateCommands:
 
         def is_late(sent_s, received_s):
             source_ns = round(1e9 * (sent_s + self.AHEAD_S))
-            info = {"publisher_gid": b"hand", "source_timestamp": source_ns}
+            info: Any = {"publisher_gid": b"hand", "source_timestamp": source_ns}
             return late.is_late(info, round(1e9 * received_s))
 
         assert not any(is_late(0.02 * number, 0.02 * number + 0.001) for number in range(50))
