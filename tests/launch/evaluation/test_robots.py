@@ -273,7 +273,7 @@ def test_controllers_get_the_remappings_of_the_plugin_that_would_run_them(evalua
     done = evaluated("$(robot-remappings FILE sim '')", more=RENAMED)
     assert done.shown == "-r '~/odom:=odom' -r joint_states:=platform/joint_states"
     *in_vain, obeyed = done.said
-    assert obeyed.endswith("hear: ~/odom:=odom, joint_states:=platform/joint_states")
+    assert obeyed.endswith("controllers: ~/odom:=odom, joint_states:=platform/joint_states")
     assert [said.partition("</")[0] for said in in_vain] == [
         "<remapping>robot_description:=urdf",
         "<remapping>__ns:=/a",
