@@ -1,4 +1,4 @@
-"""A subscription that keeps the newest message of a topic, for programs that look now and then."""
+"""Subscription that keeps the newest message of a topic, for programs that poll it."""
 
 from __future__ import annotations
 
@@ -22,10 +22,10 @@ class _Paused:
 
 
 class NewestMessage(Subscription[MessageT]):
-    """Subscription without a callback: Zenoh keeps the newest message until it is asked for.
+    """Subscription without a callback: Zenoh keeps the newest message until it is read.
 
-    Nothing of Python runs when a message arrives, so that a topic of a thousand messages a second
-    takes little of a process that reads ten of them. Earlier messages of latched publishers are not
+    No Python code runs when a message arrives, so a topic of a thousand messages per second costs
+    little in a process that reads ten of them. Earlier messages of latched publishers are not
     requested.
 
     Args:
@@ -46,7 +46,7 @@ class NewestMessage(Subscription[MessageT]):
         return self.node.context.session.declare_subscriber(self.key, zenoh.handlers.RingChannel(1))
 
     def pause(self) -> None:
-        """Receive nothing until the next call of `read`."""
+        """Unsubscribe until the next call of `read`."""
         channel, self._channel = self._channel, _Paused()
         channel.undeclare()
 

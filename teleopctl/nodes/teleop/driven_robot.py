@@ -20,7 +20,7 @@ from teleopctl.tf import Transform
 _SEMANTICS = ("robot_description_semantic", "srdf", "moveit_servo.move_group_name")
 # Scales of servo: m/s, rad/s, rad/s.
 _SCALES = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
-# Time after which states that nobody reads are not received any more, s.
+# Time without a reader after which the subscription to joint states is paused, s.
 _UNREAD_S = 2.0
 
 # Any, here and below: message classes are generated at run time from definitions.
@@ -195,11 +195,11 @@ class DrivenRobot:
             return self._measured
 
     def need_states(self) -> None:
-        """Receive the joints' states, which are needed soon."""
+        """Subscribe to the joint states, which are needed soon."""
         _ = self.measured
 
     def forget_states(self) -> None:
-        """Receive the joints' states no more, if nobody reads them."""
+        """Pause the subscription to joint states if they are not read."""
         with self._states_lock:
             if self._states_read_s and time.monotonic() - self._states_read_s > _UNREAD_S:
                 self._states_read_s, self._measured = 0.0, {}

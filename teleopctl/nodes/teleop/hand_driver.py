@@ -32,8 +32,8 @@ _PERIOD_S, _LOOK_S = 0.02, 0.5
 _IDLE_S = 0.1
 # Time after which a robot without a description is taken to be a base, s.
 _LATE_S = 1.0
-# Silence of a hand, s, after which it moves nothing for a moment, s: its samples may have waited in
-# a queue. A slow browser is silent for shorter times.
+# Gap between samples, s, after which samples are ignored for a time, s, since they may have waited
+# in a queue. A slow browser has shorter gaps.
 _LONG_S, _AGAIN_S = 0.4, 0.25
 # Time for which a note is shown, s.
 _NOTE_S = 5.0
@@ -42,21 +42,20 @@ _NOTE_S = 5.0
 class HandDriver:
     """Publishes an operator's commands, and monitors their effect.
 
-    Without samples for `STALE_S` the hand counts as released. A release publishes zero three times.
-    A hand that is heard again after a longer silence, as when its process was suspended, moves
-    nothing for a moment, in which its old samples come. A hand that was silent until its lease
-    ended, or whose servo node has gone, has to be let go and pressed again: the robot does not move
-    by itself when they come back.
+    Without samples for `STALE_S` all inputs count as released; a release publishes 0 three times.
+    After a longer gap, as when the device's process was suspended, samples are ignored for a time,
+    since they may be old. If the gap lasted until the lease ended, or servo has ended, inputs must
+    be released and pressed again: the robot does not move on its own when they come back.
 
     Args:
         node: Node of the endpoints; its executor must spin in another thread than `apply`'s.
-        device: Name of the device that the hand holds.
+        device: Name of the operator's device.
         servo: Name of the servo node.
         base: Topic of a mobile base's velocity, which is driven then; empty to drive an arm if
-            the robot has one, else a base that listens to a topic ``cmd_vel``.
+            the robot has one, else a base that subscribes to a topic ``cmd_vel``.
 
     Attributes:
-        device: Name of the device that the hand holds.
+        device: Name of the operator's device.
         robot_state: The robot.
         episodes: Buttons for episodes.
         on_action: Called with each action that begins, also those that the driver executes itself.
@@ -77,7 +76,7 @@ class HandDriver:
         self._began_s = time.monotonic()
         # Whether another node has taken over since this one began to hold something.
         self._is_taken = False
-        # Whether the hand holds something, also while it is silent or refused.
+        # Whether an input is held, also while samples are missing or commands refused.
         self._is_held = False
         self._refusal = ""
         self._moved_s = 0.0
@@ -93,7 +92,7 @@ class HandDriver:
         self._applied_s = 0.0
         # First command since servo's newest status.
         self._asked_s: float | None = None
-        # Until when a hand that fell silent moves nothing.
+        # Time until which samples are ignored after a gap.
         self._again_s = 0.0
         self._command = HandCommand()
         self._button = StopButton(node)
@@ -208,7 +207,7 @@ class HandDriver:
         Without a pose the hand lets go of what it moved by `pull` or `jog`.
 
         Args:
-            target: Pose in the frame of the root link; None lets go.
+            target: Pose in the frame of the root link; None ends the motion.
         """
         with self._lock:
             if target is None:
@@ -286,7 +285,7 @@ class HandDriver:
         self._command = HandCommand()
         self._hold_gripper(0.0)
         self._target = None
-        # What is published is refused, and a message of standstill is no harm.
+        # Commands are refused meanwhile, and a message of standstill is harmless.
         self._is_moving = False
 
     def set_gripper(self, opening: float) -> None:
@@ -346,7 +345,7 @@ class HandDriver:
         self._is_held, self._is_taken, self._refusal = False, True, reason
 
     def _hear(self) -> None:
-        """Look how long the hand was silent, before its newest sample counts."""
+        """Measure the gap before the newest sample, before the sample counts."""
         now_s = time.monotonic()
         if self._is_held and now_s - self._applied_s > _LONG_S:
             self._again_s = now_s + _AGAIN_S
@@ -357,13 +356,13 @@ class HandDriver:
             self._lose("no input was received for a time: let go, and press again")
 
     def _moves(self) -> None:
-        """Note that a command was published."""
+        """Record that a command was published."""
         if self._asked_s is None:
             self._asked_s = time.monotonic()
         self._is_moving = True
 
     def _is_unanswered(self) -> bool:
-        """Return whether servo, which publishes a status with each step, is silent for long."""
+        """Return whether servo's status, published with each step, is missing for long."""
         _ = self.robot_state.status
         if self._asked_s is None or self.robot_state.answered_s >= self._asked_s:
             self._asked_s = None
@@ -385,7 +384,7 @@ class HandDriver:
             elif (self._is_moving or self._is_gripping) and silent_s > STALE_S:
                 self._pause()
             elif self._target is not None and silent_s <= STALE_S and not self._stops.names:
-                # A handle that is held still has no new pose.
+                # A handle that is held without motion has no new pose.
                 if self._may_move(wants=True):
                     self._send_target()
                 elif self._refusal:
@@ -401,7 +400,7 @@ class HandDriver:
             self._watch_again(silent_s)
 
     def _watch_again(self, silent_s: float) -> None:
-        """Set when `_watch` is called again: it need not run beside each sample of a hand."""
+        """Schedule the next call of `_watch`, which need not run at each sample."""
         gripper = self.robot_state.gripper
         steps = gripper is not None and not (gripper.is_done and not self._is_gripping)
         if self._target is not None or steps:

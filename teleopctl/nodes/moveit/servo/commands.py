@@ -37,7 +37,7 @@ _MOST_SENDERS = 100
 
 
 class LateCommands:
-    """Finds commands that have waited on their way, while a process or a connection stood still.
+    """Detector of delayed commands, as after a suspended process or connection.
 
     They all come at once then, and look fresh by their receipt. The clocks of sender and receiver
     may differ: the way of a command is compared with the shortest one of its sender.
@@ -48,7 +48,7 @@ class LateCommands:
         self._senders: dict[bytes, tuple[float, float, float | None]] = {}
 
     def is_late(self, info: MessageInfo, now_ns: int) -> bool:
-        """Return whether a command is too old to be obeyed.
+        """Return whether a command is too old to be executed.
 
         Args:
             info: Its metadata.

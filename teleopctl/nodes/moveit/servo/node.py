@@ -71,7 +71,7 @@ _DEFAULT_ACCELERATION = 10.0
 # A trajectory's point lies this many periods ahead, so that the controller moves on when the next
 # message is late.
 _PERIODS_AHEAD = 2.0
-# Periods without a step after which the arm stands, and is not commanded on from where it was.
+# Periods without a step after which the motion stops instead of continuing from its old state.
 _STALLED_PERIODS = 50
 _LIMITS = "robot_description_planning.joint_limits"
 
