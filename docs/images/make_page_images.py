@@ -202,7 +202,6 @@ TABS: dict[str, Callable[[Page], None]] = {
     "page_graph.png": tab("Graph", choose("Topics with", "Types and rates"), enlarge_graph),
     "page_controllers.png": tab("Controllers"),
     "page_link.png": tab("Joints", click_link),
-    "page_layouts.png": tab("Joints", press("Layout")),
 }
 
 
