@@ -247,17 +247,20 @@ def _router_answers(address: RouterAddress) -> bool:
     Raises:
         UnavailableError: A program that is not a router holds a port of the address.
     """
-    began = time.monotonic()
+    began_s = known_s = time.monotonic()
     while not router_is_running(address):
         taken = next(_taken_ports(address), None)
         if taken is None:
             return False
         host, port = taken
         holder = _holder(port)
-        # Unknown: the process has just released the port, or the system hides it.
-        patience_s = _UNKNOWN_WITHIN_S if holder is None else _READY_WITHIN_S
+        if holder is not None:
+            known_s = time.monotonic()
+            gives_up_s = began_s + _READY_WITHIN_S
+        else:  # the process has just released the port, or the system hides it
+            gives_up_s = known_s + _UNKNOWN_WITHIN_S
         waits = holder is None or _is_our_router(holder)
-        if not waits or time.monotonic() - began >= patience_s:
+        if not waits or time.monotonic() >= gives_up_s:
             name = _name_of(holder)
             raise UnavailableError(
                 f"Port {port} is taken by {name}, which does not answer as a Zenoh router.",
