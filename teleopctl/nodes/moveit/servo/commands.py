@@ -32,7 +32,7 @@ class ServoCommandType(enum.IntEnum):
 
 # Time by which a command was longer on its way than others of its sender, s, at which it is late;
 # time of late commands alone after which a clock has been set; drift of two clocks, s/s.
-_LATE_S, _SET_S, _DRIFT = 0.25, 1.0, 1e-3
+_LATE_S, _SET_S, _DRIFT = 0.5, 1.0, 1e-3
 _MOST_SENDERS = 100
 
 
