@@ -286,7 +286,7 @@ def test_an_obstacle_of_the_planning_scene_stops_the_gripper(arm, shared_ros):
     before = arm.tool()
     shelf = CollisionObject(id="shelf", operation=b"\x00")
     shelf.header.frame_id = "world"
-    shelf.primitives = [SolidPrimitive(type=1, dimensions=np.array([1.0, 1.0, 0.1]))]
+    shelf.primitives = [SolidPrimitive(type=1, dimensions=np.array([0.3, 0.3, 0.1]))]
     shelf.pose.orientation.w = 1.0
     at = shelf.pose.position
     at.x, at.y, at.z = float(before[0]), float(before[1]), float(before[2]) - 0.45
@@ -309,6 +309,10 @@ def test_an_obstacle_of_the_planning_scene_stops_the_gripper(arm, shared_ros):
     ball = next(each for each in shown if each.type == Marker.SPHERE and not each.action)
     assert ball.pose.position.z == pytest.approx(at.z + 0.05, abs=0.06)
     eventually(lambda: shown[-1].action == Marker.DELETE)
+    # Other tests may come after this one in any place.
+    shelf.operation = b"\x01"
+    objects.publish(shelf)
+    arm.hold(arm.twists, twist(linear=(0.0, 0.0, 0.3)), lambda: arm.tool()[2] > before[2])
     moving.stop()
 
 
