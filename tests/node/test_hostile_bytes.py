@@ -13,6 +13,7 @@ from teleopctl.interfaces.store import get_message, get_service
 from teleopctl.node import Context, Node, Parameter, SingleThreadedExecutor
 from teleopctl.node.endpoints.subscription import Subscription
 from teleopctl.node.values import logging
+from teleopctl.node.values.exceptions import ContextEndedError
 from teleopctl.testing import eventually
 from teleopctl.wire import GraphWatcher, encode_attachment
 
@@ -109,6 +110,21 @@ def test_a_callback_on_the_transports_thread_that_fails_each_time_reports_once_a
         publisher.publish(STRING(data="x"))
     assert subscription.refusals.count == 100
     assert len([line for line in lines if "Traceback" in line]) <= 2
+
+
+def test_a_callback_on_the_transports_thread_that_publishes_after_a_signal_does_not_fail(
+    make_node: Callable[..., Node], lines: list[str]
+):
+    node = make_node()
+
+    def publish(message: Any) -> None:
+        raise ContextEndedError("Failed to publish: publisher's context is invalid")
+
+    subscription: Subscription[Any] = node.create_subscription(
+        STRING, "chatter", publish, 10, immediate=True
+    )
+    node.create_publisher(STRING, "chatter", 10).publish(STRING(data="x"))
+    assert (subscription.refusals.count, lines) == (0, [])
 
 
 @pytest.mark.parametrize("payload", [None, *GARBAGE])

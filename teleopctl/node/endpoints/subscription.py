@@ -20,7 +20,7 @@ from teleopctl.node.endpoints.endpoint import (
 from teleopctl.node.endpoints.receive_queues import KeepAllQueue, KeepLastQueue
 from teleopctl.node.endpoints.waitable import QueuingEntity
 from teleopctl.node.values.callback_groups import CallbackGroup
-from teleopctl.node.values.exceptions import RCLError
+from teleopctl.node.values.exceptions import ContextEndedError, RCLError
 from teleopctl.node.values.handle import Handle
 from teleopctl.node.values.qos import QoSProfile, ReliabilityPolicy, bound_ns
 from teleopctl.wire import EntityKind, InvalidMessageCounter, decode_attachment, direct_callback
@@ -290,6 +290,8 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
             self._callback(*arguments)
         except InvalidMessageError as error:
             self.refusals.refuse(error.message)
+        except ContextEndedError:
+            pass  # a signal has ended the context during the callback, which publishes
         except Exception:  # noqa: BLE001 (must not end Zenoh's thread)
             import traceback
 

@@ -16,8 +16,9 @@ def stopped(monkeypatch) -> list[str]:
     of_router = ProcessRecord("router", 1, StartTime(), (), Path("router.log"), "router")
     launch = ProcessRecord("sim", 2, StartTime(), (), Path("sim.log"), background.FOREGROUND_LAUNCH)
     names: list[str] = []
-    monkeypatch.setattr(router, "find_router", lambda: of_router)
+    # The door first: it takes the name from the module when it is first used.
     monkeypatch.setattr("teleopctl.wire.find_router", lambda: of_router, raising=False)
+    monkeypatch.setattr(router, "find_router", lambda: of_router)
     monkeypatch.setattr(background, "records", list)
     monkeypatch.setattr(background, "foreground_launches", lambda: [launch])
     monkeypatch.setattr(background, "stop", lambda record: names.append(record.name))
