@@ -57,11 +57,11 @@ if not os.environ.get("MUJOCO_GL"):
 def pytest_xdist_auto_num_workers(config: pytest.Config) -> int:
     """Return the number of workers: none, unless pytest runs the whole folder.
 
-    A worker waits for processes of its tests most of the time: four workers more than cores fit.
+    A worker waits for processes of its tests half of the time: two workers more than cores fit.
     """
     named = [config.invocation_params.dir / argument for argument in config.args]
     is_whole = any(Path(__file__).parent.is_relative_to(path) for path in named)
-    return (os.cpu_count() or 1) + 4 if is_whole else 0
+    return (os.cpu_count() or 1) + 2 if is_whole else 0
 
 
 def pytest_ignore_collect(collection_path: Path, config: pytest.Config) -> bool | None:

@@ -156,8 +156,10 @@ def _own_modules(kind: Kind, name: str) -> set[str]:
     own = _reloadable(own)
     waiting = set(own)
     while waiting:
-        seen = {other for one in waiting for other in _imports(sys.modules[one])}
-        waiting = {other for other in _reloadable(seen) if _is_users(other)} - own
+        # Without a loop in Python: the names in a large package's code are many thousands.
+        seen = set().union(*(_imports(sys.modules[one]) for one in waiting))
+        seen &= sys.modules.keys() - own
+        waiting = {other for other in _reloadable(seen) if _is_users(other)}
         own |= waiting
     return own
 
