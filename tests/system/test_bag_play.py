@@ -123,7 +123,8 @@ def test_a_type_that_only_the_bag_knows_is_played_and_explained(ros):
 
 
 def test_the_services_control_the_player(ros, listener):
-    written = write_bag(ros.folder / "bag", count=100)
+    # Long enough that a slow test does not reach its end.
+    written = write_bag(ros.folder / "bag", count=4000)
     playing = ros.spawn("bag play bag -p --disable-keyboard-controls")
     ros.wait_for_nodes(PLAYER)
     assert call(ros, "is_paused", "IsPaused").paused
