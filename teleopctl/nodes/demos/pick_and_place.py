@@ -11,6 +11,7 @@ a defined simulated time, so the same seed gives the same bits, on any machine l
 from __future__ import annotations
 
 import argparse
+import contextlib
 import math
 import sys
 import threading
@@ -312,6 +313,11 @@ class PickAndPlace(Node):
                 self._changed.wait_for(lambda: bool(condition()), 0.05)
 
 
+def _spin(executor: SingleThreadedExecutor) -> None:
+    with contextlib.suppress(ExternalShutdownException):
+        executor.spin()
+
+
 def main(args: Sequence[str] | None = None) -> int:
     """Take the cube as often as requested; return 0 if it came into the bin each time.
 
@@ -340,7 +346,7 @@ def main(args: Sequence[str] | None = None) -> int:
         node = PickAndPlace(options.real_time_factor)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        spinning = threading.Thread(target=executor.spin, daemon=True)
+        spinning = threading.Thread(target=_spin, args=[executor], daemon=True)
         spinning.start()
         try:
             node.prepare()

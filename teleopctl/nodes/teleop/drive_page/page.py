@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import Node, Parameter, SingleThreadedExecutor
+from teleopctl.node import ExternalShutdownException, Node, Parameter, SingleThreadedExecutor
 from teleopctl.nodes.teleop.drive_page.messages import (
     GripperWish,
     Hands,
@@ -103,7 +103,7 @@ class DrivePage:
             self.leader = LeaderButton(self._node)
             self._executor = SingleThreadedExecutor(context=self._node.context)
             self._executor.add_node(self._node)
-            threading.Thread(target=self._executor.spin, name="drive", daemon=True).start()
+            threading.Thread(target=_spin, args=[self._executor], name="drive", daemon=True).start()
         return self._driver
 
     def mappings(self) -> Mapping[str, HandMapping]:
@@ -173,6 +173,11 @@ class DrivePage:
                 if connection.transport.get_write_buffer_size() < _MOST_WAITING:
                     await connection.send(json.dumps(session.state()))
                 await asyncio.sleep(_STATE_PERIOD_S)
+
+
+def _spin(executor: SingleThreadedExecutor) -> None:
+    with contextlib.suppress(ExternalShutdownException):
+        executor.spin()
 
 
 class DriveSession:
