@@ -158,7 +158,10 @@ def filter_predicate(expression: str) -> Callable[[Any], bool]:
             return bool(eval(code, {"m": message}))  # noqa: S307
         except Exception as error:
             raise InvalidMessageError(
-                f"Filter expression '{expression}' failed: {error}"
+                f"Filter expression '{expression}' failed: {error}",
+                hint="The message is m: --filter 'm.data > 3'"
+                if isinstance(error, NameError)
+                else None,
             ) from error
 
     return wanted

@@ -124,6 +124,7 @@ if TYPE_CHECKING:
         open_node as open_node,
         shutdown as shutdown,
         spin as spin,
+        spin_in_thread as spin_in_thread,
         spin_once as spin_once,
         spin_until_future_complete as spin_until_future_complete,
         try_shutdown as try_shutdown,

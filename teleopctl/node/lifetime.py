@@ -125,6 +125,26 @@ def spin(node: Node, executor: Executor | None = None) -> None:
         chosen.spin()
 
 
+def spin_in_thread(executor: Executor, name: str | None = None) -> threading.Thread:
+    """Start and return a daemon thread that spins an executor until its shutdown (ours).
+
+    The thread also ends when a signal shuts the context down, without printing an exception: the
+    main thread receives the same one where it waits.
+
+    Args:
+        executor: Executor of the nodes; `Executor.shutdown` ends the thread.
+        name: Name of the thread.
+    """
+
+    def run() -> None:
+        with contextlib.suppress(ExternalShutdownException):
+            executor.spin()
+
+    thread = threading.Thread(target=run, name=name, daemon=True)
+    thread.start()
+    return thread
+
+
 def spin_once(
     node: Node, *, executor: Executor | None = None, timeout_sec: float | None = None
 ) -> None:

@@ -1,18 +1,16 @@
 """Subscriptions that fill a transform buffer, with the names of ``tf2_ros``."""
 
-import contextlib
-import threading
 from typing import Any
 
 from teleopctl.interfaces import get_message
 from teleopctl.node import (
     DurabilityPolicy,
-    ExternalShutdownException,
     MessageInfo,
     Node,
     QoSProfile,
     ReentrantCallbackGroup,
     SingleThreadedExecutor,
+    spin_in_thread,
 )
 from teleopctl.tf.broadcaster import TF_STATIC_TOPIC, TF_TOPIC
 from teleopctl.tf.buffer import Buffer
@@ -97,13 +95,7 @@ class TransformListener:
     def _spin_in_thread(self) -> None:
         self.executor = SingleThreadedExecutor(context=self.node.context)
         self.executor.add_node(self.node)
-
-        def spin() -> None:
-            with contextlib.suppress(ExternalShutdownException):
-                self.executor.spin()
-
-        self.dedicated_listener_thread = threading.Thread(target=spin, name="tf", daemon=True)
-        self.dedicated_listener_thread.start()
+        self.dedicated_listener_thread = spin_in_thread(self.executor, "tf")
 
     def unregister(self) -> None:
         """Unsubscribe from ``/tf`` and ``/tf_static``, and stop the spinning thread, if any."""

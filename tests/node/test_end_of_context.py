@@ -49,6 +49,30 @@ except rclpy_implementation.RCLError as error:
 """
 
 
+SPINNING = """
+import threading
+from teleopctl.node import Node, SingleThreadedExecutor, init, spin_in_thread
+with init():
+    executor = SingleThreadedExecutor()
+    executor.add_node(Node("spinning"))
+    thread = spin_in_thread(executor)
+    print("ready", flush=True)
+    thread.join()
+    print("ended", flush=True)
+"""
+
+
+@pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM is for POSIX only")
+def test_a_thread_that_spins_ends_by_a_signal_without_a_traceback(ros, tmp_path):
+    path = tmp_path / "spinning.py"
+    path.write_text(SPINNING)
+    program = ros.spawn_command([sys.executable, str(path)])
+    program.wait_for_line("ready")
+    os.kill(program.pid, signal.SIGTERM)
+    program.wait_for_line("ended", stream="stdout")
+    assert (program.wait(), program.stderr) == (0, ""), program.report()
+
+
 @pytest.mark.skipif(sys.platform == "win32", reason="SIGTERM is for POSIX only")
 @pytest.mark.parametrize(("number", "status"), [(signal.SIGTERM, 0), (signal.SIGINT, 130)])
 def test_a_program_that_only_publishes_ends_by_a_signal(ros, tmp_path, number, status):

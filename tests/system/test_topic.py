@@ -237,6 +237,16 @@ def test_echo_with_a_filter_that_nothing_passes_ends_by_timeout(shared_talker):
     assert "No message on '/chatter' within 0.3 s" in done.stderr
 
 
+@pytest.mark.parametrize("verb", ["echo", "hz"])
+def test_a_filter_that_fails_ends_the_command_with_one_sentence(shared_talker, verb):
+    done = shared_talker.run(["topic", verb, "--filter", "data > 3", "/chatter"])
+    assert (done.stdout, done.returncode) == ("", 1)
+    assert done.stderr == (
+        "teleopctl: Filter expression 'data > 3' failed: name 'data' is not defined\n"
+        "  The message is m: --filter 'm.data > 3'\n"
+    )
+
+
 def test_echo_of_a_field_that_is_not_there(shared_talker):
     done = shared_talker.run("topic echo --once --field date /chatter")
     assert done.returncode == 1

@@ -20,6 +20,7 @@ from teleopctl.node import (
     Parameter,
     SignalHandlerOptions,
     SingleThreadedExecutor,
+    spin_in_thread,
 )
 
 if TYPE_CHECKING:
@@ -97,14 +98,13 @@ class Recorder:
                 self.node, self, takes_snapshots=self._options.snapshot
             )
             self._executor.add_node(self.node)
-            self._spinning = threading.Thread(target=self._executor.spin, daemon=True)
             self._reporting = threading.Thread(target=self._report_losses, daemon=True)
             self.record()
         except BaseException:
             if self._own_context is not None:
                 self._own_context.try_shutdown()
             raise
-        self._spinning.start()
+        self._spinning = spin_in_thread(self._executor)
         self._reporting.start()
 
     @property

@@ -3,7 +3,6 @@
 import contextlib
 import math
 import sys
-import threading
 from pathlib import Path
 from typing import NamedTuple
 
@@ -213,15 +212,14 @@ def _arm(options: RobotOptions, *, direct: bool) -> "Iterator[RunningArm]":
     """Yield the arm, with a hidden node of its own."""
     from teleopctl.cli.command_node import command_node
     from teleopctl.commander import RunningArm
-    from teleopctl.node import SingleThreadedExecutor
+    from teleopctl.node import SingleThreadedExecutor, spin_in_thread
 
     namespace = options.namespace.strip("/")
     ros_args = ["-r", f"__ns:=/{namespace}"] if namespace else []
     with command_node(ros_args=ros_args) as node:
         executor = SingleThreadedExecutor(context=node.context)
         executor.add_node(node)
-        thread = threading.Thread(target=executor.spin, daemon=True)
-        thread.start()
+        thread = spin_in_thread(executor)
         try:
             yield RunningArm(
                 options.group or "",

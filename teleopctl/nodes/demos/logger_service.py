@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import threading
 import time
 
 import rclpy
@@ -12,6 +11,8 @@ from rclpy.executors import ExternalShutdownException, SingleThreadedExecutor
 from rclpy.logging import LoggingSeverity
 from rclpy.node import Node
 from std_msgs.msg import String
+
+from teleopctl.node import spin_in_thread
 
 _NAME = "LoggerServiceNode"
 # Time for the other node to log the received message.
@@ -85,8 +86,7 @@ def use_logger_service(args: list[str] | None = None) -> None:
     executor = SingleThreadedExecutor()
     other, node = LoggerServiceNode(), TestNode()
     executor.add_node(other)
-    thread = threading.Thread(target=executor.spin)
-    thread.start()
+    thread = spin_in_thread(executor)
     try:
         node.wait_for_services()
         _demonstrate(node)

@@ -11,7 +11,6 @@ a defined simulated time, so the same seed gives the same bits, on any machine l
 from __future__ import annotations
 
 import argparse
-import contextlib
 import math
 import sys
 import threading
@@ -38,6 +37,7 @@ from teleopctl.node import (
     init,
     parse_ros_arguments,
     qos_profile_latched,
+    spin_in_thread,
 )
 from teleopctl.robot import RobotDescription
 
@@ -313,11 +313,6 @@ class PickAndPlace(Node):
                 self._changed.wait_for(lambda: bool(condition()), 0.05)
 
 
-def _spin(executor: SingleThreadedExecutor) -> None:
-    with contextlib.suppress(ExternalShutdownException):
-        executor.spin()
-
-
 def main(args: Sequence[str] | None = None) -> int:
     """Take the cube as often as requested; return 0 if it came into the bin each time.
 
@@ -346,8 +341,7 @@ def main(args: Sequence[str] | None = None) -> int:
         node = PickAndPlace(options.real_time_factor)
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        spinning = threading.Thread(target=_spin, args=[executor], daemon=True)
-        spinning.start()
+        spinning = spin_in_thread(executor)
         try:
             node.prepare()
             for number in range(1, options.times + 1):

@@ -58,6 +58,7 @@ from teleopctl.node import (
     Parameter,
     init,
     qos_profile_latched,
+    spin_in_thread,
 )
 from teleopctl.nodes.episodes.growth import DataSetGrowth
 from teleopctl.nodes.episodes.simulation import EpisodeSimulation
@@ -490,7 +491,7 @@ def record(
         node = EpisodeRecorder(parameters=parameters)
         executor = MultiThreadedExecutor(3)
         executor.add_node(node)
-        threading.Thread(target=_spin, args=[executor], daemon=True).start()
+        spin_in_thread(executor)
         progress.report(progress.READY)
         try:
             with Keyboard(lambda key: _press(node, key)):
@@ -506,11 +507,6 @@ def record(
             node.close()
             executor.shutdown()
     return status
-
-
-def _spin(executor: MultiThreadedExecutor) -> None:
-    with contextlib.suppress(ExternalShutdownException):
-        executor.spin()
 
 
 def _press(node: EpisodeRecorder, key: str) -> None:

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import contextlib
 import sys
-import threading
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from pathlib import Path
@@ -13,7 +12,7 @@ from teleopctl.bag import Player, PlayOptions
 from teleopctl.base.keyboard import DOWN, RIGHT, SPACE, UP, Keyboard
 from teleopctl.base.typed import TYPE_CHECKING
 from teleopctl.interfaces import NANOSECONDS_PER_SECOND
-from teleopctl.node import Context, ExternalShutdownException, MultiThreadedExecutor, Node
+from teleopctl.node import Context, MultiThreadedExecutor, Node, spin_in_thread
 from teleopctl.wire import ensure_router
 
 if TYPE_CHECKING:
@@ -145,13 +144,7 @@ def _served(node: Node) -> Iterator[None]:
     # One thread for a long burst, and one for other requests at the same time.
     executor = MultiThreadedExecutor(2, context=node.context)
     executor.add_node(node)
-
-    def spin() -> None:
-        with contextlib.suppress(ExternalShutdownException):
-            executor.spin()
-
-    thread = threading.Thread(target=spin, name="bag-services", daemon=True)
-    thread.start()
+    thread = spin_in_thread(executor, "bag-services")
     try:
         yield
     finally:

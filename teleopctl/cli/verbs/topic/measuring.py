@@ -210,14 +210,20 @@ def measure_rate(
     are_several = len(windows) > 1
     selected = filter_predicate(filter_expression) if filter_expression else None
     lock = threading.Lock()
+    failures: list[InvalidMessageError] = []
 
     def add(source: TopicSource, message: Any, time_ns: int) -> None:
-        # The time is zero before the first message of /clock.
-        if time_ns and (selected is None or selected(message)):
-            with lock:
-                windows[source.topic].add_arrival(time_ns)
+        try:
+            # The time is zero before the first message of /clock.
+            if time_ns and (selected is None or selected(message)):
+                with lock:
+                    windows[source.topic].add_arrival(time_ns)
+        except InvalidMessageError as error:
+            failures.append(error)  # raised by the main thread: this one is the transport's
 
     def report(_: int) -> None:
+        if failures:
+            raise failures[0]
         with lock:
             values = {topic: each.new_summary() for topic, each in windows.items()}
         new = {topic: value for topic, value in values.items() if value}

@@ -3,12 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
-from contextlib import suppress
 from threading import Thread
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from composition_interfaces.srv import ListNodes, LoadNode, UnloadNode
-from rclpy.executors import Executor, ExternalShutdownException
+from rclpy.executors import Executor
 from rclpy.node import Node
 from rclpy.parameter import Parameter
 
@@ -21,6 +20,7 @@ from rclpy_components._construction import (
 )
 from teleopctl.base import progress
 from teleopctl.errors import TeleopctlError
+from teleopctl.node import spin_in_thread
 from teleopctl.packages import find_component
 
 if TYPE_CHECKING:
@@ -131,11 +131,11 @@ class ComponentManager(Node):
         executor, thread = self._shared, None
         if self._make_executor is not None:
             executor = self._make_executor()
-            thread = Thread(target=_spin, args=(executor,), name=node.get_name(), daemon=True)
         assert executor is not None, "set_executor() has not been called"
         executor.add_node(node)
-        if thread is not None:
-            thread.start()
+        if executor is not self._shared:
+            # A signal ends the container; handlers are set in its main thread.
+            thread = spin_in_thread(executor, node.get_name())
         return _Loaded(component, node, executor, thread)
 
     def _unload(self, loaded: _Loaded) -> None:
@@ -161,12 +161,6 @@ class ComponentManager(Node):
             else:
                 found[argument.name] = argument.value
         return found
-
-
-def _spin(executor: Executor) -> None:
-    # A signal ends the container; handlers are set in its main thread.
-    with suppress(ExternalShutdownException):
-        executor.spin()
 
 
 _EXTRA_ARGUMENTS = (

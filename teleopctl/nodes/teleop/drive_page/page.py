@@ -5,7 +5,6 @@ from __future__ import annotations
 import asyncio
 import contextlib
 import json
-import threading
 import time
 from collections.abc import Callable, Mapping
 from dataclasses import replace
@@ -14,7 +13,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import ExternalShutdownException, Node, Parameter, SingleThreadedExecutor
+from teleopctl.node import Node, Parameter, SingleThreadedExecutor, spin_in_thread
 from teleopctl.nodes.teleop.drive_page.messages import (
     GripperWish,
     Hands,
@@ -103,7 +102,7 @@ class DrivePage:
             self.leader = LeaderButton(self._node)
             self._executor = SingleThreadedExecutor(context=self._node.context)
             self._executor.add_node(self._node)
-            threading.Thread(target=_spin, args=[self._executor], name="drive", daemon=True).start()
+            spin_in_thread(self._executor, "drive")
         return self._driver
 
     def mappings(self) -> Mapping[str, HandMapping]:
@@ -173,11 +172,6 @@ class DrivePage:
                 if connection.transport.get_write_buffer_size() < _MOST_WAITING:
                     await connection.send(json.dumps(session.state()))
                 await asyncio.sleep(_STATE_PERIOD_S)
-
-
-def _spin(executor: SingleThreadedExecutor) -> None:
-    with contextlib.suppress(ExternalShutdownException):
-        executor.spin()
 
 
 class DriveSession:
