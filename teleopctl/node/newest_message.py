@@ -51,7 +51,12 @@ class NewestMessage(Subscription[MessageT]):
         channel.undeclare()
 
     def read(self) -> MessageT | None:
-        """Return the newest message; None if none has arrived since the last call or a pause."""
+        """Return the newest message; None if none has arrived since the last call or a pause.
+
+        Also None once the node is destroyed.
+        """
+        if self.is_destroyed:
+            return None
         if isinstance(self._channel, _Paused):
             self._channel = self._declare(self.qos_profile, immediate=False)
         sample = self._channel.try_recv()

@@ -183,7 +183,13 @@ setTimeout(() => {
 
 @dataclass
 class _Sight:
-    """What a browser shows: whether the page, which panels, and whether the 3D view alone."""
+    """Last report of a browser about its page.
+
+    Attributes:
+        is_visible: Whether the page is visible.
+        is_embedded: Whether the page is embedded in that of ``/drive``, and has no panels.
+        panels: Names of the visible panels.
+    """
 
     is_visible: bool = True
     is_embedded: bool = False

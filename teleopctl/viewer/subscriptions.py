@@ -109,7 +109,8 @@ class SharedSubscriptions:
 
         def end() -> None:
             shared.callbacks = tuple(one for one in shared.callbacks if one is not call)
-            if not shared.callbacks and self._topics.pop(key, None) is shared:
+            if not shared.callbacks and self._topics.get(key) is shared:
+                del self._topics[key]
                 self._node.destroy_subscription(shared.subscription)
 
         return end
@@ -117,7 +118,7 @@ class SharedSubscriptions:
     @staticmethod
     def _pass_on(shared: _Topic, message: Any) -> None:
         for call in shared.callbacks:
-            if call in shared.callbacks:  # not ended by one before it
+            if call in shared.callbacks:  # an earlier callback may have ended it
                 call(message)
 
 

@@ -67,6 +67,7 @@ class _Desk:
         stacks: Stacks of the left and of the right column.
         stored: Text in the browser's local storage.
         is_placing: Whether all panels are being placed, not one more.
+        is_embedded: Whether the browser shows the 3D view alone, without panels.
     """
 
     client: viser.ClientHandle
@@ -76,6 +77,7 @@ class _Desk:
     stacks: tuple[list[_Stack], list[_Stack]] = field(default_factory=lambda: ([], []))
     stored: str = ""
     is_placing: bool = False
+    is_embedded: bool = False
 
     def arrangement(self) -> PageLayout:
         """Return the layout with the panels that were opened and closed by hand."""
@@ -151,7 +153,7 @@ class PageWorkspace:
         self._visible = None if names is None else frozenset(names)
         clients = self._server.clients
         for browser, desk in self._desks.items():
-            if clients.is_embedded(browser) and desk.layout.names():
+            if clients.is_embedded(browser) and not desk.is_embedded:
                 self._place_nothing(desk)
         if self._visible is not None:
             seen = self._visible
@@ -312,6 +314,7 @@ class PageWorkspace:
 
     def _place_nothing(self, desk: _Desk) -> None:
         """Remove all panels of a browser that shows the 3D view alone."""
+        desk.is_embedded = True
         desk.layout = PageLayout(title=desk.layout.title)
         desk.opened.clear()
         self._place(desk)
@@ -514,8 +517,7 @@ class PageWorkspace:
     def store(self) -> None:
         """Keep each browser's arrangement in its local storage, if it has changed."""
         for desk in self._desks.values():
-            # What is kept is for the page with panels.
-            if not desk.layout.names():
+            if desk.is_embedded:  # the local storage is that of the page with panels
                 continue
             with suppress(RuntimeError):  # a browser that is about to leave has no camera
                 text = json.dumps(self.layout_to_save(desk.client).document())

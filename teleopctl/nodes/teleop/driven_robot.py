@@ -111,8 +111,8 @@ class DrivenRobot:
         problem: Why it cannot be driven, in words; empty if it can.
         scales: Largest speeds of servo's commands: ``linear`` in m/s, ``rotational`` and
             ``joint`` in rad/s.
-        answered_s: When servo's newest status was read, on the monotonic clock, s.
         is_unitless: Whether servo takes parts of these speeds.
+        answered_s: When servo's newest status was read, on the monotonic clock, s.
     """
 
     def __init__(
@@ -184,9 +184,9 @@ class DrivenRobot:
 
     @property
     def measured(self) -> dict[str, float]:
-        """Measured positions by joint, rad or m; none at first, and after a time without a call.
+        """Measured positions by joint, rad or m; empty at first, and after 2 s without a call.
 
-        States may arrive a thousand times a second: they are received while they are needed.
+        States may arrive a thousand times a second: they are received only while they are read.
         """
         with self._states_lock:
             self._states_read_s = time.monotonic()
@@ -208,10 +208,14 @@ class DrivenRobot:
     @property
     def status(self) -> str:
         """Text of servo's status; empty if the motion is not slowed down."""
+        self.read_status()
+        return self._status
+
+    def read_status(self) -> None:
+        """Read servo's newest status, if one has arrived since the last call."""
         if (message := self._servo_statuses.read()) is not None:
             self._status = message.message if message.code else ""
             self.answered_s = time.monotonic()
-        return self._status
 
     def ask_servo(self) -> None:
         """Request the speed scales and groups of the servo node, once it is available."""

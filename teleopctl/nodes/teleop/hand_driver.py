@@ -34,7 +34,7 @@ _IDLE_S = 0.1
 _LATE_S = 1.0
 # Gap between samples, s, after which samples are ignored for a time, s, since they may have waited
 # in a queue. A slow browser has shorter gaps.
-_LONG_S, _AGAIN_S = 0.4, 0.25
+_LONG_S, _IGNORED_S = 0.4, 0.25
 # Time for which a note is shown, s.
 _NOTE_S = 5.0
 
@@ -58,7 +58,7 @@ class HandDriver:
         device: Name of the operator's device.
         robot_state: The robot.
         episodes: Buttons for episodes.
-        on_action: Called with each action that begins, also those that the driver executes itself.
+        on_action: Called with each action that begins and that the driver does not execute itself.
     """
 
     def __init__(self, node: Node, device: str, servo: str = "servo_node", base: str = "") -> None:
@@ -90,10 +90,10 @@ class HandDriver:
         self._has_toggled = False
         self._is_moving = False
         self._applied_s = 0.0
-        # First command since servo's newest status.
-        self._asked_s: float | None = None
-        # Time until which samples are ignored after a gap.
-        self._again_s = 0.0
+        # Time of the first command since servo's newest status, s; None if it has answered.
+        self._unanswered_since_s: float | None = None
+        # Time until which samples are ignored after a gap, s.
+        self._ignored_until_s = 0.0
         self._command = HandCommand()
         self._button = StopButton(node)
         self._stops = StopHolders(node, lambda _names: None)
@@ -146,7 +146,7 @@ class HandDriver:
             speeds: Speed steps of its mapping.
         """
         with self._lock:
-            self._hear()
+            self._check_gap()
             if self._target is None or command.drags:
                 self._applied_s = time.monotonic()
             others = [
@@ -176,7 +176,7 @@ class HandDriver:
                     self._base.move(command, part)
                 else:
                     self._servo.move(command, part, self._frame, begins=not self._is_moving)
-                self._moves()
+                self._note_command()
             elif self._is_moving:
                 self._stop_moving()
         for action in others:
@@ -186,7 +186,7 @@ class HandDriver:
         """Release all inputs: publish zero motion."""
         with self._lock:
             self._is_held, self._target = False, None
-            self._is_taken, self._refusal, self._asked_s = False, "", None
+            self._is_taken, self._refusal, self._unanswered_since_s = False, "", None
             self._pause()
 
     def _pause(self) -> None:
@@ -212,11 +212,11 @@ class HandDriver:
         with self._lock:
             if target is None:
                 self._target, self._is_held = None, False
-                self._asked_s = None
+                self._unanswered_since_s = None
                 if self._is_moving:
                     self._stop_moving()
                 return ""
-            self._hear()
+            self._check_gap()
             if not self._may_move(wants=True) and self._refusal:
                 return self._refusal
             self._target, self._is_held, self._applied_s = target, True, time.monotonic()
@@ -225,10 +225,10 @@ class HandDriver:
         return ""
 
     def _send_target(self) -> None:
-        if self._target is None or self._applied_s < self._again_s:
+        if self._target is None or self._applied_s < self._ignored_until_s:
             return
         self._servo.pull(self._target, begins=not self._is_moving)
-        self._moves()
+        self._note_command()
 
     def jog(self, displacements: Mapping[str, float]) -> str:
         """Move joints by displacements; return why not, empty if they move.
@@ -237,14 +237,14 @@ class HandDriver:
             displacements: Displacements by joint, rad or m; empty to hold the arm as it is.
         """
         with self._lock:
-            self._hear()
+            self._check_gap()
             may_move = self._may_move(wants=True)
             if not may_move and self._refusal:
                 return self._refusal
             self._is_held, self._applied_s = True, time.monotonic()
             if displacements and may_move:
                 self._servo.jog(displacements, begins=not self._is_moving)
-                self._moves()
+                self._note_command()
         return ""
 
     def take_over(self) -> None:
@@ -260,7 +260,7 @@ class HandDriver:
     def _may_move(self, *, wants: bool) -> bool:
         """Return whether this node may drive; take the lease at the beginning of a motion."""
         if not wants:
-            self._asked_s = None
+            self._unanswered_since_s = None
             self._is_taken = False
             self._refusal = ""
             return True
@@ -271,10 +271,10 @@ class HandDriver:
         if self._refusal:
             return False
         self._moved_s = time.monotonic()
-        return self._moved_s >= self._again_s
+        return self._moved_s >= self._ignored_until_s
 
     def _hurry(self) -> None:
-        """Send the handle's pose or the gripper's steps from now on, if they are not sent yet."""
+        """Call `_watch` at its short period: it sends the handle's pose and the gripper's steps."""
         if self._timer.timer_period_ns != _ns(_PERIOD_S):
             self._timer.restart(_ns(_PERIOD_S))
 
@@ -339,35 +339,36 @@ class HandDriver:
         self._is_moving = False
 
     def _lose(self, reason: str) -> None:
-        """Ignore the held inputs after the lease is lost, until they are released."""
+        """Ignore the held inputs until they are released, and show the reason."""
         self._pause()
-        self._target = self._asked_s = None
+        self._target = self._unanswered_since_s = None
         self._is_held, self._is_taken, self._refusal = False, True, reason
 
-    def _hear(self) -> None:
-        """Measure the gap before the newest sample, before the sample counts."""
+    def _check_gap(self) -> None:
+        """Ignore samples for a time, or until a release, if the gap before the newest was long."""
         now_s = time.monotonic()
         if self._is_held and now_s - self._applied_s > _LONG_S:
-            self._again_s = now_s + _AGAIN_S
+            self._ignored_until_s = now_s + _IGNORED_S
         self._lose_silent()
 
     def _lose_silent(self) -> None:
         if self._is_held and time.monotonic() - self._applied_s > SILENCE_S:
             self._lose("no input was received for a time: let go, and press again")
 
-    def _moves(self) -> None:
+    def _note_command(self) -> None:
         """Record that a command was published."""
-        if self._asked_s is None:
-            self._asked_s = time.monotonic()
+        if self._unanswered_since_s is None:
+            self._unanswered_since_s = time.monotonic()
         self._is_moving = True
 
     def _is_unanswered(self) -> bool:
-        """Return whether servo's status, published with each step, is missing for long."""
-        _ = self.robot_state.status
-        if self._asked_s is None or self.robot_state.answered_s >= self._asked_s:
-            self._asked_s = None
+        """Return whether servo's status, published with each step, has not arrived for long."""
+        self.robot_state.read_status()
+        since_s = self._unanswered_since_s
+        if since_s is None or self.robot_state.answered_s >= since_s:
+            self._unanswered_since_s = None
             return False
-        return time.monotonic() - self._asked_s > SILENCE_S
+        return time.monotonic() - since_s > SILENCE_S
 
     def _watch(self) -> None:
         """Release inputs without new samples, and continue the gripper's motion."""
@@ -397,12 +398,12 @@ class HandDriver:
             gripper = self.robot_state.gripper
             if gripper is not None and not gripper.is_done and not self._stops.names:
                 gripper.step(_PERIOD_S, self.robot_state.measured)
-            self._watch_again(silent_s)
+            self._schedule_watch(silent_s)
 
-    def _watch_again(self, silent_s: float) -> None:
-        """Schedule the next call of `_watch`, which need not run at each sample."""
+    def _schedule_watch(self, silent_s: float) -> None:
+        """Schedule the next call of `_watch`, as late as it notices a silent device in time."""
         gripper = self.robot_state.gripper
-        steps = gripper is not None and not (gripper.is_done and not self._is_gripping)
+        steps = gripper is not None and (self._is_gripping or not gripper.is_done)
         if self._target is not None or steps:
             period_s = _PERIOD_S
         elif self._is_moving:
@@ -472,7 +473,10 @@ class HandDriver:
         }
 
     def openings(self) -> tuple[float | None, float | None]:
-        """Return measured and wanted opening of the gripper, 0 to 1; None for what is unknown."""
+        """Return measured and wanted opening of the gripper, 0 to 1; None for what is unknown.
+
+        Apart from `state`, since it subscribes to the joint states.
+        """
         gripper = self.robot_state.gripper
         if gripper is None:
             return None, None

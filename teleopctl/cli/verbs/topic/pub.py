@@ -301,12 +301,12 @@ def _wait_for_subscribers(
         graph = node.graph()
         if came := len(graph.subscriptions(topic, type_name)):
             return f"'{topic}' has {came} of {count} subscribers yet."
-        heard = [
+        subscribed = [
             name
             for name, _ in graph.topic_names_and_types()
             if name != topic and graph.subscriptions(name)
         ]
-        hint = existing_names_hint("topics with subscriptions", [topic], heard)
+        hint = existing_names_hint("topics with subscriptions", [topic], subscribed)
         return f"No subscription to '{topic}' yet. {hint}"
 
     def wait(time_s: float | None) -> bool:

@@ -147,10 +147,10 @@ class LaunchService:
                 status = self._run(shutdown_when_idle)
             except BaseException as raised:  # noqa: BLE001 -- raised where it is awaited
                 error = raised
-            with suppress(RuntimeError):  # the loop is closed: nobody waits
+            with suppress(RuntimeError):  # the loop is closed, and no task awaits the result
                 loop.call_soon_threadsafe(tell, error, status)
 
-        # A daemon: a program whose loop ends before the launch does not wait for it, but ends it.
+        # A daemon thread, so that a program whose loop ends first reaches `end`.
         thread = threading.Thread(target=run, name="launch", daemon=True)
 
         def end() -> None:

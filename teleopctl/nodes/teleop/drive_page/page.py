@@ -14,6 +14,7 @@ from typing import TYPE_CHECKING, Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import Node, Parameter, SingleThreadedExecutor, spin_in_thread
+from teleopctl.nodes.teleop.drive_page.leader_button import LeaderButton
 from teleopctl.nodes.teleop.drive_page.messages import (
     GripperWish,
     Hands,
@@ -21,7 +22,6 @@ from teleopctl.nodes.teleop.drive_page.messages import (
     parse_message,
 )
 from teleopctl.nodes.teleop.hand_driver import HandDriver
-from teleopctl.nodes.teleop.leader_button import LeaderButton
 from teleopctl.teleop import EPISODE, HandCommand, HandMapping
 
 if TYPE_CHECKING:
@@ -58,7 +58,7 @@ class DrivePage:
         self.use_sim_time = False
         self._servo = servo
         self._driver: HandDriver | None = None
-        # Of a leader arm that another node follows; None before the first page.
+        # Button for a leader arm; None before the first page.
         self.leader: LeaderButton | None = None
         self._node: Node | None = None
         self._mappings: dict[str, HandMapping] = {}

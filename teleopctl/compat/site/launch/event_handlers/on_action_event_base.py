@@ -105,14 +105,14 @@ class OnActionEventBase(BaseEventHandler):
     def in_words(self) -> str:
         """Return a readable form of the handler, for a dry run."""
         target = self._target
-        whom = "any"
+        actions = "any"
         if isinstance(target, Action):
             # Name of the process, if it is known already.
             known = getattr(target, "process_details", None)
-            whom = known["name"] if known is not None else target.describe()
+            actions = known["name"] if known is not None else target.describe()
         elif target is not None:
-            whom = "actions that a function selects"
-        return f"{type(self).__name__}({whom})"
+            actions = "actions selected by a function"
+        return f"{type(self).__name__}({actions})"
 
     def handle(self, event: Event, context: LaunchContext) -> SomeEntitiesType | None:
         """Handle an event."""

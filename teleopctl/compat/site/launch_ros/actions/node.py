@@ -52,7 +52,7 @@ class Node(ExecuteProcess):
     UNSPECIFIED_NODE_NAME = "<node_name_unspecified>"
     UNSPECIFIED_NODE_NAMESPACE = "<node_namespace_unspecified>"
 
-    # Any: arguments of `ExecuteProcess.`
+    # Any: arguments of `ExecuteProcess`.
     def __init__(
         self,
         *,

@@ -1,4 +1,4 @@
-"""Button of the drive page that engages a leader arm, where a ``teleop_device`` follows one."""
+"""Button of the drive page that engages a leader arm, for a running ``teleop_device``."""
 
 from __future__ import annotations
 
@@ -13,7 +13,7 @@ _DEVICE = "/teleop_device"
 
 
 class LeaderButton:
-    """Client of the service that engages a leader arm, and the state of its device.
+    """Client of the service of a ``teleop_device`` that engages a leader arm, and its state.
 
     Args:
         node: Node of the endpoints.
@@ -21,7 +21,6 @@ class LeaderButton:
 
     def __init__(self, node: Node) -> None:
         self._values: dict[str, str] = {}
-        self._refusal = ""
         kind = get_service("std_srvs/srv/SetBool")
         self._engage = node.create_client(kind, f"{_DEVICE}/engage")
         self._request: Any = kind.Request
@@ -34,25 +33,18 @@ class LeaderButton:
 
     def press(self, *, engages: bool) -> None:
         """Request that the arm follows its leader, or no longer does."""
-        if not self._engage.service_is_ready():
-            return
-
-        def answered(future: Any) -> None:
-            response = None if future.exception() is not None else future.result()
-            self._refusal = ""
-            if response is not None and not response.success:
-                self._refusal = str(response.message)
-
-        self._engage.call_async(self._request(data=engages)).add_done_callback(answered)
+        if self._engage.service_is_ready():
+            # A refusal is also part of the device's state.
+            self._engage.call_async(self._request(data=engages))
 
     def state(self) -> dict[str, Any] | None:
-        """Return the state of the following, for JSON; None without a leader."""
+        """Return the state of the leader arm for JSON; None if no device has a leader."""
         if not self._values or not self._engage.service_is_ready():
             return None
         return {
             "is_engaged": self._values.get("engaged") == "true",
             "doing": self._values.get("doing", ""),
-            "problem": self._values.get("problem", "") or self._refusal,
+            "problem": self._values.get("problem", ""),
         }
 
     def _on_state(self, message: Any) -> None:
