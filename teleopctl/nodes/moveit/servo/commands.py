@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from teleopctl.errors import UsageError
+from teleopctl.kinematics import GroupKinematics, PoseTask
 from teleopctl.node import MessageInfo
 
 # Excess over 1 that is rounding of the sender.
@@ -30,8 +31,8 @@ class ServoCommandType(enum.IntEnum):
         return self.name.lower().replace("_", " ")
 
 
-# Time by which a command was longer on its way than others of its sender, s, at which it is late;
-# time of late commands alone after which a clock has been set; drift of two clocks, s/s.
+# Excess over the shortest transit time of a sender, s, at which a command is late; time with late
+# commands alone, s, after which one of the clocks must have been set; drift of two clocks, s/s.
 _LATE_S, _SET_S, _DRIFT = 0.5, 1.0, 1e-3
 _MOST_SENDERS = 100
 
@@ -39,12 +40,12 @@ _MOST_SENDERS = 100
 class LateCommands:
     """Detector of delayed commands, as after a suspended process or connection.
 
-    They all come at once then, and look fresh by their receipt. The clocks of sender and receiver
-    may differ: the way of a command is compared with the shortest one of its sender.
+    They all arrive at once then, so that the time of receipt does not show their age. The clocks of
+    sender and receiver may differ: transit times are compared with the shortest one of the sender.
     """
 
     def __init__(self) -> None:
-        # By sender: the shortest way, when that was known, and since when all are late, s.
+        # By sender: shortest transit time, time of its last update, and since when all are late, s.
         self._senders: dict[bytes, tuple[float, float, float | None]] = {}
 
     def is_late(self, info: MessageInfo, now_ns: int) -> bool:
@@ -52,21 +53,29 @@ class LateCommands:
 
         Args:
             info: Its metadata.
-            now_ns: Time in nanoseconds since the epoch; that of the receipt lacks the time in the
-                node's own queue.
+            now_ns: Present time in nanoseconds since the epoch. The time of receipt would leave out
+                the wait in the node's own queue.
         """
         sender, now_s = info["publisher_gid"], now_ns * 1e-9
-        way_s = (now_ns - info["source_timestamp"]) * 1e-9
+        transit_s = (now_ns - info["source_timestamp"]) * 1e-9
         if sender not in self._senders and len(self._senders) >= _MOST_SENDERS:
             self._senders.clear()
-        shortest_s, known_s, since_s = self._senders.get(sender, (way_s, now_s, None))
-        shortest_s = min(way_s, shortest_s + _DRIFT * (now_s - known_s))
-        late = way_s - shortest_s > _LATE_S
+        shortest_s, known_s, since_s = self._senders.get(sender, (transit_s, now_s, None))
+        shortest_s = min(transit_s, shortest_s + _DRIFT * (now_s - known_s))
+        late = transit_s - shortest_s > _LATE_S
         since_s = (since_s or now_s) if late else None
         if since_s is not None and now_s - since_s > _SET_S:
-            late, shortest_s, since_s = False, way_s, None
+            late, shortest_s, since_s = False, transit_s, None
         self._senders[sender] = (shortest_s, now_s, since_s)
         return late
+
+
+def served(task: PoseTask, kinematics: GroupKinematics) -> str:
+    """Return the directions of a twist that a group executes, in words."""
+    if task is PoseTask.POSE:
+        return "it serves all six directions"
+    count = len(kinematics.names)
+    return f"with {count} joints it serves the position, and of the rotation what is left"
 
 
 @dataclass(slots=True)

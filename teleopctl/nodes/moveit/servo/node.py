@@ -51,10 +51,11 @@ from teleopctl.nodes.moveit.servo.commands import (
     ServoCommandType,
     finite,
     parts_of_limit,
+    served,
     twist_of,
 )
 from teleopctl.nodes.moveit.servo.markers import StatusMarkers
-from teleopctl.nodes.moveit.servo.parameters import ServoParameters, served
+from teleopctl.nodes.moveit.servo.parameters import ServoParameters
 from teleopctl.nodes.moveit.servo.scene import SceneFollower
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import Joints, RobotDescription, stop_decelerations
@@ -353,13 +354,13 @@ class ServoNode(Node):
                 self.get_logger().warning(text, throttle_duration_sec=5.0)
                 return
             if self._type is not None and kind is not self._type:
-                self.get_logger().warning(
-                    f"A {kind.text} command is ignored: ~/switch_command_type chose "
-                    f"{self._type.text} commands",
-                    throttle_duration_sec=5.0,
-                )
+                chosen = f"~/switch_command_type chose {self._type.text} commands"
+                text = f"A {kind.text} command is ignored: {chosen}"
+                self.get_logger().warning(text, throttle_duration_sec=5.0)
                 return
             if self._late.is_late(info, time.time_ns()):
+                text = f"A {kind.text} command is ignored: it was delayed on its way"
+                self.get_logger().warning(text, throttle_duration_sec=5.0)
                 return
             self._command = ServoCommand.of(kind, message)
             self._targets = {}
@@ -445,7 +446,7 @@ class ServoNode(Node):
         self._adopt_scene()
         core = self._core
         assert core is not None
-        if reason := self._refusal():
+        if reason := self._refusal(core):
             self._command = None
             self._targets = {}
             self._timer.cancel()
@@ -464,9 +465,8 @@ class ServoNode(Node):
             self._timer.cancel()
             self._said = ""
 
-    def _refusal(self) -> str:
-        """Return why servo must not command the joints now; empty if it may."""
-        assert self._core is not None
+    def _refusal(self, core: ServoCore) -> str:
+        """Return why servo must not command the joints in this step; call it once in each."""
         before_ns, self._stepped_ns = self._stepped_ns, self._timer.clock.elapsed_ns()
         if self._stepped_ns - before_ns > 1e9 * _STALLED_PERIODS * self._period_s:
             return f"servo was suspended for {1e-9 * (self._stepped_ns - before_ns):.1f} s"
@@ -477,8 +477,8 @@ class ServoNode(Node):
         if not self._outputs:
             return f"no active controllers command {', '.join(self._kinematics.names)} together"
         measured = self._kinematics.vector(self._states)
-        away = np.abs(measured - self._core.positions)
-        if float(away.max()) > _LOST + float(np.abs(self._core.velocities).max()) * _LOST:
+        away = np.abs(measured - core.positions)
+        if float(away.max()) > _LOST + float(np.abs(core.velocities).max()) * _LOST:
             name = self._kinematics.names[int(np.argmax(away))]
             return f"joint '{name}' is {float(away.max()):.2f} from where it was commanded"
         return ""

@@ -7,7 +7,7 @@ from typing import Any
 
 from teleopctl.errors import InvalidParameterError
 from teleopctl.interfaces import get_message
-from teleopctl.kinematics import GroupKinematics, PoseTask, ServoSettings, Thresholds
+from teleopctl.kinematics import ServoSettings, Thresholds
 from teleopctl.node import Node, Parameter
 
 PREFIX = "moveit_servo"
@@ -169,11 +169,3 @@ def _problem(name: str, default: object, value: object) -> str:
 
 def _kind(default: object) -> str:
     return "truth value" if isinstance(default, bool) else "string"
-
-
-def served(task: PoseTask, kinematics: GroupKinematics) -> str:
-    """Return the directions of a twist that a group executes, in words."""
-    if task is PoseTask.POSE:
-        return "it serves all six directions"
-    count = len(kinematics.names)
-    return f"with {count} joints it serves the position, and of the rotation what is left"
