@@ -8,6 +8,7 @@ launch configurations of the point at which they were registered.
 
 from __future__ import annotations
 
+import functools
 import itertools
 import threading
 from contextlib import AbstractContextManager, contextmanager
@@ -152,6 +153,18 @@ class _Registered(NamedTuple):
 
 # Of the parameter files that `Evaluation.ros_arguments_of` writes.
 _numbers = itertools.count(1)
+
+
+@functools.cache
+def _folder_without_launch() -> Path:
+    """Return the folder of these files for contexts without a launch; it is removed at exit."""
+    import atexit
+
+    from teleopctl.base import background
+
+    folder = background.temporary_folder()
+    atexit.register(folder.remove)
+    return folder.path
 
 
 class TimedSteps(NamedTuple):
@@ -330,13 +343,12 @@ class Evaluation:
         """Return a node's words from ``--ros-args`` on and its full name, with files written."""
         context = self.context
         if context.log_directory == Path():
-            import tempfile
-
-            context.log_directory = Path(tempfile.mkdtemp(prefix="launch_params_"))
+            context.log_directory = _folder_without_launch()
         builder = self._builder.copy(context)
         found = builder.ros_arguments(node, f"node-{next(_numbers)}")
-        context.log_directory.mkdir(parents=True, exist_ok=True)
-        FollowUp(files=builder.files).write_files()
+        if builder.files:
+            context.log_directory.mkdir(parents=True, exist_ok=True)
+            FollowUp(files=builder.files).write_files()
         return found
 
     def component(self, part: ComponentPart) -> ComponentPlan:

@@ -97,8 +97,10 @@ def export(
 
     if fps is not None and form not in ("mp4", "lerobot"):
         raise UsageError("--fps is for --format mp4 and lerobot")
-    if (action or camera or success_only) and form != "lerobot":
-        raise UsageError("--action, --camera and --success-only are for --format lerobot")
+    if form != "lerobot" and (state or action or camera or task or success_only):
+        raise UsageError(
+            "--state, --action, --camera, --task and --success-only are for --format lerobot"
+        )
     if len(bag_paths) > 1 and form != "lerobot":
         raise UsageError(
             "Only --format lerobot takes several bags", hint="`teleopctl bag merge` makes them one."
@@ -228,10 +230,16 @@ def _export_lerobot(
                         left_out += 1
                     else:
                         yield bag
+        if left_out and not rates:
+            raise NotFoundError(
+                f"No episode is a success; left out: {left_out}",
+                hint="Without --success-only, all are exported.",
+            )
 
     def options(bag: "Bag") -> "tuple[LeRobotOptions, EpisodeNotes]":
         of_bag = EpisodeSettings.of(bag)._replace(**settings)
         found = of_bag.options(bag)
+        # Episodes have the operator's twists even if there are none; another bag, those in it.
         if EPISODE_RECORD not in dict(bag.records()):
             found = found._replace(hand=find_hand(bag))
         rates.add(found.fps)
@@ -260,7 +268,7 @@ def _export_lerobot(
         worst_offset_s=worst.worst_offset_s,
     )
     if left_out:
-        console.note(f"{left_out} episodes that are no success are left out")
+        console.note(f"Episodes without success, left out: {left_out}")
     for summary in summaries:
         for topic, unusable in summary.left_out.items():
             console.warn(f"{topic}: {unusable} messages left out")

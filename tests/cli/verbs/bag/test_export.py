@@ -109,7 +109,8 @@ def test_joint_states_become_a_data_set_of_lerobot(tmp_path, monkeypatch, capsys
     )
     assert main.run([*line, "--fps", "12.5"]) == 2
     assert main.run([*line, "--topics", "/joint_states"]) == 2
-    assert main.run(["bag", "export", "session", "--camera", "/image_raw"]) == 2
+    for option in ("--camera", "--state", "--task"):
+        assert main.run(["bag", "export", "session", option, "/image_raw"]) == 2
 
 
 def test_several_episodes_become_a_data_set_also_those_alone_that_are_a_success(
@@ -130,11 +131,11 @@ def test_several_episodes_become_a_data_set_also_those_alone_that_are_a_success(
     found = capsys.readouterr()
     assert "all: frames 63 at 20 Hz, 3 episodes\n" in found.out
     assert "best: frames 42 at 20 Hz, 2 episodes\n" in found.out
-    assert "1 episodes that are no success are left out" in found.err
+    assert "Episodes without success, left out: 1" in found.err
     rows = EpisodeFolder(tmp_path / "best").rows()
     assert [(row.task, row.notes.success) for row in rows] == [("Push", True)] * 2
     bag = "cube/episodes/episode_000001.mcap"
     assert main.run(["bag", "export", bag, "--format", "lerobot", "--success-only"]) == 1
-    assert "There is no episode to export" in capsys.readouterr().err
+    assert "No episode is a success; left out: 1" in capsys.readouterr().err
     assert main.run(["bag", "export", bag, bag]) == 2
     assert "Only --format lerobot takes several bags" in capsys.readouterr().err
