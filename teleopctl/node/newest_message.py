@@ -32,17 +32,24 @@ class NewestMessage(Subscription[MessageT]):
         node: Node of the subscription, which destroys it.
         msg_type: Message class.
         topic: Relative, absolute or private name of the topic.
+        is_paused: Whether nothing is received before the first call of `read`, as after `pause`.
     """
 
-    def __init__(self, node: Node, msg_type: type[MessageT], topic: str) -> None:
+    def __init__(
+        self, node: Node, msg_type: type[MessageT], topic: str, *, is_paused: bool = False
+    ) -> None:
+        self._starts_paused = is_paused
         name = node.resolve_topic_name(topic)
         group = node.default_callback_group
         super().__init__(node, msg_type, name, lambda _: None, group, QoSProfile(depth=1))
         node.add_endpoint(self)
 
-    # Any: a Zenoh subscriber, whose type names its handler.
     def _declare(self, qos: QoSProfile, *, immediate: bool) -> Any:
         del qos, immediate
+        return _Paused() if self._starts_paused else self._subscribe()
+
+    # Any: a Zenoh subscriber, whose type names its handler.
+    def _subscribe(self) -> Any:
         return self.node.context.session.declare_subscriber(self.key, zenoh.handlers.RingChannel(1))
 
     def pause(self) -> None:
@@ -58,7 +65,7 @@ class NewestMessage(Subscription[MessageT]):
         if self.is_destroyed:
             return None
         if isinstance(self._channel, _Paused):
-            self._channel = self._declare(self.qos_profile, immediate=False)
+            self._channel = self._subscribe()
         sample = self._channel.try_recv()
         if sample is None:
             return None

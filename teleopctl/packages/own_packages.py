@@ -5,9 +5,9 @@ A program may look for the files of any package that it can import or start: its
 install prefix in the user's cache folder, as ``/opt/ros/jazzy`` has those of ROS 2. The prefix is
 written when it is first needed, and again after an update.
 
-Versions and descriptions are in ``own_packages.txt``. Packages of interfaces have
-the version that their definitions are from (``interfaces/definitions/SOURCES.md``), others that of
-ROS 2 Jazzy's release of August 2026, and what Jazzy lacks has teleopctl's own.
+Versions and descriptions are in ``own_packages.txt``. Packages of interfaces have the version from
+which their definitions are (``interfaces/definitions/SOURCES.md``), other packages that of ROS 2
+Jazzy's release of August 2026, and those that Jazzy lacks have teleopctl's own.
 """
 
 from __future__ import annotations
@@ -39,16 +39,8 @@ DATA_PACKAGES: Final = {
         name: f"teleopctl/share/{name}"
         for name in (
             *("demo_nodes_cpp", "demo_nodes_py", "gazebo_ros", "joy", "lifecycle"),
-            *("ros_gz_bridge",),
-            *(
-                "ros_gz_sim",
-                "ros_ign_gazebo",
-                "teleop_twist_joy",
-                "teleopctl",
-                "turtlesim",
-                "urdf_launch",
-            ),
-            "urdf_tutorial",
+            *("ros_gz_bridge", "ros_gz_sim", "ros_ign_gazebo", "teleop_twist_joy", "teleopctl"),
+            *("turtlesim", "urdf_launch", "urdf_tutorial"),
         )
     },
 }

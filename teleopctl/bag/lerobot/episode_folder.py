@@ -102,7 +102,11 @@ class EpisodeSettings(NamedTuple):
 
 def episode_bags(path: Path) -> list[Path]:
     """Return the bags of the saved episodes of a folder; of a bag, the bag itself."""
-    return sorted((path / _BAGS).glob("episode_*.mcap")) or [path]
+    return _saved_bags(path) or [path]
+
+
+def _saved_bags(folder: Path) -> list[Path]:
+    return sorted((folder / _BAGS).glob("episode_*.mcap"))
 
 
 class EpisodeFolder:
@@ -147,7 +151,7 @@ class EpisodeFolder:
 
     def bags(self) -> list[Path]:
         """Return the bags of all saved episodes in their order."""
-        return [bag for bag in episode_bags(self.folder) if bag != self.folder]
+        return _saved_bags(self.folder)
 
     def existing_bag(self, number: int) -> Path:
         """Return the path of the bag of an episode that exists.

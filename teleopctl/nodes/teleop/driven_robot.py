@@ -142,8 +142,7 @@ class DrivenRobot:
             self._on_description,
             qos_profile_latched,
         )
-        self._states = NewestMessage(node, _JointState, f"{prefix}joint_states")
-        self._states.pause()
+        self._states = NewestMessage(node, _JointState, f"{prefix}joint_states", is_paused=True)
         self._states_read_s = 0.0
         self._states_lock = threading.Lock()
         self._servo_statuses = NewestMessage(node, _ServoStatus, f"{servo}/status")
