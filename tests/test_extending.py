@@ -168,8 +168,8 @@ def test_a_strangers_hardware_is_driven(ros, use):
 
 
 def test_a_strangers_sensor_measures_in_the_simulation(use):
-    *_, heard = use("sensor")
-    assert float(heard.split()[1]) == pytest.approx(2.5, abs=1e-3)
+    *_, received = use("sensor")
+    assert float(received.split()[1]) == pytest.approx(2.5, abs=1e-3)
 
 
 @pytest.mark.skipif(os.name == "nt", reason="a named pipe")

@@ -66,7 +66,7 @@ class Work:
         self.server.create_service(_ADD, "add", self._add)
         self.client = self.user.create_client(_ADD, "add")
         assert self.client.wait_for_service(10)
-        self.heard = 0
+        self.received = 0
         self.server.create_subscription(_STRING, "talk", self._count_message, 10)
         self.talk = self.user.create_publisher(_STRING, "talk", 10)
         self.rounds = 0
@@ -79,7 +79,7 @@ class Work:
         return response
 
     def _count_message(self, _: object) -> None:
-        self.heard += 1
+        self.received += 1
 
     def round(self) -> None:
         """Call the service and publish; in some rounds create and destroy two endpoints."""
@@ -118,7 +118,7 @@ def main() -> None:
                     due_s = began_s + work.rounds / options.rate
                     time.sleep(max(0.0, due_s - time.monotonic()))
             print(
-                f"{work.rounds} rounds, {work.heard} heard, {work.gone} endpoints gone: "
+                f"{work.rounds} rounds, {work.received} received, {work.gone} endpoints gone: "
                 f"{holdings()}",
                 flush=True,
             )

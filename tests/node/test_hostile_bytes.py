@@ -28,15 +28,15 @@ ATTACHMENTS = [None, b"", b"\x00" * 33, b"\xff" * 32, b"\xff" * 77]
 @pytest.fixture
 def lines(monkeypatch: pytest.MonkeyPatch) -> list[str]:
     """What the nodes of this process log."""
-    heard: list[str] = []
+    received: list[str] = []
     emit = logging.emit_log
 
     def listen(severity: Any, name: str, text: str, caller: Any, time_ns: int) -> None:
-        heard.append(text)
+        received.append(text)
         emit(severity, name, text, caller, time_ns)
 
     monkeypatch.setattr(logging, "emit_log", listen)
-    return heard
+    return received
 
 
 def _clock(sec: int, nanosec: int, order: str = "<") -> bytes:
@@ -187,7 +187,7 @@ def test_tokens_that_cannot_be_read_are_counted_and_the_graph_goes_on(
     watcher = GraphWatcher(context.session, context.domain_id)
     make_node("honest")
     assert watcher.wait_for(lambda graph: graph.find_node("/honest"), 10)
-    # What others say is heard on another thread than one's own nodes.
+    # What others say is received on another thread than one's own nodes.
     eventually(lambda: watcher.refusals.count == len(hostile), what="each refusal")
     watcher.close()
 

@@ -28,10 +28,10 @@ node.create_publisher(Image, "image", 1).publish(Image(data=bytes(1_000_000)))
 """
 HEARS = """
 from teleopctl.node import spin_once
-heard = []
-node.create_subscription(Image, "image", heard.append, 1)
+received = []
+node.create_subscription(Image, "image", received.append, 1)
 print("ready", flush=True)
-while not heard:
+while not received:
     spin_once(node)
 """
 END = """

@@ -136,8 +136,8 @@ def test_a_message_of_another_type_is_refused(make_node):
 @pytest.mark.parametrize("qos", [10, LATCHED], ids=["volatile", "latched"])
 def test_a_publisher_may_be_destroyed_while_another_thread_publishes(make_node, qos):
     """Zenoh refuses to undeclare a publisher of which a `put` is under way."""
-    node, heard = make_node("talker"), make_node("listener")
-    heard.create_subscription(STRING, "chatter", lambda _: None, qos)
+    node, listener = make_node("talker"), make_node("listener")
+    listener.create_subscription(STRING, "chatter", lambda _: None, qos)
     for _ in range(20):
         publisher = node.create_publisher(STRING, "chatter", qos)
         published, ends = threading.Event(), list[InvalidHandle]()

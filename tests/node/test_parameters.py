@@ -134,12 +134,12 @@ def test_a_callback_that_returns_nothing_refuses_the_change_and_is_warned_of(
         get_message("rcl_interfaces/msg/Log"), "/rosout", log.append, 10
     )
     node.declare_parameter("speed", 1.0)
-    heard: list[object] = []
-    getattr(node, f"add_{add}_parameters_callback")(heard.append)
+    received: list[object] = []
+    getattr(node, f"add_{add}_parameters_callback")(received.append)
     answer = node.set_parameters([Parameter("speed", value=9.0)])[0]
     assert (answer.successful, answer.reason) == (False, "Callback returned an invalid type")
     assert node.get_parameter("speed").value == 1.0
-    assert len(heard) == 1
+    assert len(received) == 1
     spin_until(lambda: any("list.append: Callback returned" in each.msg for each in log))
 
 

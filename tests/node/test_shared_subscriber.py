@@ -79,17 +79,17 @@ def test_zenoh_calls_once_for_all_of_them(context):
             declared.append(context.session.declare_subscriber(key, handler))
             return declared[-1]
 
-    heard: list[tuple[int, Any]] = []
+    received: list[tuple[int, Any]] = []
     subscribers = SharedSubscribers(Session())  # type: ignore[arg-type] # as much of it as is used
 
     def hearing(number):
-        return lambda sample: heard.append((number, sample))
+        return lambda sample: received.append((number, sample))
 
     shares = [subscribers.declare_subscriber("a/key", hearing(number)) for number in range(3)]
     context.session.put("a/key", b"x")
-    assert [number for number, _ in heard] == [0, 1, 2]
-    assert len({id(sample) for _, sample in heard}) == len(declared) == 1
+    assert [number for number, _ in received] == [0, 1, 2]
+    assert len({id(sample) for _, sample in received}) == len(declared) == 1
     for share in shares:
         share.undeclare()
     context.session.put("a/key", b"x")
-    assert len(heard) == 3
+    assert len(received) == 3

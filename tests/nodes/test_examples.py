@@ -53,13 +53,13 @@ def session(ros: RosGraph) -> Iterator[Session]:
 
 
 def test_texts_are_published_and_heard(session):
-    heard: list[str] = []
+    received: list[str] = []
     subscriber: Any = minimal.MinimalSubscriber()
-    subscriber.get_logger = lambda: SimpleNamespace(info=heard.append)
+    subscriber.get_logger = lambda: SimpleNamespace(info=received.append)
     session.add(subscriber)
     session.add(minimal.MinimalPublisher(periods_s=(0.01,)))
-    eventually(lambda: len(heard) > 2)
-    assert heard[0].startswith('I heard: "Hello World: ')
+    eventually(lambda: len(received) > 2)
+    assert received[0].startswith('I heard: "Hello World: ')
 
 
 def test_a_cloud_has_the_points_of_a_grid(session):

@@ -339,10 +339,10 @@ def test_logs_follow_one_that_begins_anew_and_show_both_its_parts(ros):
     follower.wait_for_line("^2500$")  # two parts have 10 kB, which is about 2000 numbers
     assert ros.run("stop counts").returncode == 0
     assert follower.wait() == 0
-    heard = [int(line) for line in follower.stdout.split()]
+    received = [int(line) for line in follower.stdout.split()]
     kept = [int(line) for line in ros.run("logs counts").stdout.split()]
-    assert heard == list(range(heard[0], heard[-1] + 1))
-    assert kept == list(range(kept[0], heard[-1] + 1))
+    assert received == list(range(received[0], received[-1] + 1))
+    assert kept == list(range(kept[0], received[-1] + 1))
     assert kept[0] > 0
     (older,) = (ros.folder / "log").glob("counts-*.log.1")
     assert older.read_text().startswith(f"{kept[0]}\n")

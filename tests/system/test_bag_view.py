@@ -17,8 +17,8 @@ def test_the_page_of_a_bag_is_there_and_what_is_played_stays_in_its_domain(ros):
         assert b"<html" in page.read()
     assert "/topic_0" not in ros.run("topic list").stdout
     ros.env["ROS_DOMAIN_ID"] = domain
-    heard = ros.run("topic echo --once /topic_0 --field data")
-    assert re.match(r"/topic_0 \d+", heard.stdout)
+    received = ros.run("topic echo --once /topic_0 --field data")
+    assert re.match(r"/topic_0 \d+", received.stdout)
     process.interrupt()
     assert process.wait() == 0
     assert "Traceback" not in process.stderr

@@ -142,8 +142,8 @@ def test_a_log_level_is_changed_by_a_service(shared_ros):
     assert [line for line in lines if line.startswith("Current")] == [
         f"Current logger level: {level}" for level in (0, 10, 30, 40)
     ]
-    heard = [line for line in lines if line.startswith("Output 2")]
-    assert heard == [
+    received = [line for line in lines if line.startswith("Output 2")]
+    assert received == [
         f"Output 2 with {level} logger level." for level in ("DEBUG", "INFO", "WARN", "ERROR")
     ]
     assert [line for line in lines if line.startswith("Output 4")] == [

@@ -92,11 +92,11 @@ def test_a_topic_that_is_gone_is_withdrawn(ros, client):
     [("cdr", bytes(serialize(STRING(data="from afar")))), ("json", b'{"data": "from afar"}')],
 )
 def test_what_a_client_publishes_reaches_the_graph(ros, client, encoding, data):
-    heard = []
+    received = []
     got = threading.Event()
 
     def hear(message):
-        heard.append(message.data)
+        received.append(message.data)
         got.set()
 
     ros.node.create_subscription(STRING, "/orders", hear, QoSProfile(depth=10), immediate=True)
@@ -105,7 +105,7 @@ def test_what_a_client_publishes_reaches_the_graph(ros, client, encoding, data):
     eventually(lambda: ros.node.count_publishers("/orders") == 1)
     client.send_binary(1, struct.pack("<I", 3) + data)
     assert got.wait(10.0)
-    assert heard == ["from afar"]
+    assert received == ["from afar"]
     client.send("unadvertise", channelIds=[3])
     eventually(lambda: ros.node.count_publishers("/orders") == 0)
 

@@ -296,7 +296,7 @@ def test_an_imu_is_published_on_its_own_beat_and_changes_nothing_of_the_run(
     ros: RosGraph, urdf: str
 ) -> None:
     runs = []
-    heard: list[tuple[int, str, float]] = []
+    received: list[tuple[int, str, float]] = []
     for text in (urdf, urdf.replace("</robot>", IMU)):
         partner = Partner(text)
         if text is not urdf:
@@ -304,7 +304,7 @@ def test_an_imu_is_published_on_its_own_beat_and_changes_nothing_of_the_run(
             partner.create_subscription(
                 imu,
                 "/imu",
-                lambda m: heard.append(
+                lambda m: received.append(
                     (stamp_ns(m), m.header.frame_id, math.dist((0, 0, 0), xyz(m)))
                 ),
                 100,
@@ -316,10 +316,10 @@ def test_an_imu_is_published_on_its_own_beat_and_changes_nothing_of_the_run(
     assert runs[0] == runs[1]
     period_ns = round(1e9 / 30)
     # A millisecond is the physics step: the first one at or after each beat.
-    assert len(heard) > 80
-    assert all(stamp % period_ns < 1_000_000 for stamp, _, _ in heard)
-    assert {frame for _, frame, _ in heard} == {"horizontal_arm"}
-    assert heard[-1][2] == pytest.approx(9.81, abs=0.05), "the arm has come to rest"
+    assert len(received) > 80
+    assert all(stamp % period_ns < 1_000_000 for stamp, _, _ in received)
+    assert {frame for _, frame, _ in received} == {"horizontal_arm"}
+    assert received[-1][2] == pytest.approx(9.81, abs=0.05), "the arm has come to rest"
 
 
 def test_a_sensor_that_nothing_simulates_is_told_at_the_start(ros: RosGraph, urdf: str) -> None:

@@ -112,9 +112,9 @@ def test_what_stands_still_is_latched_on_tf_static(ros, observer, urdf):
 
 def test_each_joint_state_becomes_transforms_with_its_stamp(ros, observer, urdf):
     start_states(ros, urdf)
-    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    received = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
     publish_joints(observer, {"joint_1": 0.5, "joint_4": -1.0}, 7, 5)
-    message = heard.get(timeout=WAIT_S)
+    message = received.get(timeout=WAIT_S)
     assert {t.child_frame_id for t in message.transforms} == {
         "base_plate",
         "gripper_right",
@@ -136,9 +136,9 @@ def test_a_joint_that_follows_a_follower_moves_with_the_first_joint(ros, observe
         )
     )
     start_states(ros, f'<robot name="chain"><link name="base"/>{joints}</robot>')
-    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    received = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
     publish_joints(observer, {"a": 0.125}, 1)
-    moved = translations(heard.get(timeout=WAIT_S))
+    moved = translations(received.get(timeout=WAIT_S))
     assert {link: place.x for link, place in moved.items()} == {
         "a_link": 0.125,
         "b_link": 0.25,
@@ -148,15 +148,15 @@ def test_a_joint_that_follows_a_follower_moves_with_the_first_joint(ros, observe
 
 def test_states_that_come_too_fast_are_thinned_to_the_publish_frequency(ros, observer, urdf):
     start_states(ros, urdf, publish_frequency=10.0)
-    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    received = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
     publisher = publish_joints(observer, {"joint_1": 0.0}, 100)
-    assert heard.get(timeout=WAIT_S).transforms[0].header.stamp.nanosec == 0
+    assert received.get(timeout=WAIT_S).transforms[0].header.stamp.nanosec == 0
     kind = get_message("sensor_msgs/msg/JointState")
     for milliseconds in (30, 90, 100, 150):
         message = kind(name=["joint_1"], position=[0.0])
         message.header.stamp.sec, message.header.stamp.nanosec = 100, milliseconds * 1_000_000
         publisher.publish(message)
-    assert heard.get(timeout=WAIT_S).transforms[0].header.stamp.nanosec == 100_000_000
+    assert received.get(timeout=WAIT_S).transforms[0].header.stamp.nanosec == 100_000_000
 
 
 def test_the_queue_of_states_is_a_parameter(ros, observer, urdf):
@@ -170,11 +170,11 @@ def test_the_queue_of_states_is_a_parameter(ros, observer, urdf):
 
 def test_when_time_goes_back_transforms_come_again(ros, observer, urdf):
     process = start_states(ros, urdf)
-    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    received = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
     publish_joints(observer, {"joint_1": 0.0}, 100)
-    assert heard.get(timeout=WAIT_S).transforms[0].header.stamp.sec == 100
+    assert received.get(timeout=WAIT_S).transforms[0].header.stamp.sec == 100
     publish_joints(observer, {"joint_1": 0.0}, 1)
-    assert heard.get(timeout=WAIT_S).transforms[0].header.stamp.sec == 1
+    assert received.get(timeout=WAIT_S).transforms[0].header.stamp.sec == 1
     process.wait_for_line("Moved backwards in time, re-publishing joint transforms!")
 
 
@@ -187,16 +187,16 @@ def test_frames_get_the_prefix(ros, observer, urdf):
 
 def test_a_prefix_that_is_set_later_holds_for_frames_that_have_moved(ros, observer, urdf):
     start_states(ros, urdf)
-    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    received = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
     publisher = publish_joints(observer, {"joint_1": 0.5}, 1)
-    first = heard.get(timeout=WAIT_S).transforms[0]
+    first = received.get(timeout=WAIT_S).transforms[0]
     assert (first.header.frame_id, first.child_frame_id) == ("base_link", "base_plate")
     done = ros.run(["param", "set", "/robot_state_publisher", "frame_prefix", "left/"])
     assert done.returncode == 0, done.stderr
     message = publisher.msg_type(name=["joint_1"], position=[-0.5])
     message.header.stamp.sec = 2
     publisher.publish(message)
-    moved = heard.get(timeout=WAIT_S).transforms[0]
+    moved = received.get(timeout=WAIT_S).transforms[0]
     assert (moved.header.frame_id, moved.child_frame_id) == ("left/base_link", "left/base_plate")
     assert (moved.header.stamp.sec, moved.transform.rotation.z) == (2, -first.transform.rotation.z)
 
@@ -210,15 +210,15 @@ def test_frames_of_a_new_description_stand_in_its_links(ros, observer):
         )
 
     start_states(ros, robot("old"))
-    heard = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
+    received = listen(observer, "tf2_msgs/msg/TFMessage", "/tf", QoSProfile(depth=100))
     publisher = publish_joints(observer, {"j": 0.5}, 1)
-    assert heard.get(timeout=WAIT_S).transforms[0].header.frame_id == "old"
+    assert received.get(timeout=WAIT_S).transforms[0].header.frame_id == "old"
     done = ros.run(["param", "set", "/robot_state_publisher", "robot_description", robot("new")])
     assert done.returncode == 0, done.stderr
     message = publisher.msg_type(name=["j"], position=[0.5])
     message.header.stamp.sec = 2
     publisher.publish(message)
-    assert heard.get(timeout=WAIT_S).transforms[0].header.frame_id == "new"
+    assert received.get(timeout=WAIT_S).transforms[0].header.frame_id == "new"
 
 
 def test_a_new_description_replaces_the_old_one_and_a_broken_one_is_refused(ros, observer, urdf):
@@ -259,11 +259,11 @@ def test_a_file_on_the_command_line_stands_for_the_parameter(ros):
 
 
 def test_joint_states_come_from_the_description_on_the_topic(ros, observer, urdf):
-    heard = listen(observer, "sensor_msgs/msg/JointState", "/joint_states")
+    received = listen(observer, "sensor_msgs/msg/JointState", "/joint_states")
     joints = ros.spawn_module("teleopctl.nodes", JOINTS)
     joints.wait_for_line("Waiting for robot_description to be published")
     start_states(ros, urdf)
-    state = heard.get(timeout=WAIT_S)
+    state = received.get(timeout=WAIT_S)
     assert list(state.name) == [f"joint_{n}" for n in (1, 2, 3, 4, 5)]
     assert list(state.position) == [0.0] * 5
     assert (len(state.velocity), len(state.effort)) == (0, 0)
@@ -274,26 +274,26 @@ def test_joint_states_come_from_the_description_on_the_topic(ros, observer, urdf
 
 
 def test_zeros_and_other_sources_move_the_joints(ros, observer, urdf):
-    heard = listen(observer, "sensor_msgs/msg/JointState", "/joint_states")
+    received = listen(observer, "sensor_msgs/msg/JointState", "/joint_states")
     kind = get_message("sensor_msgs/msg/JointState")
     source = observer.create_publisher(kind, "/sliders", qos_profile_latched)
     parameters = parameter_file(
         ros, urdf, source_list=["/sliders"], rate=50, **{"zeros.joint_2": 0.25}
     )
     ros.spawn_module("teleopctl.nodes", f"{JOINTS} --ros-args --params-file {parameters}")
-    assert list(heard.get(timeout=WAIT_S).position) == [0.0, 0.25, 0.0, 0.0, 0.0]
+    assert list(received.get(timeout=WAIT_S).position) == [0.0, 0.25, 0.0, 0.0, 0.0]
     assert observer.wait_for_subscribers("/sliders", 1, WAIT_S)
     source.publish(kind(name=["joint_4"], position=[-0.5], velocity=[2.0]))
-    while (state := heard.get(timeout=WAIT_S)).position[3] == 0.0:
+    while (state := received.get(timeout=WAIT_S)).position[3] == 0.0:
         pass
     assert list(state.position) == [0.0, 0.25, 0.0, -0.5, 0.5]
     assert list(state.velocity) == [0.0, 0.0, 0.0, 2.0, -2.0]
 
 
 def test_a_file_can_be_given_instead_of_the_topic(ros, observer):
-    heard = listen(observer, "sensor_msgs/msg/JointState", "/joint_states")
+    received = listen(observer, "sensor_msgs/msg/JointState", "/joint_states")
     ros.spawn_module("teleopctl.nodes", f"{JOINTS} {MODEL}")
-    assert len(heard.get(timeout=WAIT_S).name) == 5
+    assert len(received.get(timeout=WAIT_S).name) == 5
 
 
 def test_tf_echo_shows_the_claw_where_forward_kinematics_puts_it(ros, observer, urdf):

@@ -217,16 +217,16 @@ right: {panels: [[send]]}
 
 @pytest.mark.nightly
 def test_a_message_a_call_and_a_goal_are_sent_by_their_forms(ros, chromium):
-    heard: list[object] = []
-    ros.node.create_subscription(String, "/words", lambda words: heard.append(words.data), 10)
+    received: list[object] = []
+    ros.node.create_subscription(String, "/words", lambda words: received.append(words.data), 10)
 
     def switch(request, response):
-        heard.append(request.data)
+        received.append(request.data)
         response.success, response.message = True, "switched <b>on</b>"
         return response
 
     def count(goal):
-        heard.append(goal.request.order)
+        received.append(goal.request.order)
         goal.succeed()
         return Fibonacci.Result(sequence=[0, 1, 1, 2])
 
@@ -246,7 +246,7 @@ def test_a_message_a_call_and_a_goal_are_sent_by_their_forms(ros, chromium):
 
     open_form("topic /words", "data").fill("good day")
     page.get_by_role("button", name="Publish", exact=True).click()
-    eventually(lambda: heard == ["good day"])
+    eventually(lambda: received == ["good day"])
     expect(page.get_by_text("Published to 1 subscription.")).to_be_visible()
     open_form("service /switch", "data").check(force=True)
     page.get_by_role("button", name="Call", exact=True).click()
@@ -255,7 +255,7 @@ def test_a_message_a_call_and_a_goal_are_sent_by_their_forms(ros, chromium):
     open_form("action /count", "order").fill("3")
     page.get_by_role("button", name="Send goal", exact=True).click()
     expect(page.get_by_text("The goal succeeded.")).to_be_visible()
-    assert heard == ["good day", True, 3]
+    assert received == ["good day", True, 3]
     server.destroy()
 
 

@@ -34,7 +34,7 @@ class Watcher(Node):
         self._own.init(args=[])
         super().__init__("watcher", context=self._own, start_parameter_services=False)
         self._changed = threading.Condition()
-        self.heard = 0
+        self.received = 0
         self.joints: dict[str, float] = {}
         self.cube: tuple[float, float, float] | None = None
         self.create_subscription(JointState, "/joint_states", self._on_joints, 10, immediate=True)
@@ -42,7 +42,7 @@ class Watcher(Node):
 
     def _on_joints(self, message: Any) -> None:
         with self._changed:
-            self.heard += 1
+            self.received += 1
             self.joints = dict(zip(message.name, message.position, strict=True))
             self._changed.notify_all()
 
@@ -60,8 +60,8 @@ class Watcher(Node):
         self.wait(lambda: abs(self.joints.get(name, math.inf) - position) < within)
 
     def wait_for_ticks(self, count: int) -> None:
-        last = self.heard + count
-        self.wait(lambda: self.heard >= last)
+        last = self.received + count
+        self.wait(lambda: self.received >= last)
 
     def close(self) -> None:
         self._own.try_shutdown()

@@ -25,8 +25,8 @@ def test_what_does_not_match_is_passed_over_and_stands_in_the_failure(ros_graph)
 def test_a_latched_message_is_heard_afterwards(ros_graph):
     publisher = ros_graph.node.create_publisher(STRING, "/latched", qos_profile_latched)
     publisher.publish(STRING(data="kept"))
-    heard = ros_graph.wait_for_message(STRING, "/latched", qos=qos_profile_latched)
-    assert heard.data == "kept"
+    received = ros_graph.wait_for_message(STRING, "/latched", qos=qos_profile_latched)
+    assert received.data == "kept"
 
 
 def test_nodes_are_waited_for_and_those_that_are_there_are_named(ros_graph):

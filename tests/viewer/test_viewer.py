@@ -15,12 +15,12 @@ class Careless(Panel):
     """Raises wherever it can."""
 
     title = "Careless"
-    heard: list[str] = []  # noqa: RUF012 -- looked at by the test
+    received: list[str] = []  # noqa: RUF012 -- looked at by the test
 
     def build(self):
         def hear(message):
-            self.heard.append(message.data)
-            raise ValueError("heard")
+            self.received.append(message.data)
+            raise ValueError("received")
 
         self.end = self.page.stage.subscribe(
             "/words", "std_msgs/msg/String", hear, QoSProfile(depth=10)
@@ -37,7 +37,7 @@ def test_a_panel_that_raises_does_not_end_the_page(ros, monkeypatch):
         "load",
         lambda kind, name: Careless if kind is plugins.PANELS else load(kind, name),
     )
-    Careless.heard.clear()
+    Careless.received.clear()
     del ros  # this process is in it
     with (
         init(args=[]),
@@ -48,7 +48,7 @@ def test_a_panel_that_raises_does_not_end_the_page(ros, monkeypatch):
         publisher = node.create_publisher(String, "/words", 10)
         publisher.publish(String(data="one"))
         publisher.publish(String(data="two"))
-        while Careless.heard != ["one", "two"]:
+        while Careless.received != ["one", "two"]:
             executor.spin_once(LONGEST_WAIT_S)
         executor.shutdown()
 

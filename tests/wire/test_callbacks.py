@@ -41,12 +41,12 @@ def test_a_program_that_hears_little_does_not_load_what_keeps_the_state(session)
     program = f"""
 import sys
 from teleopctl.wire import direct_callback, open_session
-heard = []
+received = []
 with open_session("client") as session:
-    subscriber = session.declare_subscriber("{KEY}", direct_callback(heard.append))
+    subscriber = session.declare_subscriber("{KEY}", direct_callback(received.append))
     for _ in range(3):
         session.put("{KEY}", b"")
-    print(len(heard), "ctypes" in sys.modules, "threading" in sys.modules)
+    print(len(received), "ctypes" in sys.modules, "threading" in sys.modules)
 """
     done = subprocess.run(
         [sys.executable, "-c", program], capture_output=True, text=True, check=True

@@ -344,7 +344,7 @@ def _starting_parts(
         return [
             _with_work(
                 process.name,
-                f"nobody publishes {waiting[process.name]}"
+                f"no node publishes {waiting[process.name]}"
                 if process.name in waiting
                 else reported_step(Path(process.log_file)),
             )

@@ -19,7 +19,7 @@ from teleopctl.node import (
 )
 from teleopctl.nodes.teleop.driven_robot import DrivenArm, DrivenRobot
 from teleopctl.nodes.teleop.episode_buttons import EpisodeButtons
-from teleopctl.nodes.teleop.hand_outputs import BaseOutput, ServoOutput
+from teleopctl.nodes.teleop.hand_outputs import BaseOutput, ServoOutput, no_base
 from teleopctl.teleop import EPISODE, STALE_S, HandCommand
 from teleopctl.tf import Transform
 
@@ -488,7 +488,7 @@ class HandDriver:
         if self._base is not None:
             return self._base.problem
         if self._base_topic:
-            return f"nobody listens to {self._base_topic}: does the base's controller run?"
+            return no_base(self._base_topic)
         return self.robot_state.problem or self._servo.problem
 
     # Any: values of a JSON document.

@@ -168,7 +168,7 @@ class BaseOutput:
         """Reason why nothing moves; empty if a base subscribes."""
         if self._publisher.get_subscription_count():
             return ""
-        return f"nobody listens to {self.topic}: does the base's controller run?"
+        return no_base(self.topic)
 
     def move(self, command: HandCommand, part: float) -> None:
         """Publish a velocity, in the axes of the base.
@@ -184,6 +184,11 @@ class BaseOutput:
         _fill(twist.linear, command.linear, part * self.scales["linear"])
         _fill(twist.angular, command.angular, part * self.scales["rotational"])
         self._publisher.publish(self._message)
+
+
+def no_base(topic: str) -> str:
+    """Return the text for a topic of velocities to which no base subscribes."""
+    return f"no node subscribes to {topic}: does the base's controller run?"
 
 
 # Any: a message geometry_msgs/msg/Vector3.

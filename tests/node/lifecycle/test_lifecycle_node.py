@@ -217,11 +217,11 @@ def test_what_it_takes_in_a_configuration_it_may_give_back_time_and_again(make):
 
 
 def test_others_change_the_state_and_hear_of_every_step(make, make_node, spin_until):
-    node, other, heard = make(Told), make_node("manager"), []
+    node, other, received = make(Told), make_node("manager"), []
     other.create_subscription(
         EVENT,
         "/arm/transition_event",
-        lambda e: heard.append((e.start_state.label, e.goal_state.label, e.transition.id)),
+        lambda e: received.append((e.start_state.label, e.goal_state.label, e.transition.id)),
         10,
     )
     client = other.create_client(CHANGE, "/arm/change_state")
@@ -242,8 +242,8 @@ def test_others_change_the_state_and_hear_of_every_step(make, make_node, spin_un
     assert not ask(label="transition_success")
     assert ask(6)
     assert state_of(node) == "finalized"
-    spin_until(lambda: len(heard) == 7)
-    assert heard == [
+    spin_until(lambda: len(received) == 7)
+    assert received == [
         ("unconfigured", "configuring", 0),
         ("configuring", "errorprocessing", 0),
         ("errorprocessing", "unconfigured", 0),

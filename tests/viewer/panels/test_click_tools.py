@@ -224,17 +224,17 @@ def test_when_nobody_looks_any_more_the_tool_is_put_away(hand: Hand) -> None:
 def test_a_goal_arrives(live: LivePage) -> None:
     hand = Hand(live)
     hand.fix("map")
-    heard: list[Any] = []
+    received: list[Any] = []
     live.node.create_subscription(
-        get_message("geometry_msgs/msg/PoseStamped"), "/goal_pose", heard.append, 1
+        get_message("geometry_msgs/msg/PoseStamped"), "/goal_pose", received.append, 1
     )
     hand.press("Goal")
     (publisher,) = hand.row._publishers.values()
     live.until(lambda: publisher.get_subscription_count() == 1)
     hand.click(1.0, 2.0)
     hand.click(2.0, 2.0)
-    live.until(lambda: heard)
-    assert heard[0].pose.position.y == pytest.approx(2.0)
+    live.until(lambda: received)
+    assert received[0].pose.position.y == pytest.approx(2.0)
 
 
 numbers = strategies.floats() | strategies.floats(-10.0, 10.0)

@@ -53,9 +53,9 @@ def test_a_large_message_is_typed_as_yaml(page, monkeypatch):
 
 def test_a_message_is_published_a_service_called_and_a_goal_sent(live):
     node = live.node
-    heard: list[object] = []
+    received: list[object] = []
     called: list[bool] = []
-    node.create_subscription(PoseStamped, "/goal", heard.append, 10)
+    node.create_subscription(PoseStamped, "/goal", received.append, 10)
 
     def serve(request, response):
         called.append(request.data)
@@ -85,10 +85,10 @@ def test_a_message_is_published_a_service_called_and_a_goal_sent(live):
     buttons = choose("topic /goal")
     put("pose.position.x", 2.0)
     live.choose(buttons, "Publish")
-    live.until(lambda: heard)
-    assert heard[0].pose.position.x == 2.0  # type: ignore[attr-defined]
+    live.until(lambda: received)
+    assert received[0].pose.position.x == 2.0  # type: ignore[attr-defined]
     live.choose(buttons, "at 10 Hz")
-    live.until(lambda: len(heard) > 2)
+    live.until(lambda: len(received) > 2)
     live.choose(buttons, "Stop")
 
     buttons = choose("service /switch")
