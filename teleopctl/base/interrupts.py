@@ -204,9 +204,12 @@ def is_cause(error: BaseException | None) -> bool:
 
     Before 3.12 Python wraps an exception that is raised in ``__set_name__`` into a RuntimeError.
     """
-    while error is not None:
+    seen: set[int] = set()
+    # An exception may be its own cause: ``raise error from error`` in a user's file.
+    while error is not None and id(error) not in seen:
         if isinstance(error, KeyboardInterrupt):
             return True
+        seen.add(id(error))
         error = error.__cause__
     return _is_pending
 

@@ -185,3 +185,10 @@ def test_nothing_is_held_back_on_another_thread():
     thread.start()
     thread.join()
     assert done == ["the whole block"]
+
+
+def test_an_exception_that_is_its_own_cause_has_an_end():
+    error = ValueError("once")
+    error.__cause__ = RuntimeError("twice")
+    error.__cause__.__cause__ = error
+    assert not interrupts.is_cause(error)

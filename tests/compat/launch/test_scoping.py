@@ -12,6 +12,7 @@ from launch.actions import (
     DeclareLaunchArgument,
     GroupAction,
     IncludeLaunchDescription,
+    LogInfo,
     OpaqueFunction,
     PopEnvironment,
     PopLaunchConfigurations,
@@ -25,7 +26,7 @@ from launch.actions import (
     UnsetLaunchConfiguration,
 )
 from launch.launch_description_source import LaunchDescriptionSource
-from launch.substitutions import LaunchConfiguration
+from launch.substitutions import LaunchConfiguration, PythonExpression
 
 from teleopctl.errors import TeleopctlError
 
@@ -169,3 +170,10 @@ def test_an_included_description_is_given_what_it_requires_by_who_includes_it():
     context.launch_configurations["foo"] = "set outside"
     with pytest.raises(TeleopctlError, match="missing required argument 'foo'"):
         context.launch.run(steps(IncludeLaunchDescription(LaunchDescriptionSource(inner))))
+
+
+def test_the_exception_of_an_action_that_is_executed_by_hand_has_no_circle_of_causes():
+    action = LogInfo(msg=PythonExpression(["1 / 0"]))
+    with pytest.raises(ZeroDivisionError) as raised:
+        action.execute(LaunchContext())
+    assert raised.value.__cause__ is None

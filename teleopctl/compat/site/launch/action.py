@@ -72,11 +72,14 @@ class Action(LaunchDescriptionEntity):
             with LaunchContext.standing_for(context) as known, known.launch.user_code():
                 known.launch.run_action(self.model_action())
         except TeleopctlError as error:
-            if error.__cause__ is not None and not isinstance(error.__cause__, TeleopctlError):
-                raise error.__cause__ from error
-            # The exception that ROS 2's launch raises, which programs catch.
-            raise RuntimeError(error.message) from error
-        return None
+            cause = error.__cause__
+            if cause is None or isinstance(cause, TeleopctlError):
+                # The exception that ROS 2's launch raises, which programs catch.
+                raise RuntimeError(error.message) from error
+        else:
+            return None
+        # Not from the error that it caused: the causes would run in a circle.
+        raise cause
 
     def done(self, context: LaunchContext) -> None:
         """Emit `ExecutionComplete`, once the action's future is done if it has one."""
