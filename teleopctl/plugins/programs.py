@@ -53,6 +53,11 @@ _DEMOS = {
     },
     "lifecycle": {"lifecycle": "lifecycle_listener lifecycle_service_client lifecycle_talker"},
     "lifecycle_py": {"lifecycle": "lifecycle_talker"},
+    "ros2_controllers_test_nodes": {
+        "controller_goals": (
+            "publisher_forward_position_controller publisher_joint_trajectory_controller"
+        )
+    },
     "teleop_py_pkg": {"simple_nodes": "simple_parameter simple_publisher simple_subscriber"},
     "teleop_robot_py_pkg": {"simple_nodes": "simple_parameter simple_publisher simple_subscriber"},
 }

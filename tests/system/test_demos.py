@@ -4,7 +4,8 @@ import re
 
 import pytest
 
-from teleopctl.testing import LONGEST_WAIT_S
+from teleopctl.interfaces import get_message
+from teleopctl.testing import LONGEST_WAIT_S, eventually
 
 
 def said(process):
@@ -185,3 +186,61 @@ def test_fibonacci_numbers_are_asked_for_by_an_action(shared_ros):
     client.interrupt()
     server.interrupt()
     assert client.wait() == 0
+
+
+GOALS = """
+publisher_forward_position_controller:
+  ros__parameters:
+    wait_sec_between_publish: 1
+    publish_topic: /forward_position_controller/commands
+    goal_names: [there, back]
+    there: [0.7, 0.8]
+    back: [0.0, 0.0]
+publisher_joint_trajectory_controller:
+  ros__parameters:
+    controller_name: arm
+    wait_sec_between_publish: 1
+    goal_names: [wrong, right]
+    wrong: {positions: [1.0]}
+    right: {positions: [0.1, 0.2], velocities: [0.0, 0.0]}
+    joints: [joint1, joint2]
+    check_starting_point: true
+    starting_point_limits: {joint1: [-0.1, 0.1]}
+"""
+
+
+def test_goals_are_sent_to_controllers_in_turn(shared_ros):
+    path = shared_ros.folder / "goals.yaml"
+    path.write_text(GOALS)
+
+    def start(program):
+        return shared_ros.spawn(
+            f"run ros2_controllers_test_nodes {program} --ros-args -r __node:={program} "
+            f"--params-file {path}"
+        )
+
+    forward = start("publisher_forward_position_controller")
+    hears(forward, "Publishing: \"array('d', [0.7, 0.8])\"")
+    hears(forward, "Publishing: \"array('d', [0.0, 0.0])\"")
+    trajectory = start("publisher_joint_trajectory_controller")
+    hears(
+        trajectory,
+        'Goal "wrong" definition is wrong. This goal will not be used. It needs one of positions, '
+        "velocities, accelerations, effort: a list of 2 numbers",
+    )
+    hears(trajectory, 'Start configuration could not be checked! Check "joint_state" topic!')
+    state = get_message("sensor_msgs/msg/JointState")
+    states = shared_ros.node.create_publisher(state, "/joint_states", 10)
+    eventually(states.get_subscription_count)
+    states.publish(state(name=["joint1", "other"], position=[0.05, 9.0]))
+    sent = shared_ros.wait_for_message(
+        get_message("trajectory_msgs/msg/JointTrajectory"), "/arm/joint_trajectory"
+    )
+    assert (sent.joint_names, list(sent.points[0].positions)) == (["joint1", "joint2"], [0.1, 0.2])
+    assert sent.points[0].time_from_start.sec == 4
+    done = shared_ros.run("run ros2_controllers_test_nodes publisher_forward_position_controller")
+    assert done.returncode == 1
+    assert "Values for goal 'pos1' not set!" in done.stderr
+    for program in (forward, trajectory):
+        program.interrupt()
+        assert program.wait() == 0
