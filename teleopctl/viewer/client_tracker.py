@@ -323,17 +323,35 @@ class PageServer(viser.ViserServer):
         self._websock_server.queue_message(RunJavascriptMessage(phone_style.SCRIPT))
         self.set_title("")
 
-    def fill(self, texts: Mapping[str, str]) -> None:
-        """Set the text of elements of the page's HTML in all browsers.
+    def notify(
+        self, title: str, text: str = "", *, wrong: bool = False, browser: int | None = None
+    ) -> None:
+        """Show a notification for 8 s.
+
+        Args:
+            title: Title of the notification.
+            text: Text below it.
+            wrong: Whether it tells of an error, and is red.
+            browser: viser's client ID of the browser; None for all browsers.
+        """
+        for number, client in self.get_clients().items():
+            if browser in (None, number):
+                client.add_notification(
+                    title, text, color="red" if wrong else None, auto_close_seconds=8.0
+                )
+
+    def fill(self, texts: Mapping[str, str], *, browser: int | None = None) -> None:
+        """Set the text of elements of the page's HTML.
 
         So a value changes without the HTML around it being sent and made again.
 
         Args:
             texts: New texts, by ID of the element; elements that are not there are left out.
+            browser: viser's client ID of the browser; None for all browsers.
         """
         script = _FILL % json.dumps(dict(texts)).replace("<", "\\u003c")
-        for browser in self.get_clients():
-            self.run_script(browser, script)
+        for one in self.get_clients() if browser is None else (browser,):
+            self.run_script(one, script)
 
     def run_script(self, browser: int, script: str) -> None:
         """Run a script in one browser.

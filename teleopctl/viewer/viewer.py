@@ -12,7 +12,7 @@ from collections import deque
 from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
@@ -37,7 +37,10 @@ if TYPE_CHECKING:
     import viser
 
     from teleopctl.viewer.client_tracker import PageServer
+    from teleopctl.viewer.displays.base import Stage
     from teleopctl.viewer.page_routes import PageRoutes
+
+_T = TypeVar("_T")
 
 _UPDATES_PER_S = 30.0
 # Moving thousands of frames takes longer than a period: between two updates of frames there are at
@@ -84,6 +87,7 @@ class Viewer(Node):
         self._queued = self.create_guard_condition(self._run_queued)
         self._types = UnknownTypes(self, self.run_in_background)
         self._subscriptions = SharedSubscriptions(self, self.guarded)
+        self._shared: dict[Callable[[Stage], Any], Any] = {}
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
         self.buffer = FrameBuffer(self)
         self.frames = SceneFrames(server.scene, self.buffer)
@@ -179,12 +183,16 @@ class Viewer(Node):
         self.buffer.clear()
         self.scene_view.reset()
 
+    def shared(self, kind: Callable[[Stage], _T]) -> _T:
+        """Return what the panels of all browsers share; see `Page.shared`."""
+        if kind not in self._shared:
+            self._shared[kind] = kind(self)
+        made: _T = self._shared[kind]
+        return made
+
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         """Show a notification for 8 s in all browsers that have the page open."""
-        for client in self.server.get_clients().values():
-            client.add_notification(
-                title, text, color="red" if wrong else None, auto_close_seconds=8.0
-            )
+        self.server.notify(title, text, wrong=wrong)
 
     def run_script(self, client_id: int, script: str) -> None:
         """Run a script of ours, without anything from the network in it, in one browser."""
@@ -210,7 +218,7 @@ class Viewer(Node):
         self._hide_timer.cancel()
         if not self._watched:
             self._begin_showing()
-        self.workspace.show_visible(self.server.clients.visible_panels())
+        self.workspace.show_visible(is_watched=True)
 
     def _begin_showing(self) -> None:
         self._watched = True
@@ -227,7 +235,7 @@ class Viewer(Node):
             self._listener.unregister()
             self._listener = None
         self.scene_view.end()
-        self.workspace.show_visible(None)
+        self.workspace.show_visible(is_watched=False)
         self._time_source.rest(is_resting=True)
 
     # Any: request and response of RViz's service for its Reset.

@@ -1,16 +1,15 @@
 """The workspace: panels of the page, and how each browser arranges them.
 
-A panel's controls are built once, for all browsers, in an invisible folder of viser's main panel.
-Each browser has viser panels of its own, whose tabs show the contents of these folders. So two
-users have arrangements of their own and one robot. viser does not report where a panel was
+A panel is built once for all browsers, or once for each browser, as its class says
+(`Panel.is_per_browser`). Each browser has viser panels of its own, whose tabs show the contents of
+both. So two users have views of their own and one robot. viser does not report where a panel was
 dragged to; open panels, the camera and choices in panels are kept in the browser's local storage.
 """
 
 from __future__ import annotations
 
 import json
-import math
-from collections.abc import Iterable
+import time
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
 from typing import TYPE_CHECKING, Any
@@ -18,9 +17,8 @@ from typing import TYPE_CHECKING, Any
 from teleopctl import plugins
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import Clock, ClockType
-from teleopctl.viewer.client_tracker import panel_mark
 from teleopctl.viewer.layout import PageLayout, PanelColumn, layout_of, load_layout
-from teleopctl.viewer.panels.base import Panel
+from teleopctl.viewer.panel_set import BrowserPage, PanelSet, panel_class
 from teleopctl.viewer.panels.plots.plot import PlotPanel
 from teleopctl.viewer.rviz_file import View
 
@@ -28,7 +26,7 @@ if TYPE_CHECKING:
     import viser
 
     from teleopctl.viewer.client_tracker import PageServer
-    from teleopctl.viewer.panels.base import Page
+    from teleopctl.viewer.panels.base import Page, Panel
 
 _MARGIN_PX = 12
 _BAR_WIDTH_PX = 430
@@ -38,6 +36,9 @@ _LEFT_ORDER = 100.0
 _STORED = "teleopctl.workspace"
 _LONGEST_STORED = 1_000_000
 _TIMEOUT_S = 5.0
+# A browser whose page is loaded again comes back as another one; until then its panels go on, so
+# that plots have no gap, and nothing is subscribed to twice.
+_KEPT_S = 5.0
 # viser halves a panel for the next one: three have a half and two quarters. With a fourth one above
 # them until the browser shows all three, each has a third. A phone shows none of them.
 _SPACER_S, _LONGEST_SPACER_S = 1.0, 5.0
@@ -61,6 +62,7 @@ class _Desk:
 
     Attributes:
         client: viser's handle of the browser.
+        own: Panels of this browser alone.
         layout: The layout, without panels that are added or left out.
         opened: Panels that were opened by hand.
         closed: Panels that were closed by hand.
@@ -71,6 +73,7 @@ class _Desk:
     """
 
     client: viser.ClientHandle
+    own: PanelSet
     layout: PageLayout
     opened: set[str] = field(default_factory=set)
     closed: set[str] = field(default_factory=set)
@@ -91,39 +94,50 @@ class PageWorkspace:
         server: The page's server.
         page: The viewer's node.
         layout: The layout that a browser starts with; None to choose one by what is there.
-
-    Attributes:
-        panels: The panels that are built, by name.
     """
 
     def __init__(self, server: PageServer, page: Page, layout: PageLayout | None) -> None:
-        self.panels: dict[str, Panel] = {}
         self._server, self._page = server, page
         self._layout = layout
-        self._folders: dict[str, Any] = {}
+        self._shared = PanelSet(page)
         self._desks: dict[int, _Desk] = {}
-        self._states: dict[str, Any] = dict(layout.states) if layout is not None else {}
-        self._bar: tuple[str, ...] = ()
-        self._begun: set[str] = set()
-        self._visible: frozenset[str] | None = None
+        # Panels of browsers that have left, and when they are closed (steady time in seconds).
+        self._left: list[tuple[float, PanelSet]] = []
+        self._is_watched = False
+        for name, state in layout.states.items() if layout is not None else ():
+            self._shared.restore(name, state)
         for name in layout.names() if layout is not None else ():
-            self._build(name)
+            if not panel_class(name).is_per_browser:
+                self._shared.build(name)
 
     # --- panels -------------------------------------------------------------------------------
 
-    def _build(self, name: str) -> Panel:
-        if name in self.panels:
-            return self.panels[name]
-        kind: type[Panel] = plugins.load(plugins.PANELS, name)
-        panel = kind(self._page)
-        folder = self._server.gui.add_folder(None, visible=False)
-        with folder:
-            self._server.gui.add_html(panel_mark(name), order=-math.inf)
-            panel.build()
-        self.panels[name], self._folders[name] = panel, folder
-        if name in self._states:
-            panel.restore(self._states[name])
-        return panel
+    def _set_of(self, desk: _Desk, name: str) -> PanelSet:
+        """Return the panels among which a browser has one of this name."""
+        return desk.own if panel_class(name).is_per_browser else self._shared
+
+    def _panel(self, client_id: int, name: str) -> Panel | None:
+        """Return a panel as one browser has it; None if it is not built, or the browser is gone."""
+        desk = self._desks.get(client_id)
+        return None if desk is None else self._set_of(desk, name).panels.get(name)
+
+    def _new_desk(self, client: viser.ClientHandle, layout: PageLayout) -> _Desk:
+        own = PanelSet(BrowserPage(self._page, self._server, client))
+        desk = self._desks[client.client_id] = _Desk(client, own, layout)
+        return desk
+
+    def _restore(self, desk: _Desk, layout: PageLayout, *, is_first: bool = False) -> None:
+        """Choose in a browser's panels what a layout has for them.
+
+        Args:
+            desk: The browser.
+            layout: The layout.
+            is_first: Whether what another browser has already chosen in a shared panel stays.
+        """
+        for name, state in layout.states.items():
+            known = plugins.find(plugins.PANELS, name) is not None
+            panels = self._set_of(desk, name) if known else self._shared
+            panels.restore(name, state, is_first=is_first)
 
     def is_needed(self, name: str) -> bool:
         """Return whether a panel has something to show, see `Panel.is_needed`.
@@ -131,8 +145,7 @@ class PageWorkspace:
         Args:
             name: Name of the panel in the registry.
         """
-        kind: type[Panel] = plugins.load(plugins.PANELS, name)
-        return kind.is_needed(self._page.node)
+        return panel_class(name).is_needed(self._page.node)
 
     def usual_layout(self) -> PageLayout:
         """Return the layout that a browser starts with: the given one, or one by what is there."""
@@ -143,47 +156,57 @@ class PageWorkspace:
                 return load_layout(preset)
         return load_layout("display")
 
-    def show_visible(self, names: Iterable[str] | None) -> None:
+    def show_visible(self, *, is_watched: bool) -> None:
         """Start panels that have become visible in a browser, and stop those that no one shows.
 
         Args:
-            names: Names of the visible panels; None if no browser shows the page.
+            is_watched: Whether a browser shows the page, or has shown it a moment ago.
         """
-        wanted: set[str] = set()
-        self._visible = None if names is None else frozenset(names)
+        self._is_watched = is_watched
         clients = self._server.clients
         for browser, desk in self._desks.items():
             if clients.is_embedded(browser) and not desk.is_embedded:
                 self._place_nothing(desk)
-        if self._visible is not None:
-            seen = self._visible
-            # A page that shows the 3D view alone has no panels that could be looked at later.
-            keeps = not all(map(clients.is_embedded, self._server.get_clients()))
-            wanted = {
-                n for n, panel in self.panels.items() if n in seen or (keeps and panel.works_hidden)
-            }
-        for name in self._begun - wanted:
-            self._begun.discard(name)
-            self._page.guarded(self.panels[name].ended)
-        for name in wanted - self._begun:
-            self._begun.add(name)
-            self._page.guarded(self.panels[name].began)
+            seen = clients.panels_in(browser)
+            self._begin(desk.own, seen, keeps=not desk.is_embedded)
+        # A page that shows the 3D view alone has no panels that could be looked at later.
+        keeps = not all(map(clients.is_embedded, self._server.get_clients()))
+        self._begin(self._shared, clients.visible_panels(), keeps=keeps)
+        if not is_watched:
+            self._close_left(float("inf"))
+
+    def _begin(self, panels: PanelSet, seen: frozenset[str], *, keeps: bool) -> None:
+        """Start the panels that are seen, and those that work hidden; stop the others."""
+        panels.begin(
+            lambda name, panel: (
+                self._is_watched and (name in seen or (keeps and panel.works_hidden))
+            )
+        )
+
+    def _close_left(self, now_s: float) -> None:
+        while self._left and self._left[0][0] <= now_s:
+            self._left.pop(0)[1].close()
 
     def tick(self) -> None:
-        """Update the panels that are visible."""
-        for name in self._begun:
-            self._page.guarded(self.panels[name].tick)
+        """Update the panels that are visible, and close those of browsers that have left."""
+        self._close_left(time.monotonic())
+        self._shared.tick()
+        for desk in self._desks.values():
+            desk.own.tick()
 
     def graph_changed(self) -> None:
         """Pass a change of the ROS graph to the panels, and show those that are needed now."""
-        for panel in self.panels.values():
-            self._page.guarded(panel.graph_changed)
+        self._shared.graph_changed()
+        for desk in self._desks.values():
+            desk.own.graph_changed()
         self.refresh()
 
     def close(self) -> None:
         """Close all panels; called when the viewer is destroyed."""
-        for panel in self.panels.values():
-            panel.close()
+        self._close_left(float("inf"))
+        for desk in self._desks.values():
+            desk.own.close()
+        self._shared.close()
 
     # --- browsers -----------------------------------------------------------------------------
 
@@ -206,18 +229,14 @@ class PageWorkspace:
         if client.client_id not in self._server.get_clients():
             return
         usual = self.usual_layout()
-        desk = self._desks[client.client_id] = _Desk(client, usual, stored=text)
+        desk = self._new_desk(client, usual)
+        desk.stored = text
         stored = self._stored_layout(text)
+        self._restore(desk, stored or usual, is_first=True)
         if stored is not None:
             desk.layout = stored
             if stored.view is not None:
                 client.camera.position, client.camera.look_at = stored.view
-            for name, state in stored.states.items():
-                # What another browser has already set up stays.
-                if name not in self._states:
-                    self._states[name] = state
-                    if name in self.panels:
-                        self._page.guarded(self.panels[name].restore, state)
         elif usual.view is not None:
             client.camera.position, client.camera.look_at = usual.view
         else:
@@ -246,7 +265,9 @@ class PageWorkspace:
         Args:
             client_id: viser's ID of the browser.
         """
-        self._desks.pop(client_id, None)
+        desk = self._desks.pop(client_id, None)
+        if desk is not None:
+            self._left.append((time.monotonic() + _KEPT_S, desk.own))
 
     def arrange(self, client: viser.ClientHandle, layout: PageLayout) -> None:
         """Arrange the panels of one browser by a layout.
@@ -255,14 +276,11 @@ class PageWorkspace:
             client: viser's handle of the browser.
             layout: The layout.
         """
-        desk = self._desks.setdefault(client.client_id, _Desk(client, layout))
+        desk = self._desks.get(client.client_id) or self._new_desk(client, layout)
         desk.layout = layout
         desk.opened.clear()
         desk.closed.clear()
-        for name, state in layout.states.items():
-            self._states[name] = state
-            if name in self.panels:
-                self.panels[name].restore(state)
+        self._restore(desk, layout)
         self._place(desk)
 
     def layout_in(self, client_id: int) -> PageLayout:
@@ -305,10 +323,11 @@ class PageWorkspace:
         """Show the panels that have become needed in all browsers, hide those that are not."""
         for desk in self._desks.values():
             self._update(desk)
-        for name in self._bar:
-            visible = self.is_needed(name)
-            if self._folders[name].visible != visible:
-                self._folders[name].visible = visible
+            for name in desk.layout.bar:
+                folder = self._set_of(desk, name).folders[name]
+                visible = self.is_needed(name)
+                if folder.visible != visible:
+                    folder.visible = visible
 
     # --- placement ----------------------------------------------------------------------------
 
@@ -326,8 +345,7 @@ class PageWorkspace:
                     stack.handle.remove()
         desk.stacks = ([], [])
         for name in desk.layout.bar:
-            self._build(name)
-        self._bar += tuple(name for name in desk.layout.bar if name not in self._bar)
+            self._set_of(desk, name).build(name)
         desk.client.gui.main_panel.float(x=_MARGIN_PX, y=-_MARGIN_PX, width=_BAR_WIDTH_PX)
         desk.is_placing = True
         self._update(desk)
@@ -349,7 +367,7 @@ class PageWorkspace:
                 if shown != stack.shown or (shown and stack.handle is None):
                     self._show(desk, side, column, number, shown)
         # Panels that were built only now.
-        self.show_visible(self._visible)
+        self.show_visible(is_watched=self._is_watched)
 
     @staticmethod
     def _regrouped(stacks: list[_Stack], column: PanelColumn) -> list[_Stack]:
@@ -379,13 +397,15 @@ class PageWorkspace:
                 stack.handle.remove()
                 stack.handle = None
             return
-        panels = [self._build(name) for name in shown]
+        sets = [self._set_of(desk, name) for name in shown]
+        panels = [one.build(name) for one, name in zip(sets, shown, strict=True)]
         if stack.handle is None:
             if number == _EQUAL - 1 and desk.is_placing:
                 self._add_spacer(desk, side, shown)
             order = number + (0.0 if side else _LEFT_ORDER)
             stack.handle, is_new = desk.client.gui.add_panel(order=order), True
-        _set_tabs(stack.handle, panels, [self._folders[name] for name in shown])
+        folders = [one.folders[name] for one, name in zip(sets, shown, strict=True)]
+        _set_tabs(stack.handle, panels, folders)
         if is_new:
             self._dock(desk, side, column, number)
 
@@ -437,20 +457,20 @@ class PageWorkspace:
 
     # --- what is kept -------------------------------------------------------------------------
 
-    def states(self) -> dict[str, Any]:
-        """Return the choices made in the panels, as YAML values by name of the panel."""
-        built = {name: panel.state() for name, panel in self.panels.items()}
-        states = {**self._states, **built}
-        return {name: state for name, state in states.items() if state not in (None, {}, [])}
-
-    def bring(self, client_id: int, name: str) -> Panel:
+    def bring(self, client_id: int, name: str) -> Panel | None:
         """Open a panel in one browser, bring its tab to the front there, and return the panel.
 
         Args:
             client_id: viser's ID of the browser.
             name: Name of the panel in the registry.
+
+        Returns:
+            The panel; None if the browser has left.
         """
-        panel = self._build(name)
+        desk = self._desks.get(client_id)
+        if desk is None:
+            return None
+        panel = self._set_of(desk, name).build(name)
         if not self.is_open(client_id, name):
             self.set_open(client_id, name, is_open=True)
         self._server.show_tab(client_id, name, panel.title)
@@ -465,37 +485,48 @@ class PageWorkspace:
             what: What was clicked, as the panel has marked it.
         """
         client = self._server.get_clients().get(client_id)
-        if client is not None and name in self.panels:
-            self.panels[name].clicked(client, what)
+        panel = self._panel(client_id, name)
+        if client is not None and panel is not None:
+            panel.clicked(client, what)
 
-    def go_to(self, stamp_s: float) -> None:
-        """Show the moment of a stamp in all panels that can, such as plots and a bag's time line.
+    def go_to(self, client_id: int, stamp_s: float) -> None:
+        """Show the moment of a stamp in one browser's plots, in the bag's time line and the like.
 
         Args:
+            client_id: viser's ID of the browser.
             stamp_s: Time in seconds.
         """
-        for panel in tuple(self.panels.values()):
+        desk = self._desks.get(client_id)
+        own = () if desk is None else tuple(desk.own.panels.values())
+        for panel in (*self._shared.panels.values(), *own):
             panel.go_to(stamp_s)
 
-    def plot_joint(self, joint: str) -> None:
-        """Plot a joint's position, in the panel of plots.
+    def plot_joint(self, client_id: int, joint: str) -> None:
+        """Plot a joint's position, in one browser's panel of plots.
 
         Args:
+            client_id: viser's ID of the browser.
             joint: Name of the joint.
         """
-        panel = self._build("plot")
-        if isinstance(panel, PlotPanel):
-            panel.plot_joint(joint)
+        plots = self._plots(client_id)
+        if plots is not None:
+            plots.plot_joint(joint)
 
-    def plot(self, text: str) -> None:
-        """Plot a field or an expression, in the panel of plots.
+    def plot(self, client_id: int, text: str) -> None:
+        """Plot a field or an expression, in one browser's panel of plots.
 
         Args:
+            client_id: viser's ID of the browser.
             text: The field in ``rqt_plot``'s spelling, such as ``/joint_states/position[0]``.
         """
-        panel = self._build("plot")
-        if isinstance(panel, PlotPanel):
-            panel.plot(text)
+        plots = self._plots(client_id)
+        if plots is not None:
+            plots.plot(text)
+
+    def _plots(self, client_id: int) -> PlotPanel | None:
+        desk = self._desks.get(client_id)
+        panel = None if desk is None else self._set_of(desk, "plot").build("plot")
+        return panel if isinstance(panel, PlotPanel) else None
 
     def layout_to_save(self, client: viser.ClientHandle) -> PageLayout:
         """Return the arrangement in a browser: panels, camera, choices in panels.
@@ -507,11 +538,13 @@ class PageWorkspace:
             tuple(round(float(part), 4) for part in point)
             for point in (client.camera.position, client.camera.look_at)
         )
+        desk = self._desks.get(client.client_id)
+        own = desk.own.states() if desk is not None else {}
         return replace(
             self.layout_in(client.client_id),
             robot=self._page.scene_view.robot_name,
             view=View((eye[0], eye[1], eye[2]), (focus[0], focus[1], focus[2])),
-            states=self.states(),
+            states={**self._shared.states(), **own},
         )
 
     def store(self) -> None:
@@ -534,6 +567,8 @@ class PageWorkspace:
         desk = self._desks.get(client_id)
         if desk is not None:
             desk.client.local_storage.remove_item(_STORED)
+            desk.own.remove()
+            desk.own = PanelSet(BrowserPage(self._page, self._server, desk.client))
             self.arrange(desk.client, self.usual_layout())
 
 

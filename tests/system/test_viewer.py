@@ -172,7 +172,7 @@ LAYOUT = """
 version: 1
 title: Mine
 bar: [tools]
-right: {panels: [[camera, log, topics]]}
+right: {panels: [[camera, log, topics, plot]]}
 """
 
 
@@ -198,13 +198,35 @@ def test_a_camera_is_shown_while_it_is_seen_and_each_browser_finds_its_panels_ag
     box.get_by_role("checkbox").first.click()
     expect(page.get_by_role("tab", name="Topics")).to_have_count(0)
     page.get_by_role("button", name="Close").click()
+    # Plots and the log's filters are each browser's own.
+    page.get_by_role("tab", name="Plot").click()
+    expression = page.get_by_text("Expression", exact=True).locator("xpath=ancestor::div[2]")
+    expression.locator("input").fill("2 * /cam/image_raw/height")
+    page.keyboard.press("Enter")
+    expect(page.locator("label", has_text="Plot 1")).to_be_visible()
+    page.get_by_role("tab", name="Log").click()
+    page.get_by_role("combobox").first.click()
+    page.get_by_role("option", name="Fatal", exact=True).click()
     other = opened(chromium, page.url)
     expect(other.get_by_role("tab", name="Topics")).to_have_count(1)
+    other.get_by_role("tab", name="Log").click()
+    expect(other.get_by_role("combobox").first).to_have_value("Info")
+    other.get_by_role("tab", name="Plot").click()
+    expect(other.get_by_text("Expression", exact=True)).to_be_visible()
+    expect(other.locator("label", has_text="Plot 1")).to_have_count(0)
     other.close()
     key = "viser-user:teleopctl.workspace"
-    page.wait_for_function(f"localStorage.getItem('{key}')?.includes('topics') === false")
+    page.wait_for_function(
+        f"""(() => {{
+          const kept = JSON.parse(localStorage.getItem('{key}'));
+          return kept?.panels.plot && !kept.right.panels.flat().includes('topics');
+        }})()"""
+    )
     page.reload()
-    expect(page.get_by_role("tab", name="Log")).to_be_visible()
+    page.get_by_role("tab", name="Log").click()
+    expect(page.get_by_role("combobox").first).to_have_value("Fatal")
+    page.get_by_role("tab", name="Plot").click()
+    expect(page.locator("label", has_text="Plot 1")).to_be_visible()
     expect(page.get_by_role("tab", name="Topics")).to_have_count(0)
 
 

@@ -101,6 +101,7 @@ class FakePage:
         self.told: list[tuple[str, str]] = []
         self.last_camera_pose: Transform | None = None
         self.resets = 0
+        self._shared: dict[Callable[[Any], Any], Any] = {}
         self.filled: dict[str, str] = {}
         self.scripts: list[tuple[int, str]] = []
 
@@ -146,6 +147,11 @@ class FakePage:
     def guarded(self, function: Callable[..., object], *arguments: object) -> str:
         function(*arguments)
         return ""
+
+    def shared(self, kind: Callable[[Any], Any]) -> Any:
+        if kind not in self._shared:
+            self._shared[kind] = kind(self)
+        return self._shared[kind]
 
     def reset(self) -> None:
         self.resets += 1

@@ -1,6 +1,7 @@
 """The workspace: each browser has its own arrangement, which it finds again, of the same panels."""
 
 import json
+import math
 from collections.abc import Iterator
 from contextlib import contextmanager
 
@@ -9,6 +10,8 @@ import pytest
 from teleopctl.node import SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S
 from teleopctl.viewer import PageLayout, Viewer, layout_of, load_layout, open_server
+from teleopctl.viewer.panels.log import LogHistory
+from teleopctl.viewer.panels.plots.collected import CollectedSamples
 from tests.benchmarks.page_client import PageClient
 
 LAYOUT = {
@@ -78,18 +81,66 @@ def test_two_browsers_have_two_arrangements_of_the_same_panels(session):
 
 def test_a_panel_works_while_it_is_seen_and_one_that_collects_while_the_page_is(session):
     with session.browser() as one, session.browser() as two:
-        begun = session.workspace._begun
-        session.until(lambda: "log" in begun)
+        shared = session.workspace._shared
+        of_one, of_two = (session.workspace._desks[client.number].own for client in (one, two))
+        session.until(lambda: "log" in of_one.begun & of_two.begun)
         one.show("joints")
-        session.until(lambda: "joints" in begun)
+        session.until(lambda: "joints" in shared.begun)
         two.show("topics", "unknown", "<b>")
-        session.until(lambda: "topics" in begun)
+        session.until(lambda: "topics" in of_two.begun)
         one.show()
-        session.until(lambda: begun == {"log", "topics", "tools"})
+        session.until(lambda: shared.begun == {"tools"})
+        assert (of_one.begun, of_two.begun) == ({"log"}, {"log", "topics"})
         one.show(visibility="hidden")
         two.show(visibility="hidden")
         session.viewer._end_showing()
-        assert not begun
+        assert not shared.begun | of_one.begun | of_two.begun
+
+
+def test_two_browsers_have_choices_of_their_own_and_what_one_leaves_is_released(session):
+    workspace = session.workspace
+
+    def panel_of(browser, name):
+        return workspace._panel(browser.number, name)
+
+    with session.browser() as one:
+        with session.browser() as two:
+            assert panel_of(one, "joints") is panel_of(two, "joints")
+            level = panel_of(two, "log")._level
+            two.put(two.parts[level._impl.uuid], "Error")
+            session.until(lambda: level.value == "Error")
+            assert panel_of(one, "log")._level.value == "Info"
+            for browser in (one, two):
+                workspace.set_open(browser.number, "plot", is_open=True)
+            workspace.plot(one.number, "/rosout/stamp/sec")
+            workspace.plot(two.number, "/rosout/stamp/sec + 1")
+            samples = session.viewer.shared(CollectedSamples)
+            drawn = {
+                browser: [
+                    line.text for chart in panel_of(browser, "plot")._charts for line in chart.lines
+                ]
+                for browser in (one, two)
+            }
+            assert drawn == {one: ["/rosout/stamp/sec"], two: ["/rosout/stamp/sec + 1"]}
+            workspace.store()
+            two.wait_for(lambda: two.storage)
+            assert "sec + 1" in "".join(two.storage.values())
+            own, number = workspace._desks[two.number].own, two.number
+        session.until(lambda: number not in workspace._desks)
+        # A page that is loaded again within some seconds finds its plots as they were.
+        with session.browser(storage=two.storage) as again:
+            session.until(lambda: panel_of(again, "plot") is not None)
+            assert panel_of(again, "log")._level.value == "Error"
+            assert own.begun
+            workspace._close_left(math.inf)
+            assert not own.begun
+            assert samples.topics
+            gone = again.number
+        session.until(lambda: gone not in workspace._desks)
+        workspace._close_left(math.inf)
+        workspace.forget(one.number)
+        assert not samples.topics
+        assert session.viewer.shared(LogHistory)._shown == {panel_of(one, "log")}
 
 
 def test_a_browser_finds_its_arrangement_again_unless_it_is_of_something_else(session):

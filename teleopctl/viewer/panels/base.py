@@ -11,7 +11,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
-from typing import TYPE_CHECKING, Any, ClassVar, Protocol
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Protocol, TypeVar
 
 if TYPE_CHECKING:
     import viser
@@ -21,6 +21,10 @@ if TYPE_CHECKING:
     from teleopctl.viewer.layout import PageLayout
     from teleopctl.viewer.scene.frames import SceneFrames
     from teleopctl.viewer.scene_view import SceneView
+
+
+_T = TypeVar("_T")
+_LONGEST_CHOICE = 1000
 
 
 # Any: viser's handle of a browser.
@@ -39,17 +43,20 @@ class Arrangements(Protocol):
     def set_open(self, client_id: int, name: str, *, is_open: bool) -> None:
         """Open or close a panel in one browser."""
 
-    def bring(self, client_id: int, name: str) -> Panel:
-        """Open a panel in one browser, bring its tab to the front there, and return the panel."""
+    def bring(self, client_id: int, name: str) -> Panel | None:
+        """Open a panel in one browser, bring its tab to the front there, and return the panel.
 
-    def go_to(self, stamp_s: float) -> None:
-        """Show the moment of a stamp (s) in all panels that can; see `Panel.go_to`."""
+        None if the browser has left.
+        """
 
-    def plot_joint(self, joint: str) -> None:
-        """Plot a joint's position, in the panel of plots."""
+    def go_to(self, client_id: int, stamp_s: float) -> None:
+        """Show the moment of a stamp (s) in all panels of one browser; see `Panel.go_to`."""
 
-    def plot(self, text: str) -> None:
-        """Plot a field or an expression, in the panel of plots."""
+    def plot_joint(self, client_id: int, joint: str) -> None:
+        """Plot a joint's position, in one browser's panel of plots."""
+
+    def plot(self, client_id: int, text: str) -> None:
+        """Plot a field or an expression, in one browser's panel of plots."""
 
     def layout_to_save(self, client: Any) -> PageLayout:
         """Return the arrangement in a browser: panels, camera, choices in panels."""
@@ -86,14 +93,24 @@ class Page(Protocol):
     def reset(self) -> None:
         """Clear the tf buffer and all displays, as RViz's Reset does."""
 
+    def shared(self, kind: Callable[[Stage], _T]) -> _T:
+        """Return what the panels of all browsers share, such as samples that are plotted.
+
+        Args:
+            kind: Class of the object, which is made at the first call.
+        """
+
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
-        """Show a notification in all browsers for 8 s; a red one for an error (``wrong``)."""
+        """Show a notification for 8 s; a red one for an error (``wrong``).
+
+        A panel of one browser has a page that shows it in that browser, others in all browsers.
+        """
 
     def run_script(self, client_id: int, script: str) -> None:
         """Run a script of ours, without anything from the network in it, in one browser."""
 
     def fill(self, texts: Mapping[str, str]) -> None:
-        """Set the text of elements of the page's HTML in all browsers, by the elements' IDs."""
+        """Set the text of elements of the page's HTML, by their IDs, where `notify` shows texts."""
 
     @property
     def scene_view(self) -> SceneView:
@@ -115,6 +132,9 @@ class Panel:
         icon: Name of the tab's Tabler icon.
         works_hidden: Whether the panel works while the page is visible and the panel is not: one
             that collects a history.
+        is_per_browser: Whether each browser has a panel of its own, with choices of its own; it is
+            closed when the browser leaves. Else all browsers show the same panel: one that shows
+            what there is once, such as joints that are moved.
         page: The viewer's node.
         gui: The viser GUI, to add controls.
     """
@@ -122,10 +142,12 @@ class Panel:
     title: ClassVar[str]
     icon: ClassVar[str] = "square"
     works_hidden: ClassVar[bool] = False
+    is_per_browser: ClassVar[bool] = False
 
     def __init__(self, page: Page) -> None:
         self.page = page
         self.gui = page.gui
+        self._kept: dict[str, _KeptChoice] = {}
 
     @classmethod
     def is_needed(cls, node: Node) -> bool:  # noqa: ARG003 -- for overriding classes
@@ -188,24 +210,66 @@ class Panel:
             stamp_s: Time in seconds.
         """
 
+    # Any: viser's handle of a control.
+    def keep(self, name: str, control: Any, *, has_more: bool = False) -> None:
+        """Let `state` and `restore` keep the value of a control, if it is not the present one.
+
+        Args:
+            name: Name of the choice in a layout's file.
+            control: viser's handle of the control.
+            has_more: Whether a dropdown takes texts that it does not offer at present, such as the
+                name of a node that may come.
+        """
+        self._kept[name] = _KeptChoice(control, control.value, has_more)
+
     # Any: YAML values.
     def state(self) -> Any:
         """Return the choices in the panel, as YAML values to keep; None for nothing.
 
-        Override.
+        Override for more than the values of controls, see `keep`.
         """
+        return {
+            name: choice.control.value
+            for name, choice in self._kept.items()
+            if choice.control.value != choice.usual
+        }
 
     def restore(self, state: Any) -> None:
         """Choose again what `state` has returned, perhaps long ago and on another page.
 
-        Override.
+        Override for more than the values of controls, see `keep`.
 
         Args:
             state: YAML values, which may be wrong.
         """
+        for name, choice in self._kept.items():
+            if isinstance(state, Mapping) and name in state:
+                choice.restore(state[name])
 
     def close(self) -> None:
-        """Release the panel's resources; called once, when the viewer is destroyed. Override."""
+        """Release the panel's resources; called once, when the viewer or the browser is gone.
+
+        Override.
+        """
+
+
+# Any: viser's handle of a control, and YAML values.
+class _KeptChoice(NamedTuple):
+    """Control whose value is kept, and the value that it has at first."""
+
+    control: Any
+    usual: Any
+    has_more: bool
+
+    def restore(self, value: Any) -> None:
+        if type(value) is not type(self.usual) or len(str(value)) > _LONGEST_CHOICE:
+            return
+        options = getattr(self.control, "options", None)
+        if options is not None and value not in options:
+            if not self.has_more:
+                return
+            self.control.options = (*options, value)
+        self.control.value = value
 
 
 # Any: viser's handles of a browser and of a modal window.

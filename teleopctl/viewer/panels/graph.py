@@ -7,11 +7,11 @@ from functools import partial
 from typing import Any, ClassVar
 
 from teleopctl.diagram import Diagram, DiagramBox, ros_graph, to_svg, with_neighbours
-from teleopctl.node import TopicMeter
 from teleopctl.viewer.client_tracker import click_mark
 from teleopctl.viewer.html import escaped_html, note_html
 from teleopctl.viewer.panels.base import Page, Panel, dialog
 from teleopctl.viewer.service_calls import is_of_every_node
+from teleopctl.viewer.topic_rates import TopicRates
 
 _SHOWN = {"Nodes and topics": "active", "Nodes only": "nodes", "All topics": "all"}
 _NAMES, _TYPES, _RATES, _BOTH = "Names", "Types", "Rates", "Types and rates"
@@ -49,6 +49,7 @@ class GraphPanel(Panel):
 
     title: ClassVar[str] = "Graph"
     icon = "topology-star-3"
+    is_per_browser = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -58,7 +59,7 @@ class GraphPanel(Panel):
         self._is_being_drawn = False
         self._is_watched = False
         self._ticks = _TICKS_BETWEEN_PICTURES
-        self._meter: TopicMeter | None = None
+        self._meter = page.shared(TopicRates)
         # Measured topics; the place of a topic is the number of its rate in the picture.
         self._measured: list[str] = []
 
@@ -83,6 +84,11 @@ class GraphPanel(Panel):
         )
         for choice in (self._shown, self._arrows, self._space, self._search, self._hidden):
             choice.on_update(self.page.on_node_thread(lambda _event: self._choose()))
+        self.keep("show", self._shown)
+        self.keep("arrows", self._arrows)
+        self.keep("namespace", self._space, has_more=True)
+        self.keep("search", self._search)
+        self.keep("hidden", self._hidden)
         self._save = self.gui.add_button("Save as SVG")
         self._save.on_click(self.page.on_node_thread(self._send))
 
@@ -184,15 +190,10 @@ class GraphPanel(Panel):
 
     def _measure(self, topics: Any) -> None:
         self._measured = list(topics)
-        if self._measured and self._is_watched:
-            self._meter = self._meter or TopicMeter(self.page.node)
-            self._meter.follow(self._measured)
-        elif self._meter is not None:
-            self._meter.follow(())
-            self._meter = None
+        self._meter.follow(self, self._measured if self._is_watched else ())
 
     def _rates(self) -> dict[int, str]:
-        traffic = self._meter.sample() if self._meter is not None else {}
+        traffic = self._meter.sample()
         return {
             number: f"{traffic[name].rate_hz:.1f}" if name in traffic else "-"
             for number, name in enumerate(self._measured)
@@ -250,8 +251,9 @@ class GraphPanel(Panel):
     def _go(self, window: Any, name: str, event: Any) -> None:
         window.close()
         panel = {"Parameters": "parameters", "Log": "log"}.get(event.target.value, "topics")
-        shown: Any = self.page.workspace.bring(event.client.client_id, panel)
-        shown.show_of(name)
+        shown = self.page.workspace.bring(event.client.client_id, panel)
+        if shown is not None:
+            shown.show_of(name)
 
 
 def _mark(box: DiagramBox) -> str:

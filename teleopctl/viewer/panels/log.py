@@ -8,7 +8,8 @@ from __future__ import annotations
 import datetime
 import math
 from collections import deque
-from typing import Any, ClassVar, NamedTuple
+from itertools import islice
+from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple
 
 from teleopctl.base.printable import shortened
 from teleopctl.errors import UsageError
@@ -16,6 +17,9 @@ from teleopctl.node import qos_profile_rosout_default
 from teleopctl.viewer.client_tracker import click_mark
 from teleopctl.viewer.html import escaped_html, escaped_html_lines
 from teleopctl.viewer.panels.base import Page, Panel
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.displays.base import Stage
 
 MOST_LINES = 1000
 """Number of messages that the panel keeps."""
@@ -48,24 +52,81 @@ class LogMessage(NamedTuple):
     text: str
 
 
+class LogHistory:
+    """The last messages of ``/rosout``, which the log panels of all browsers share.
+
+    Args:
+        stage: The viewer's node.
+
+    Attributes:
+        count: Number of messages that were received.
+    """
+
+    def __init__(self, stage: Stage) -> None:
+        self.count = 0
+        self._stage = stage
+        self._shown: set[object] = set()
+        self._lines: dict[LogMessage, None] = {}
+        self._end: Any = None
+
+    def begin(self, panel: object) -> None:
+        """Subscribe for a panel; transient local publishers send their last messages again."""
+        self._shown.add(panel)
+        if self._end is None:
+            self._end = self._stage.subscribe(
+                "/rosout", "rcl_interfaces/msg/Log", self._take, qos_profile_rosout_default
+            )
+
+    def end(self, panel: object) -> None:
+        """Unsubscribe if no other panel needs the messages."""
+        self._shown.discard(panel)
+        if not self._shown and self._end is not None:
+            self._end()
+            self._end = None
+
+    def after(self, count: int) -> list[LogMessage]:
+        """Return the messages after the first ones, sorted by time; the last thousand at most.
+
+        After subscribing, the last messages are received node by node.
+
+        Args:
+            count: Number of the first ones.
+        """
+        new = min(self.count - count, len(self._lines))
+        return sorted(islice(self._lines, len(self._lines) - new, None), key=_stamp)
+
+    def _take(self, message: Any) -> None:
+        line = LogMessage(
+            message.stamp.sec + message.stamp.nanosec * 1e-9,
+            message.level,
+            message.name,
+            message.msg,
+        )
+        if line not in self._lines:
+            self._lines[line] = None
+            self.count += 1
+            if len(self._lines) > MOST_LINES:
+                del self._lines[next(iter(self._lines))]
+
+
 class LogPanel(Panel):
     """Panel of the messages on ``/rosout``, filtered by severity, logger and text."""
 
     title: ClassVar[str] = "Log"
     icon = "list-details"
     works_hidden = True
+    is_per_browser = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
+        self._history = page.shared(LogHistory)
+        self._taken = 0
         self._lines: deque[LogMessage] = deque(maxlen=MOST_LINES)
-        self._new: deque[LogMessage] = deque(maxlen=MOST_LINES)
-        self._seen: dict[LogMessage, None] = {}
         self._nodes: set[str] = set()
         self._blocks: deque[_Block] = deque()
         self._blocks_made = 0
         self._wait_ticks = 0
         self._paused = False
-        self._end: Any = None
         # Messages after this time are not shown, in seconds.
         self._until_s = math.inf
 
@@ -84,9 +145,12 @@ class LogPanel(Panel):
                     hint="A time, such as 14:02:30, or seconds, then Enter; empty for the newest. "
                     "Plots and the bag jump there too.",
                 )
-            form.on_submit(self.page.on_node_thread(lambda _event: self._jump()))
+            form.on_submit(self.page.on_node_thread(lambda event: self._jump(event.client_id)))
         for filter_of_lines in (self._level, self._node, self._text):
             filter_of_lines.on_update(self.page.on_node_thread(lambda _event: self._show_all()))
+        self.keep("level", self._level)
+        self.keep("node", self._node, has_more=True)
+        self.keep("contains", self._text)
         self._buttons: Any = self.gui.add_button_group("Lines", ("Pause", "Clear"))
         self._buttons.on_click(self.page.on_node_thread(self._pressed))
         self._note = self.gui.add_html("")
@@ -94,39 +158,19 @@ class LogPanel(Panel):
         self._show_note()
 
     def began(self) -> None:
-        """Subscribe to ``/rosout``; transient local publishers send their last messages again."""
-        self._end = self.page.stage.subscribe(
-            "/rosout", "rcl_interfaces/msg/Log", self._take, qos_profile_rosout_default
-        )
+        """Subscribe to ``/rosout``; called when the browser shows the page."""
+        self._history.begin(self)
 
     def ended(self) -> None:
-        """Unsubscribe from ``/rosout``."""
-        if self._end is not None:
-            self._end()
-            self._end = None
-
-    def _take(self, message: Any) -> None:
-        line = LogMessage(
-            message.stamp.sec + message.stamp.nanosec * 1e-9,
-            message.level,
-            message.name,
-            message.msg,
-        )
-        if line in self._seen:
-            return
-        self._seen[line] = None
-        if len(self._seen) > MOST_LINES:
-            del self._seen[next(iter(self._seen))]
-        self._new.append(line)
+        """Unsubscribe from ``/rosout``, unless another browser shows it."""
+        self._history.end(self)
 
     def tick(self) -> None:
         """Show new messages; after many, skip ticks until the browser has drawn them."""
         if self._wait_ticks:
             self._wait_ticks -= 1
-        elif self._new and not self._paused:
-            # After subscribing, the last messages are received node by node.
-            new = sorted(self._new, key=_stamp)
-            self._new.clear()
+        elif self._history.count > self._taken and not self._paused:
+            new, self._taken = self._history.after(self._taken), self._history.count
             self._lines.extend(new)
             self._offer_nodes(new)
             shown = [line for line in new if self._is_wanted(line)]
@@ -137,7 +181,7 @@ class LogPanel(Panel):
     def _pressed(self, event: Any) -> None:
         if event.target.value == "Clear":
             self._lines.clear()
-            self._new.clear()
+            self._taken = self._history.count
             self._show_all()
         else:
             self._paused = not self._paused
@@ -168,17 +212,16 @@ class LogPanel(Panel):
             client: viser's handle of the browser.
             what: Time of the message in seconds.
         """
-        del client
-        self.page.workspace.go_to(float(what))
+        self.page.workspace.go_to(client.client_id, float(what))
 
-    def _jump(self) -> None:
+    def _jump(self, client_id: int) -> None:
         text = self._time.value.strip()
         if not text:
             self._until_s = math.inf
         else:
             newest_s = self._lines[-1].stamp_s if self._lines else 0.0
             self._until_s = stamp_of(text, newest_s)
-            self.page.workspace.go_to(self._until_s)
+            self.page.workspace.go_to(client_id, self._until_s)
         self._show_all()
 
     def _offer_nodes(self, lines: list[LogMessage]) -> None:
@@ -187,7 +230,7 @@ class LogPanel(Panel):
         if new and len(self._nodes) < MOST_LINES:
             self._nodes |= new
             chosen = self._node.value
-            self._node.options = (_ALL, *sorted(self._nodes))
+            self._node.options = (_ALL, *sorted({*self._nodes, chosen} - {_ALL}))
             self._node.value = chosen
 
     def _is_wanted(self, line: LogMessage) -> bool:

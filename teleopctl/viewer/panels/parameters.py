@@ -27,6 +27,7 @@ class ParametersPanel(Panel):
 
     title: ClassVar[str] = "Parameters"
     icon = "adjustments"
+    is_per_browser = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
@@ -49,6 +50,7 @@ class ParametersPanel(Panel):
         """Add the choice of a node, a filter and the folder of parameters."""
         self._choice: Any = self.gui.add_dropdown("Node", (_NONE,))
         self._choice.on_update(self.page.on_node_thread(lambda _event: self._choose()))
+        self.keep("node", self._choice, has_more=True)
         self._filter: Any = self.gui.add_text("Contains", "", visible=False)
         self._filter.on_update(self.page.on_node_thread(lambda _event: self._rebuild_soon()))
         self._note = self.gui.add_html("", visible=False)

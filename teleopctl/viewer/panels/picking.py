@@ -60,7 +60,7 @@ class Picking:
             acts["Slider"] = partial(
                 page.workspace.set_open, client.client_id, "joints", is_open=True
             )
-            acts["Plot"] = partial(page.workspace.plot_joint, joint)
+            acts["Plot"] = partial(page.workspace.plot_joint, client.client_id, joint)
         if robot.hidden_links():
             acts["Show all links"] = partial(self._show_all, robot)
         with dialog(client, link) as window:

@@ -36,6 +36,7 @@ class SendPanel(Panel):
 
     title: ClassVar[str] = "Send"
     icon = "send"
+    is_per_browser = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)

@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import time
+from collections.abc import Mapping
 from typing import Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
-from teleopctl.node import TopicMeter, Traffic
+from teleopctl.node import Traffic
 from teleopctl.viewer.client_tracker import click_mark
 from teleopctl.viewer.html import age_text, escaped_html
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.message_tree import message_tree
 from teleopctl.viewer.subscriptions import topic_qos
+from teleopctl.viewer.topic_rates import TopicRates
 
 MOST_ROWS = 200
 MOST_MEASURED = 100
@@ -45,11 +47,13 @@ class TopicsPanel(Panel):
 
     title: ClassVar[str] = "Topics"
     icon = "messages"
+    is_per_browser = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
-        self._meter: TopicMeter | None = None
-        self._traffic: dict[str, Traffic] = {}
+        self._rates = page.shared(TopicRates)
+        self._is_measuring = False
+        self._traffic: Mapping[str, Traffic] = {}
         self._is_graph_new = False
         self._echoed = ""
         self._end_echo: Any = None
@@ -74,6 +78,9 @@ class TopicsPanel(Panel):
             "Rates", True, hint="Subscribe to the topics of the table and measure their rates"
         )
         self._measure.on_update(on(lambda _event: self._update_meter()))
+        self.keep("echo", self._echo, has_more=True)
+        self.keep("search", self._search)
+        self.keep("rates", self._measure)
         self._table = self.gui.add_html("")
         self._follow_graph()
         self._show_table()
@@ -114,12 +121,9 @@ class TopicsPanel(Panel):
     # --- the table ----------------------------------------------------------------------------
 
     def _update_meter(self) -> None:
-        measures = self._watched and self._measure.value
-        if measures and self._meter is None:
-            self._meter = TopicMeter(self.page.node)
-        elif not measures and self._meter is not None:
-            self._meter.follow(())
-            self._meter = None
+        self._is_measuring = self._watched and self._measure.value
+        if not self._is_measuring:
+            self._rates.follow(self, ())
             self._traffic = {}
         self._show_table()
 
@@ -131,8 +135,8 @@ class TopicsPanel(Panel):
             for name, types in graph.topic_names_and_types()
             if part in name.lower() or any(part in one.lower() for one in types)
         ]
-        if self._meter is not None:
-            self._meter.follow(name for name, _ in topics[:MOST_MEASURED])
+        if self._is_measuring:
+            self._rates.follow(self, (name for name, _ in topics[:MOST_MEASURED]))
         rows = [
             _ROW.format(
                 name=escaped_html(name),
@@ -153,9 +157,9 @@ class TopicsPanel(Panel):
     def _tick_table(self) -> None:
         if self._is_graph_new:
             self._follow_graph()
-        if self._meter is not None:
-            self._traffic = self._meter.sample()
-        if self._is_graph_new or self._meter is not None:
+        if self._is_measuring:
+            self._traffic = self._rates.sample()
+        if self._is_graph_new or self._is_measuring:
             self._is_graph_new = False
             self._show_table()
 
@@ -228,7 +232,7 @@ class TopicsPanel(Panel):
             self.page.workspace.bring(client.client_id, "topics")
         elif action == "plot":
             text = f"{self._echoed}/{name.replace('.', '/')}"
-            self.page.workspace.plot(text)
+            self.page.workspace.plot(client.client_id, text)
             self.page.notify("Plotted", text)
         elif self._message is not None:
             self._flipped ^= {name}

@@ -111,16 +111,17 @@ def test_a_search_keeps_what_the_found_are_connected_with(page, panel):
 
 def test_topics_have_types_and_rates_that_change_without_a_new_picture(page, panel, monkeypatch):
     class Meter:
-        def __init__(self, node):
-            self.followed = []
+        def __init__(self):
+            self.followed: list[str] = []
 
-        def follow(self, topics):
+        def follow(self, _panel, topics):
             self.followed = list(topics)
 
         def sample(self):
             return {"/chatter": SimpleNamespace(rate_hz=12.34)}
 
-    monkeypatch.setattr("teleopctl.viewer.panels.graph.TopicMeter", Meter)
+    meter = Meter()
+    monkeypatch.setattr(panel, "_meter", meter)
     panel.began()
     page.choose(panel._arrows, "Types and rates")
     panel.tick()
@@ -131,7 +132,6 @@ def test_topics_have_types_and_rates_that_change_without_a_new_picture(page, pan
     (found,) = page.filled.items()
     assert found[1] == "12.3"
     assert f'id="{found[0]}"' in drawn
-    meter = panel._meter
     panel.ended()
     assert meter.followed == []
 

@@ -163,16 +163,16 @@ def test_any_line_can_be_shown(page_server, text, level, sec):
 
 def test_it_jumps_to_a_time_and_the_other_panels_with_it(page, panel):
     gone_to: list[float] = []
-    page.workspace = SimpleNamespace(go_to=gone_to.append)
+    page.workspace = SimpleNamespace(go_to=lambda _client, stamp_s: gone_to.append(stamp_s))
     for sec in (10, 20, 30):
         say(page, f"at {sec}", sec=sec)
     panel.tick()
     panel._time.value = "20"
-    panel._jump()
+    panel._jump(1)
     assert texts(panel) == ["at 20", "at 10"]
     assert "until 20.000 s" in panel._note.content
     panel._time.value = ""
-    panel._jump()
+    panel._jump(1)
     assert texts(panel) == ["at 30", "at 20", "at 10"]
     assert 'data-teleopctl-click="log 10.000000000"' in "".join(blocks(panel))
     panel.clicked(page.client, "10.000000000")

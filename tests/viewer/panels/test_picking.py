@@ -34,7 +34,7 @@ class Workspace:
     def set_open(self, *words, **named):
         self.calls.append(("set_open", *words, *named.values()))
 
-    def plot_joint(self, joint):
+    def plot_joint(self, _client, joint):
         self.calls.append(("plot_joint", joint))
 
 

@@ -6,6 +6,7 @@ from types import SimpleNamespace
 import pytest
 
 from teleopctl.interfaces import get_message
+from teleopctl.viewer import topic_rates
 from teleopctl.viewer.panels import topics
 from teleopctl.viewer.panels.topics import MOST_ROWS, TopicsPanel
 from tests.diagram.test_nodes_and_topics import graph_of
@@ -65,14 +66,15 @@ def test_a_search_finds_parts_of_names_and_types(page, panel):
     assert table(panel) == {}
 
 
-def test_rates_are_measured_only_when_asked_for(page, node, panel):
+def test_rates_are_measured_only_when_asked_for(page, node, panel, monkeypatch):
+    monkeypatch.setattr(topic_rates, "_PERIOD_S", 0.0)  # a second of ticks takes no time here
     page.choose(panel._search, "chatter")
     assert node.count_subscribers("/chatter") == 0
     page.choose(panel._measure, True)
     assert node.wait_for_subscribers("/chatter", 1, 10)
     second(panel)
     assert "nothing yet" in table(panel)["/chatter"]
-    (count,) = panel._meter._counts.values()
+    (count,) = panel._rates._meter._counts.values()
     count._take(4)
     second(panel)
     assert re.search(r"\d Hz · .*B/s<br>0.\d s ago", table(panel)["/chatter"])
@@ -126,7 +128,9 @@ def test_long_messages_are_cut(page, panel):
 
 def test_fields_fold_and_a_click_on_a_number_plots_it(page, panel):
     plotted: list[str] = []
-    page.workspace = SimpleNamespace(plot=plotted.append, bring=lambda *_: panel)
+    page.workspace = SimpleNamespace(
+        plot=lambda _client, text: plotted.append(text), bring=lambda *_: panel
+    )
     panel.clicked(page.client, "echo /chatter")
     transforms = get_message("tf2_msgs/msg/TFMessage")()
     transforms.transforms = [get_message("geometry_msgs/msg/TransformStamped")()]

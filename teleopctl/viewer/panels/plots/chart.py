@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from teleopctl.base.printable import printable_line
-from teleopctl.viewer.panels.plots.series import Floats, Samples, resample
+from teleopctl.viewer.panels.plots.series import Floats, LaterSamples, Samples, resample
 
 if TYPE_CHECKING:
     import viser
@@ -238,20 +238,25 @@ _LONGEST_LABEL = 60
 
 
 class PlotLine(NamedTuple):
-    """Line of a `Chart`: its text in rqt_plot's spelling, topics, samples and label.
+    """Line of a `Chart`: its text in rqt_plot's spelling, fields, samples and label.
 
     Attributes:
         text: A field, such as ``/joint_states/position[0]``, or an expression of fields.
-        topics: Names of the topics of its fields.
+        fields: Its fields, each a topic and a path.
         samples: Samples of the line.
         label: Function that returns the name that messages have for the number, such as the joint's
             name; empty for none.
     """
 
     text: str
-    topics: tuple[str, ...]
+    fields: tuple[tuple[str, str], ...]
     samples: Samples
     label: Callable[[], str]
+
+    @property
+    def topics(self) -> tuple[str, ...]:
+        """Names of the topics of its fields, each once."""
+        return tuple(dict.fromkeys(topic for topic, _ in self.fields))
 
     @property
     def name(self) -> str:
@@ -282,6 +287,8 @@ class Chart:
         self._handle: Any = None
         self._drawn: tuple[object, ...] = ()
         self._axis: VerticalAxis | None = None
+        # Earlier samples are not drawn: the time at which the plot was cleared, in seconds.
+        self._since_s = -math.inf
         self._folder = gui.add_folder(None)
         with self._folder:
             self._note = gui.add_markdown(_WAITING, order=0.0)
@@ -290,6 +297,14 @@ class Chart:
     def add(self, lines: Sequence[PlotLine]) -> None:
         """Add lines to the plot; the next `draw` sends them to the browsers."""
         self.lines += lines
+        self._draw_anew()
+
+    def clear(self) -> None:
+        """Leave out all samples up to now, in this plot alone."""
+        self._since_s = self._newest_s()
+        self._draw_anew()
+
+    def _draw_anew(self) -> None:
         self._drawn = ()
         # The series of a uPlot are fixed when it is created.
         if self._handle is not None:
@@ -395,13 +410,13 @@ class Chart:
     def window(self, window_s: float) -> tuple[Floats, list[Floats]]:
         """Return resampled times, and each line's values at these times, in the time window."""
         end_s = self._end_s()
-        return resample([line.samples for line in self.lines], end_s - window_s, end_s)
+        return resample([self._drawn_of(line) for line in self.lines], end_s - window_s, end_s)
 
     def samples(self, window_s: float) -> list[tuple[Floats, Floats]]:
         """Return (times, values) as received for each line, in the last ``window_s`` seconds."""
         end_s = self._end_s()
         start_s = end_s - window_s
-        found = (line.samples.between(start_s, end_s) for line in self.lines)
+        found = (self._drawn_of(line).between(start_s, end_s) for line in self.lines)
         return [(times[times >= start_s], values[times >= start_s]) for times, values in found]
 
     def span_s(self) -> tuple[float, float] | None:
@@ -409,11 +424,20 @@ class Chart:
         starts = [line.samples.first_s for line in self.lines]
         ends = [line.samples.last_s for line in self.lines]
         known = [time_s for time_s in (*starts, *ends) if time_s is not None]
-        return (min(known), max(known)) if known else None
+        return (max(min(known), self._since_s), max(known)) if known else None
+
+    def _drawn_of(self, line: PlotLine) -> Samples:
+        """Return the samples of a line since the plot was cleared."""
+        if self._newest_s() < self._since_s:  # time has jumped back: all samples are new
+            self._since_s = -math.inf
+        return (
+            line.samples if math.isinf(self._since_s) else LaterSamples(line.samples, self._since_s)
+        )
 
     def _end_s(self) -> float:
-        if self.frozen_s is not None:
-            return self.frozen_s
+        return self._newest_s() if self.frozen_s is None else self.frozen_s
+
+    def _newest_s(self) -> float:
         ends = [line.samples.last_s for line in self.lines]
         return max((end for end in ends if end is not None), default=0.0)
 

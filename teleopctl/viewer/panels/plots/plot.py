@@ -19,13 +19,14 @@ from teleopctl.viewer.panels.plots.chart import (
     plot_csv,
     plot_png,
 )
+from teleopctl.viewer.panels.plots.collected import CollectedSamples
 from teleopctl.viewer.panels.plots.expression import (
     FUNCTIONS,
     DerivedSamples,
     PlotExpression,
     topic_and_path,
 )
-from teleopctl.viewer.panels.plots.series import MOST_OF_ALL, MOST_SAMPLES, PlottedTopic, Samples
+from teleopctl.viewer.panels.plots.series import Samples
 from teleopctl.viewer.subscriptions import topic_qos
 
 MOST_CHARTS = 20
@@ -60,12 +61,13 @@ class PlotPanel(Panel):
     title: ClassVar[str] = "Plot"
     icon = "chart-line"
     works_hidden = True
+    is_per_browser = True
 
     def __init__(self, page: Page) -> None:
         super().__init__(page)
         self._charts: list[Chart] = []
         self._charts_made = 0
-        self._topics: dict[str, PlottedTopic] = {}
+        self._samples = page.shared(CollectedSamples)
         # Fields of each topic, as known from a message or from the type.
         self._fields: dict[str, list[NumericField]] = {}
         self._sampled: dict[str, Any] = {}
@@ -74,7 +76,6 @@ class PlotPanel(Panel):
         self._expected: list[tuple[Chart, str, list[str]]] = []
         self._paused = False
         self._paused_s = 0.0
-        self._watched = False
         self._is_graph_new = True
         self._ticks = 0
 
@@ -112,20 +113,19 @@ class PlotPanel(Panel):
     # --- subscriptions ------------------------------------------------------------------------
 
     def began(self) -> None:
-        """Drop old samples, and subscribe to the plotted topics."""
-        self._watched = True
+        """Subscribe to the plotted topics; the first panel that does drops old samples."""
         self._is_graph_new = True
-        for topic in self._topics.values():
-            topic.clear()
-            topic.subscribe()
+        self._samples.begin(self)
 
     def ended(self) -> None:
         """Unsubscribe from all topics; the plots stay on the page."""
-        self._watched = False
-        for topic in self._topics.values():
-            topic.unsubscribe()
+        self._samples.end(self)
         for name in list(self._sampled):
             self._end_sample(name)
+
+    def close(self) -> None:
+        """Drop the samples that no other browser plots; called when the browser has left."""
+        self._samples.keep(self, ())
 
     def graph_changed(self) -> None:
         """Mark the offered topics as outdated, to be updated by a later `tick`."""
@@ -148,12 +148,10 @@ class PlotPanel(Panel):
             if name not in self._fields and self.page.stage.knows_type(type_name):
                 self._fields[name] = numeric_fields(get_message(type_name)())
                 self._sample(name, type_name)
-        for name in self._fields.keys() - published.keys() - self._topics.keys():
+        for name in self._fields.keys() - published.keys() - self._samples.topics.keys():
             del self._fields[name]
             self._end_sample(name)
-        if self._watched:
-            for topic in self._topics.values():
-                topic.subscribe()
+        self._samples.subscribe()
         expected, self._expected = self._expected, []
         for chart, text, topics in expected:
             self._add_text(chart, text, topics)
@@ -272,7 +270,6 @@ class PlotPanel(Panel):
             self._expected.append((chart, text, topics))
         else:
             chart.add([line])
-            self._share_memory()
 
     def _line_of(self, text: str, topics: list[str]) -> PlotLine | None:
         """Return a line of a field or an expression; None if a topic of it is not published yet.
@@ -285,42 +282,26 @@ class PlotPanel(Panel):
             TeleopctlError: The text is no expression, or a topic of it is unknown.
         """
         expression = PlotExpression(text)
-        known = {*self._published(), *self._topics, *topics}
+        known = {*self._published(), *self._samples.topics, *topics}
         parts = [topic_and_path(field, known) for field in expression.fields]
         for field, part in zip(expression.fields, parts, strict=True):
             if part is None:
                 if topics:
                     return None
                 raise TeleopctlError(f"There is no topic with the field {field}")
-        inputs: list[Samples] = []
-        for topic, path in filter(None, parts):
-            inputs.append(self._listen(topic).add_field(path))
-        names = tuple(dict.fromkeys(topic for topic, _ in filter(None, parts)))
+        fields = tuple(filter(None, parts))
+        inputs: list[Samples] = [self._samples.add(self, *field) for field in fields]
         if not expression.is_field:
-            return PlotLine(expression.text, names, DerivedSamples(expression, inputs), str)
-        ((topic, path),) = filter(None, parts)
-        return PlotLine(text, names, inputs[0], lambda: self._label_of(topic, path))
+            return PlotLine(expression.text, fields, DerivedSamples(expression, inputs), str)
+        ((topic, path),) = fields
+        return PlotLine(text, fields, inputs[0], lambda: self._label_of(topic, path))
 
     def _label_of(self, topic: str, path: str) -> str:
         """Return a field's name in the newest message, such as the joint's name and the field."""
-        found = self._topics[topic].fields() if topic in self._topics else []
+        known = self._samples.topics.get(topic)
+        found = known.fields() if known is not None else []
         label = next((field.label for field in found if field.path == path), "")
         return f"{label} {path.partition('[')[0]}" if label else ""
-
-    def _listen(self, name: str) -> PlottedTopic:
-        topic = self._topics.get(name)
-        if topic is None:
-            topic = self._topics[name] = PlottedTopic(self.page.stage, name)
-            if self._watched:
-                topic.subscribe()
-        return topic
-
-    def _share_memory(self) -> None:
-        """Share the memory for samples among all series."""
-        series = [one for topic in self._topics.values() for one in topic.series.values()]
-        limit = min(MOST_SAMPLES, MOST_OF_ALL // max(len(series), 1))
-        for one in series:
-            one.set_limit(limit)
 
     def _chart_to_add_to(self) -> Chart | None:
         for chart in self._charts:
@@ -381,8 +362,8 @@ class PlotPanel(Panel):
 
     def _pressed(self, event: Any) -> None:
         if event.target.value == "Clear":
-            for topic in self._topics.values():
-                topic.clear()
+            for chart in self._charts:
+                chart.clear()
             return
         self._pause()
 
@@ -457,15 +438,10 @@ class PlotPanel(Panel):
         self._offer_charts(self._charts[-1].title if self._charts else _NEW)
 
     def _forget_unused(self) -> None:
-        """Drop fields that no line draws, and unsubscribe from topics without any."""
-        texts = [line.text for chart in self._charts for line in chart.lines]
-        drawn = {field for text in texts for field in PlotExpression(text).fields}
-        for name, topic in list(self._topics.items()):
-            for path in [path for path in topic.series if _text(name, path) not in drawn]:
-                topic.remove_field(path)
-            if not topic.series:
-                self._topics.pop(name).unsubscribe()
-        self._share_memory()
+        """Drop the fields that no line draws."""
+        self._samples.keep(
+            self, {field for chart in self._charts for line in chart.lines for field in line.fields}
+        )
 
     # --- drawing ------------------------------------------------------------------------------
 
@@ -482,7 +458,8 @@ class PlotPanel(Panel):
     def _show_silence(self) -> None:
         """Show above each plot which of its topics have sent nothing for 3 s."""
         now_s = time.monotonic()
-        ages = {name: now_s - topic.received_s for name, topic in self._topics.items()}
+        topics = self._samples.topics
+        ages = {name: now_s - topic.received_s for name, topic in topics.items()}
         for chart in self._charts:
             names = {name for line in chart.lines for name in line.topics}
             silent = sorted(name for name in names if ages[name] > _SILENT_S)
@@ -491,7 +468,7 @@ class PlotPanel(Panel):
                 ". ".join(
                     [
                         f"Last message of {escaped_markdown(name)}: {age_text(ages[name])}"
-                        if self._topics[name].newest is not None
+                        if topics[name].newest is not None
                         else f"No message of {escaped_markdown(name)} yet"
                         for name in silent
                     ]

@@ -151,6 +151,40 @@ class Series:
         return times[first:end], values[first:end]
 
 
+class LaterSamples:
+    """Samples after a time, of samples that others still draw from their beginning.
+
+    Args:
+        samples: The samples.
+        since_s: The time in seconds.
+    """
+
+    def __init__(self, samples: Samples, since_s: float) -> None:
+        self._samples, self._since_s = samples, since_s
+
+    @property
+    def added(self) -> int:
+        """Counter that rises with each change."""
+        return self._samples.added
+
+    @property
+    def first_s(self) -> float | None:
+        """Time after which there are samples, in seconds; None if there are no samples."""
+        first_s = self._samples.first_s
+        return None if first_s is None else max(first_s, self._since_s)
+
+    @property
+    def last_s(self) -> float | None:
+        """Time of the last sample in seconds; None if there are no samples."""
+        return self._samples.last_s
+
+    def between(self, start_s: float, end_s: float) -> tuple[Floats, Floats]:
+        """Return times and values in a time window, with the last sample before its start."""
+        times, values = self._samples.between(start_s, end_s)
+        is_later = times > self._since_s
+        return times[is_later], values[is_later]
+
+
 def resample(
     series: Sequence[Samples], start_s: float, end_s: float, max_times: int = 1000
 ) -> tuple[Floats, list[Floats]]:

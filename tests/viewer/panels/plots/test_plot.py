@@ -2,6 +2,7 @@
 
 import csv
 import io
+import itertools
 from types import SimpleNamespace
 
 import numpy as np
@@ -165,12 +166,12 @@ def test_what_is_held_is_drawn_flat_and_what_moves_by_little_has_labels(page, pa
     choose_joints(page, panel)
     add(page, panel, HIP)
     (chart,) = panel._charts
-    start_s = now_s(page)
+    times = itertools.count(now_s(page))
 
     def publish(*positions):
         page.choose(panel._buttons, "Clear")
-        for step, position in enumerate(positions):
-            page.publish("/joint_states", state(start_s + step, position))
+        for position in positions:
+            page.publish("/joint_states", state(next(times), position))
         draw(panel)
 
     publish(1.2, 1.2 + 2e-16, 1.2)
