@@ -298,6 +298,10 @@ class ROSClock(Clock):
     """ROS time: the system time, or simulated time while ``use_sim_time`` is true.
 
     Before the first message of ``/clock`` simulated time is 0, as in ROS 2.
+
+    Attributes:
+        before_reading: Called before the simulated time is read, to set it; None if it is set with
+            each message (ours).
     """
 
     def __new__(cls) -> ROSClock:
@@ -307,6 +311,7 @@ class ROSClock(Clock):
     def __init__(self, *, clock_type: ClockType = ClockType.ROS_TIME) -> None:
         super().__init__(clock_type=clock_type)
         self._simulated_ns = 0
+        self.before_reading: Callable[[], None] | None = None
         # Whether time is simulated, and the offset of its count, which keeps `elapsed_ns`
         # continuous when simulated time is switched on or off. One tuple, for an atomic change.
         self._source: tuple[bool, int] = (False, 0)
@@ -320,7 +325,11 @@ class ROSClock(Clock):
 
     def nanoseconds(self) -> int:
         """Return the present time in nanoseconds: simulated if active, else the system's."""
-        return self._simulated_ns if self._source[0] else time.time_ns()
+        if not self._source[0]:
+            return time.time_ns()
+        if self.before_reading is not None:
+            self.before_reading()
+        return self._simulated_ns
 
     def elapsed_ns(self) -> int:
         """Return a count of simulated or steady nanoseconds, continuous at a source change (ours).

@@ -10,7 +10,7 @@ from teleopctl.node.endpoints.subscription import Subscription
 from teleopctl.node.values.qos import QoSProfile
 
 if TYPE_CHECKING:
-    from teleopctl.node.node import Node
+    from teleopctl.node.node_endpoints import NodeEndpoints
 
 
 class _Paused:
@@ -36,7 +36,7 @@ class NewestMessage(Subscription[MessageT]):
     """
 
     def __init__(
-        self, node: Node, msg_type: type[MessageT], topic: str, *, is_paused: bool = False
+        self, node: NodeEndpoints, msg_type: type[MessageT], topic: str, *, is_paused: bool = False
     ) -> None:
         self._starts_paused = is_paused
         name = node.resolve_topic_name(topic)

@@ -50,7 +50,7 @@ class TimeSource:
     def __init__(self, node: NodeParameters) -> None:
         self._node = node
         self._subscription: Subscription[Clock] | None = None
-        self._is_resting = False
+        self._is_resting = self._reads_on_demand = False
         node.add_on_set_parameters_callback(self._check)
         node.add_post_set_parameters_callback(self._follow)
         parameter = node.declare_parameter(USE_SIM_TIME, False)
@@ -79,13 +79,25 @@ class TimeSource:
         self._is_resting = is_resting
         self._listen(self._node.get_parameter(USE_SIM_TIME).value is True)
 
+    def read_on_demand(self) -> None:
+        """Read ``/clock`` when the time is asked for, instead of with each of its messages.
+
+        For a node without timers, sleeps and jump callbacks in simulated time: Zenoh keeps the
+        newest message, and no Python code runs for the others.
+        """
+        self.rest(is_resting=True)
+        self._reads_on_demand = True
+        self.rest(is_resting=False)
+
     def _set_active(self, active: bool) -> None:
         self._node.get_clock().set_simulated(active)
         self._listen(active)
 
     def _listen(self, is_simulated: bool) -> None:
         active = is_simulated and not self._is_resting
-        if active and self._subscription is None:
+        if active and self._subscription is None and self._reads_on_demand:
+            self._subscription = self._keep_newest()
+        elif active and self._subscription is None:
             # On Zenoh's thread: the clock must be set while a callback waits for a time.
             self._subscription = self._node.create_subscription(
                 get_message("rosgraph_msgs/msg/Clock"),
@@ -99,6 +111,24 @@ class TimeSource:
             self._node.destroy_subscription(self._subscription)
             self._subscription = None
 
+    def _keep_newest(self) -> Subscription[Clock]:
+        """Return a subscription that is read whenever the clock is."""
+        from teleopctl.node.newest_message import NewestMessage
+
+        newest: NewestMessage[Clock] = NewestMessage(
+            self._node, get_message("rosgraph_msgs/msg/Clock"), "/clock"
+        )
+
+        def read() -> None:
+            if (message := newest.read()) is not None:
+                try:
+                    self._set(message.clock.sec, message.clock.nanosec)
+                except InvalidMessageError as error:
+                    newest.refusals.refuse(error.message)
+
+        self._node.get_clock().before_reading = read
+        return newest
+
     def _move(self, data: bytes) -> None:
         try:
             sec, nanosec = _CLOCK_BY_ORDER[data[:2]](data, _ENCAPSULATION_SIZE)
@@ -106,6 +136,9 @@ class TimeSource:
             raise InvalidMessageError(
                 f"{len(data)} bytes are not a rosgraph_msgs/msg/Clock"
             ) from None
+        self._set(sec, nanosec)
+
+    def _set(self, sec: int, nanosec: int) -> None:
         if sec < 0 or nanosec >= NANOSECONDS_PER_SECOND:
             raise InvalidMessageError(f"{sec} s and {nanosec} ns are not a valid time")
         self._node.get_clock().set_simulated_time(sec * NANOSECONDS_PER_SECOND + nanosec)

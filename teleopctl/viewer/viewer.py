@@ -204,6 +204,11 @@ class Viewer(Node):
 
     # --- updates ------------------------------------------------------------------------------
 
+    @property
+    def is_visible(self) -> bool:
+        """Whether a browser shows the page."""
+        return any(map(self.server.clients.is_visible, self.server.get_clients()))
+
     def _update_visibility(self) -> None:
         """Start or stop updates by whether a browser shows the page, stopping after 5 s only.
 
@@ -211,7 +216,7 @@ class Viewer(Node):
         Zenoh keeps some memory for each new subscription, in every process (docs/robustness.md,
         Soak).
         """
-        if not any(map(self.server.clients.is_visible, self.server.get_clients())):
+        if not self.is_visible:
             if self._watched:
                 self._hide_timer.reset()
             return

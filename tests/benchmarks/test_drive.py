@@ -4,26 +4,35 @@ A hand turns back and forth, on the drive page's websocket and on ``/joy``; each
 trajectory of servo that turns with it is waited for. Servo has 100 Hz, as the bare loop beside it,
 which only looks for a value that another thread sets: it shows what the machine itself adds. Times
 are of one clock, of the moment at which the hand's message is sent and servo's is received.
+
+The floor of the processor's share is `tests.benchmarks.drive_floor`: the same messages at the same
+rate by Zenoh and websockets alone; both are measured in turns.
 """
 
 from __future__ import annotations
 
 import contextlib
 import json
+import os
 import re
 import statistics
+import subprocess
+import sys
 import threading
 import time
 from collections.abc import Callable, Iterator
 from functools import partial
+from typing import Any
 
 import psutil
 import pytest
+import zenoh
 from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
+from websockets.sync.connection import Connection
 
 from teleopctl.interfaces import get_message
-from teleopctl.testing import RosGraph, eventually
+from teleopctl.testing import RosGraph, eventually, free_port
 from tests.benchmarks.figure import Figure
 
 TURNS = 150
@@ -68,7 +77,8 @@ class Commands:
         self._came_ns = 0
         self._came = threading.Condition()
         kind = get_message("trajectory_msgs/msg/JointTrajectory")
-        ros.node.create_subscription(kind, "/arm_controller/joint_trajectory", self._take, 10)
+        topic = "/arm_controller/joint_trajectory"
+        ros.node.create_subscription(kind, topic, self._take, 10)
 
     # Any: message classes are generated at run time.
     def _take(self, message) -> None:
@@ -155,6 +165,35 @@ def share(process: psutil.Process) -> float:
     return (sum(process.cpu_times()[:2]) - used) / WINDOW_S
 
 
+@contextlib.contextmanager
+def floor(ros: RosGraph, kind: str, source: str) -> Iterator[psutil.Process]:
+    """Run the floor of a device or a page; what it puts is received once, as by servo."""
+    key = "floor_of_drive/twist"
+    received = ros.node.context.session.declare_subscriber(key, zenoh.handlers.RingChannel(1))
+    words = [sys.executable, "-m", "tests.benchmarks.drive_floor", kind, source, key]
+    with subprocess.Popen(words, env={**os.environ, **ros.env}) as process:
+        try:
+            yield psutil.Process(process.pid)
+        finally:
+            process.kill()
+    received.undeclare()
+
+
+def shares(ours: psutil.Process, bare: psutil.Process) -> tuple[list[float], list[float]]:
+    """Return shares of a core of a process and of its floor, in turns."""
+    pairs = [(share(ours), share(bare)) for _ in range(3)]
+    return [each for each, _ in pairs], [each for _, each in pairs]
+
+
+def share_figure(subject: str, ours: list[float], bare: list[float]) -> Figure:
+    return Figure(
+        subject,
+        f"{statistics.median(ours):.3f} ({min(ours):.3f} to {max(ours):.3f})",
+        f"{statistics.median(bare):.3f}",
+        statistics.median(ours) / statistics.median(bare),
+    )
+
+
 @pytest.fixture
 def address(ros: RosGraph) -> Iterator[str]:
     """The running command's page."""
@@ -172,6 +211,22 @@ def process_with(ros: RosGraph, word: str) -> psutil.Process:
         if is_own and word in (process.info["cmdline"] or []):
             return process
     raise AssertionError(f"no process has {word}")
+
+
+# Any: values of a JSON document.
+def hands(sequence: int, sign: int) -> dict[str, Any]:
+    """Return the drive page's message of an arrow key, 1 or -1, or of none."""
+    keys = {0: [], 1: ["ArrowLeft"], -1: ["ArrowRight"]}[sign]
+    return {"type": "hands", "sequence": sequence, "keys": keys}
+
+
+def connection_to(port: int) -> Connection:
+    """Return a connection to a server that starts."""
+    while True:
+        try:
+            return connect(f"ws://127.0.0.1:{port}")
+        except OSError:
+            time.sleep(0.05)
 
 
 @pytest.mark.timeout(300)
@@ -194,14 +249,20 @@ def test_page(ros: RosGraph, address: str, figures: list[Figure]):
         def send(sign: int) -> None:
             nonlocal sequence
             sequence += 1
-            keys = {0: [], 1: ["ArrowLeft"], -1: ["ArrowRight"]}[sign]
-            page.send(json.dumps({"type": "hands", "sequence": sequence, "keys": keys}))
+            page.send(json.dumps(hands(sequence, sign)))
 
         hand = Hand(send)
         found = latencies(hand, commands)
         bare = bare_latencies()
         hand.turn(1)
-        driving = share(page_process)
+        port = free_port()
+        with (
+            floor(ros, "page", str(port)) as bare_process,
+            connection_to(port) as floor_page,
+        ):
+            floor_hand = Hand(lambda sign: floor_page.send(json.dumps(hands(0, sign))))
+            driving, floors = shares(page_process, bare_process)
+            floor_hand.end()
         hand.end()
     figures += [
         Figure(
@@ -210,7 +271,11 @@ def test_page(ros: RosGraph, address: str, figures: list[Figure]):
             texts(bare),
             statistics.median(found) / statistics.median(bare),
         ),
-        Figure("/drive while a key is held, of a core (aim 0.05)", f"{driving - alone:.3f}"),
+        share_figure(
+            "/drive while a key is held, of a core (aim 0.05)",
+            [each - alone for each in driving],
+            floors,
+        ),
     ]
 
 
@@ -233,7 +298,9 @@ def test_device(ros: RosGraph, address: str, figures: list[Figure]):
     found = latencies(hand, commands)
     bare = bare_latencies()
     hand.turn(1)
-    taken = share(psutil.Process(device.pid))
+    with floor(ros, "joy", publisher.key) as bare_process:
+        eventually(lambda: sum(bare_process.cpu_times()[:2]) > 0.3)
+        taken, floors = shares(psutil.Process(device.pid), bare_process)
     hand.end()
     device.interrupt()
     device.wait()
@@ -244,5 +311,5 @@ def test_device(ros: RosGraph, address: str, figures: list[Figure]):
             texts(bare),
             statistics.median(found) / statistics.median(bare),
         ),
-        Figure("device while a stick is held, of a core (aim 0.02)", f"{taken:.3f}"),
+        share_figure("device while a stick is held, of a core (aim 0.02)", taken, floors),
     ]

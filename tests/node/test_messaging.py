@@ -12,6 +12,7 @@ from teleopctl.node import (
     MultiThreadedExecutor,
     NewestMessage,
     Node,
+    Parameter,
     QoSProfile,
     ServiceUnavailableError,
 )
@@ -20,6 +21,7 @@ from teleopctl.node.values.exceptions import InvalidHandle
 from teleopctl.testing import eventually
 
 STRING = get_message("std_msgs/msg/String")
+CLOCK = get_message("rosgraph_msgs/msg/Clock")
 ADD = get_service("example_interfaces/srv/AddTwoInts")
 LATCHED = QoSProfile(depth=2, durability=DurabilityPolicy.TRANSIENT_LOCAL)
 
@@ -33,6 +35,22 @@ def test_a_subscription_gets_what_is_published_in_order(make_node, spin_until):
         publisher.publish(STRING(data=str(number)))
     spin_until(lambda: len(got) == 10)
     assert got == [str(number) for number in range(10)]
+
+
+def test_a_clock_that_is_read_on_demand_has_the_newest_time(make_node):
+    publisher = make_node().create_publisher(CLOCK, "/clock", 10)
+    given = [Parameter("use_sim_time", value=True)]
+    node = make_node("reader", parameter_overrides=given)
+    node._time_source.read_on_demand()
+    for sec in (100, 7):
+        message = CLOCK()
+        message.clock.sec = sec
+
+        def has_come(message=message):
+            publisher.publish(message)
+            return node.get_clock().now().nanoseconds == message.clock.sec * 10**9
+
+        eventually(has_come)
 
 
 def test_a_publisher_knows_by_event_whether_it_has_subscribers(make_node):

@@ -32,6 +32,7 @@ from teleopctl.teleop import (
     ANGULAR,
     LINEAR,
     DeviceError,
+    HandCommand,
     HandMapping,
     HandSample,
     LeaderMapping,
@@ -73,6 +74,9 @@ class DeviceNode(Node):
         self.name = name
         self._mapping: HandMapping | None = None
         self._mapped_for: tuple[str, bool] | None = None
+        # Command of the newest sample, and what it was made from.
+        self._command = HandCommand()
+        self._commanded_for: tuple[object, ...] = ()
         self._clutch = PoseClutch()
         self.leader: LeaderFollower | None = None
         self._shown = ""
@@ -133,10 +137,14 @@ class DeviceNode(Node):
             self.leader.receive(sample)
             return
         assert self._mapping is not None
-        command = self._mapping.command(sample)
-        if sample.pose and self._pull(sample.pose, is_held=self._mapping.holds(sample)):
+        mapping = self._mapping
+        if (mapping, sample.axes, sample.buttons) != self._commanded_for:
+            # A copy: a device may change its axes in place.
+            self._commanded_for = (mapping, dict(sample.axes), sample.buttons)
+            self._command = mapping.command(sample)
+        if sample.pose and self._pull(sample.pose, is_held=mapping.holds(sample)):
             return
-        self.driver.apply(command, self._mapping.speeds)
+        self.driver.apply(self._command, mapping.speeds)
 
     def _pull(self, pose: tuple[float, ...], *, is_held: bool) -> bool:
         """Move the tool with the device's pose while the clutch is held; return whether it is."""

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from typing import Any
 
-from teleopctl.interfaces import get_message, get_service
+from teleopctl.interfaces import get_message, get_service, set_stamp
 from teleopctl.node import Node
 from teleopctl.nodes.teleop.driven_robot import DrivenArm, DrivenRobot
 from teleopctl.teleop import HandCommand
@@ -43,6 +43,8 @@ class ServoOutput:
         self._switch = node.create_client(self._kind, f"{servo}/switch_command_type")
         self._chosen: int | None = None
         self._was_jog = False
+        # What the twist was made from.
+        self._made_from: tuple[object, ...] = ()
 
     @property
     def problem(self) -> str:
@@ -56,6 +58,9 @@ class ServoOutput:
         if (kind != self._chosen or begins) and self._switch.service_is_ready():
             self._chosen = kind
             self._switch.call_async(self._kind.Request(command_type=kind))
+
+    def _stamp(self, message: Any) -> None:
+        set_stamp(message.header.stamp, self._node.get_clock().nanoseconds())
 
     def move(self, command: HandCommand, part: float, frame: str, *, begins: bool) -> None:
         """Publish a twist of the tool.
@@ -71,17 +76,20 @@ class ServoOutput:
             return
         self._was_jog = False
         self._choose(_TWIST, begins=begins)
-        linear, angular = command.linear, command.angular
-        if frame == "base":
-            linear, angular = arm.in_root(linear), arm.in_root(angular)
         scales, is_unitless = self._robot.scales, self._robot.is_unitless
         of_linear = part * (1.0 if is_unitless else scales["linear"])
         of_angular = part * (1.0 if is_unitless else scales["rotational"])
-        header, twist = self._twist.header, self._twist.twist
-        header.stamp = self._node.get_clock().now().to_msg()
-        header.frame_id = arm.root if frame == "base" else arm.tip
-        _fill(twist.linear, linear, of_linear)
-        _fill(twist.angular, angular, of_angular)
+        # An input that is held gives the same twist again and again.
+        made_from = (command, of_linear, of_angular, frame, arm)
+        if made_from != self._made_from:
+            self._made_from = made_from
+            linear, angular = command.linear, command.angular
+            if frame == "base":
+                linear, angular = arm.in_root(linear), arm.in_root(angular)
+            self._twist.header.frame_id = arm.root if frame == "base" else arm.tip
+            _fill(self._twist.twist.linear, linear, of_linear)
+            _fill(self._twist.twist.angular, angular, of_angular)
+        self._stamp(self._twist)
         self._twists.publish(self._twist)
 
     def halt(self) -> None:
@@ -99,8 +107,8 @@ class ServoOutput:
             return
         self._was_jog = False
         self._choose(_POSE, begins=begins)
-        header, pose = self._pose.header, self._pose.pose
-        header.stamp, header.frame_id = self._node.get_clock().now().to_msg(), arm.root
+        self._stamp(self._pose)
+        self._pose.header.frame_id, pose = arm.root, self._pose.pose
         pose.position.x, pose.position.y, pose.position.z = target.translation
         orientation = pose.orientation
         orientation.x, orientation.y, orientation.z, orientation.w = target.rotation
@@ -116,7 +124,8 @@ class ServoOutput:
 
     def _publish_jog(self, arm: DrivenArm, displacements: Mapping[str, float]) -> None:
         jog = self._jog
-        jog.header.stamp, jog.header.frame_id = self._node.get_clock().now().to_msg(), arm.root
+        self._stamp(jog)
+        jog.header.frame_id = arm.root
         jog.joint_names = list(displacements)
         jog.displacements = list(displacements.values())
         self._jogs.publish(jog)
@@ -179,7 +188,7 @@ class BaseOutput:
         """
         twist = self._message
         if self._is_stamped:
-            self._message.header.stamp = self._node.get_clock().now().to_msg()
+            set_stamp(self._message.header.stamp, self._node.get_clock().nanoseconds())
             twist = self._message.twist
         _fill(twist.linear, command.linear, part * self.scales["linear"])
         _fill(twist.angular, command.angular, part * self.scales["rotational"])

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 from typing import Any
 
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import deserialize, get_message
 from teleopctl.teleop.device import HandSample, TeleopDevice
 
 _DEPTH = 10
+# Length of the CDR header and the stamp, which precede all other fields.
+_BEFORE_FRAME = 12
 
 
 class JoyTopic(TeleopDevice):
@@ -18,16 +20,26 @@ class JoyTopic(TeleopDevice):
     def start(self) -> None:
         """Subscribe to the topic."""
         self._sequence = 0
-        # Any, here and below: message classes are generated at run time from definitions.
-        kind: Any = get_message("sensor_msgs/msg/Joy")
-        self._subscription: Any = self.node.create_subscription(kind, "joy", self._received, _DEPTH)
+        self._fields = b""
+        self._axes: dict[str, float] = {}
+        self._pressed: frozenset[str] = frozenset()
+        # Any: message classes are generated at run time from definitions.
+        self._type: Any = get_message("sensor_msgs/msg/Joy")
+        self._subscription: Any = self.node.create_subscription(
+            self._type, "joy", self._received, _DEPTH, raw=True, immediate=True
+        )
 
     def stop(self) -> None:
         """Unsubscribe."""
         self.node.destroy_subscription(self._subscription)
 
-    def _received(self, message: Any) -> None:
+    def _received(self, data: bytes) -> None:
         self._sequence += 1
-        axes = {str(number): float(value) for number, value in enumerate(message.axes)}
-        pressed = frozenset(str(number) for number, down in enumerate(message.buttons) if down)
-        self.emit(HandSample(axes=axes, buttons=pressed, sequence=self._sequence))
+        # Inputs that are held come again and again, with another stamp only.
+        fields = data[_BEFORE_FRAME:]
+        if fields != self._fields:
+            message = deserialize(data, self._type)
+            self._axes = {str(number): float(each) for number, each in enumerate(message.axes)}
+            pressed = (str(number) for number, down in enumerate(message.buttons) if down)
+            self._pressed, self._fields = frozenset(pressed), fields
+        self.emit(HandSample(self._axes, self._pressed, sequence=self._sequence))

@@ -43,6 +43,7 @@ class Scene:
         self._calls: dict[str, Any] = {}
         self._node.on_update = lambda updated: self._calls.update(updated=updated)
         viewer: Any = SimpleNamespace(
+            is_visible=True,
             server=SimpleNamespace(on_client_disconnect=lambda _: None),
             scene_view=SimpleNamespace(set_pickable=lambda *, pickable: None),
             frames=SimpleNamespace(node_path=lambda _: "/world"),

@@ -82,6 +82,17 @@ def test_a_gamepad_of_the_standard_layout_has_names_and_up_is_positive():
     assert sample.buttons == {"b", "right_trigger"}
 
 
+def test_inputs_that_stay_as_they_are_are_read_once():
+    first = parse_message(hands(sequence=1, keys=["KeyW"]))
+    assert isinstance(first, Hands)
+    same = parse_message(hands(sequence=2, keys=["KeyW"]), first)
+    assert isinstance(same, Hands)
+    assert (same.sequence, same.document is first.document) == (2, True)
+    released = parse_message(hands(sequence=3), same)
+    assert isinstance(released, Hands)
+    assert released.samples["keys"].buttons == frozenset()
+
+
 @pytest.mark.parametrize(
     ("pads", "problem"),
     [

@@ -1,4 +1,4 @@
-"""Markers of what slows servo down: the reason as text, and a sphere at the place."""
+"""What slows servo down, as status, and as markers: the reason as text, a sphere at the place."""
 
 from __future__ import annotations
 
@@ -29,6 +29,38 @@ _SLOWING = frozenset(
 _PERIOD_S, _LIFETIME_S = 0.1, 1.0
 
 # Any, here and below: message classes are generated at run time from definitions.
+
+
+class StatusPublisher:
+    """Publisher of servo's status: at each change, and ten times a second of a motion.
+
+    MoveIt publishes it with each step; but each message wakes all of its receivers.
+
+    Args:
+        node: Node of the publisher.
+        topic: Name of the topic.
+    """
+
+    def __init__(self, node: Node, topic: str) -> None:
+        self._status: Any = get_message("moveit_msgs/msg/ServoStatus")()
+        self._publisher = node.create_publisher(type(self._status), topic, 10)
+        self._due_s = 0.0
+
+    def publish(self, code: StatusCode, message: str, *, is_stepping: bool) -> None:
+        """Publish a status, if it is a new one or due.
+
+        Args:
+            code: Its code.
+            message: Its text.
+            is_stepping: Whether it is that of one of many steps.
+        """
+        status, now_s = self._status, time.monotonic()
+        is_same = (status.code, status.message) == (int(code), message)
+        if is_same and is_stepping and now_s < self._due_s:
+            return
+        status.code, status.message = int(code), message
+        self._due_s = now_s + _PERIOD_S
+        self._publisher.publish(status)
 
 
 class StatusMarkers:

@@ -54,7 +54,7 @@ from teleopctl.nodes.moveit.servo.commands import (
     served,
     twist_of,
 )
-from teleopctl.nodes.moveit.servo.markers import StatusMarkers
+from teleopctl.nodes.moveit.servo.markers import StatusMarkers, StatusPublisher
 from teleopctl.nodes.moveit.servo.parameters import ServoParameters
 from teleopctl.nodes.moveit.servo.scene import SceneFollower
 from teleopctl.packages import resolve_uri
@@ -111,14 +111,11 @@ class ServoNode(Node):
         self._targets: dict[str, float] = {}
         self._outputs: list[CommandPublisher] = []
         self._goals: dict[str, Any] = {}
-        self._status: Any = get_message("moveit_msgs/msg/ServoStatus")()
         self._said = ""
         self._urdf = ""
         self._tf: LiveBuffer | None = None
         self._running: set[str] = set()
-        self._status_publisher = self.create_publisher(
-            type(self._status), self.parameters["status_topic"], _DEPTH
-        )
+        self._status = StatusPublisher(self, self.parameters["status_topic"])
         kinds = ServoCommandType
         for parameter, type_name, kind in (
             ("joint_command_in_topic", "control_msgs/msg/JointJog", kinds.JOINT_JOG),
@@ -593,8 +590,7 @@ class ServoNode(Node):
             message = f"{code.text}: {message}"
         if self._core is not None:
             self._markers.show(self._root, self._kinematics, reasons)
-        self._status.code, self._status.message = int(code), message
-        self._status_publisher.publish(self._status)
+        self._status.publish(code, message, is_stepping=not self._timer.is_canceled())
         if message != self._said and code is StatusCode.INVALID:
             self.get_logger().warning(message, throttle_duration_sec=1.0)
         self._said = message

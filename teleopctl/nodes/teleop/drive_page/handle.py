@@ -18,6 +18,8 @@ if TYPE_CHECKING:
     from teleopctl.viewer import Viewer
 
 _PERIOD_S = 0.05
+# Distance, m, and change of the quaternion, for which the handle is not moved.
+_SAME = 1e-5
 # Size as part of the distance of the tool from the root link, and its range, m.
 _SIZE, _LEAST_M, _MOST_M = 0.16, 0.05, 0.3
 # Least number of joints with which an arm can orient its tool freely.
@@ -49,12 +51,16 @@ class DriveHandle:
         self._is_first = False
         self._still_since_s = 0.0
         self._last = Transform()
+        # Position and rotation at which the handle was put last; empty if it may be elsewhere.
+        self._shown: tuple[float, ...] = ()
         viewer.server.on_client_disconnect(lambda client: self._release_handle(client.client_id))
         viewer.create_timer(_PERIOD_S, self._follow, clock=Clock(clock_type=ClockType.STEADY_TIME))
 
     def _follow(self) -> None:
         """Move the handle with the gripper, or end a drag that the arm cannot follow."""
         is_open = self._is_open()
+        if is_open and self._client is None and not self._viewer.is_visible:
+            return
         # A press on the handle would be a click on the link behind it.
         self._viewer.scene_view.set_pickable(pickable=not is_open)
         if not is_open:
@@ -69,6 +75,7 @@ class DriveHandle:
             return
         if self._node is None:
             self._node = self._add(arm.root, tool, turns=self._turns(arm))
+            self._shown = ()
         if self._client is not None and not self._is_first and not driver.is_pulled:
             # Samples were missing, or another node drives: only a new press moves the arm.
             self._release_handle(self._client)
@@ -135,10 +142,15 @@ class DriveHandle:
     def _release_handle(self, client: int | None) -> None:
         if client is not None and client == self._client:
             self._client = self._begin = None
+            self._shown = ()
             self._driver().pull(None)
 
     def _move(self, pose: Transform) -> None:
         assert self._node is not None
+        numbers = (*pose.translation, *pose.rotation)
+        if self._shown and math.dist(numbers, self._shown) < _SAME:
+            return
+        self._shown = numbers
         x, y, z, w = pose.rotation
         self._node.position, self._node.wxyz = pose.translation, (w, x, y, z)
 

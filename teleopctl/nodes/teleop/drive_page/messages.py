@@ -8,7 +8,7 @@ from __future__ import annotations
 import json
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from teleopctl.errors import UsageError
@@ -40,14 +40,18 @@ class Hands:
     """State of all inputs of a browser: keys, touch pads and gamepads.
 
     Attributes:
+        sequence: Number of the message, which grows.
         samples: Sample of each device of the page, by name: ``keys``, ``pads``, ``gamepad``.
         problem: Why the gamepad is not used, in words; empty if it is, or if there is none.
         drags: Whether a mouse button or a finger is held in the 3D view.
+        document: The message without its sequence; the same object while nothing changes.
     """
 
+    sequence: int
     samples: Mapping[str, HandSample] = field(default_factory=dict)
     problem: str = ""
     drags: bool = False
+    document: Mapping[str, Any] = field(default_factory=dict)
 
 
 @dataclass(frozen=True, slots=True)
@@ -64,8 +68,12 @@ class Press:
     action: str
 
 
-def parse_message(text: str | bytes) -> Hands | GripperWish | Press:
+def parse_message(text: str | bytes, last: Hands | None = None) -> Hands | GripperWish | Press:
     """Return the parsed message of a browser.
+
+    Args:
+        text: The message.
+        last: Newest message of the inputs: one with the same inputs has the same samples.
 
     Raises:
         UsageError: The text is no message of the page.
@@ -78,7 +86,11 @@ def parse_message(text: str | bytes) -> Hands | GripperWish | Press:
         raise UsageError("a message is no JSON") from None
     kind = message.get("type") if isinstance(message, dict) else None
     if kind == "hands":
-        return _hands(message)
+        sequence = int(_number(message.pop("sequence", None), "sequence", 0.0, 2.0**53))
+        if last is not None and message == last.document:
+            return replace(last, sequence=sequence)
+        samples, problem, drags = _inputs(message)
+        return Hands(sequence, samples, problem, drags, message)
     if kind == "gripper":
         return GripperWish(_number(message.get("opening"), "opening", 0.0, 1.0))
     if kind == "press":
@@ -88,39 +100,36 @@ def parse_message(text: str | bytes) -> Hands | GripperWish | Press:
     raise UsageError("'type' is hands, gripper or press")
 
 
-def _hands(message: Mapping[str, Any]) -> Hands:
-    sequence = int(_number(message.get("sequence"), "sequence", 0.0, 2.0**53))
+def _inputs(message: Mapping[str, Any]) -> tuple[Mapping[str, HandSample], str, bool]:
+    """Return samples, the gamepad's problem, and whether something is dragged."""
     keys = _names(message.get("keys", []), "keys")
     pads = message.get("pads", {})
     if not isinstance(pads, dict) or len(pads) > _MOST:
         raise UsageError("'pads' is an object of axes by name")
     axes = {str(name): _number(value, "pads", -1.0, 1.0) for name, value in pads.items()}
     samples = {
-        "keys": HandSample(buttons=keys, sequence=sequence),
-        "pads": HandSample(axes=axes, buttons=keys & {"ShiftLeft"}, sequence=sequence),
+        "keys": HandSample(buttons=keys),
+        "pads": HandSample(axes=axes, buttons=keys & {"ShiftLeft"}),
     }
     drags = message.get("drags", False)
     if not isinstance(drags, bool):
         raise UsageError("'drags' is true or false")
     gamepads = _list(message.get("gamepads", []), "gamepads")
+    problem = ""
     if len(gamepads) > 1:
         names = ", ".join(str(_field(pad, "id"))[:60] for pad in gamepads)
-        return Hands(
-            samples, f"{len(gamepads)} gamepads are on ({names}): switch all but one off", drags
+        problem = f"{len(gamepads)} gamepads are on ({names}): switch all but one off"
+    elif gamepads and _field(gamepads[0], "mapping") != "standard":
+        problem = (
+            f"The browser does not know the layout of '{str(_field(gamepads[0], 'id'))[:60]}': "
+            "switch it to its standard (Xbox) mode, or use keys or pads"
         )
-    for pad in gamepads:
-        if _field(pad, "mapping") != "standard":
-            return Hands(
-                samples,
-                f"The browser does not know the layout of '{str(_field(pad, 'id'))[:60]}': switch "
-                "it to its standard (Xbox) mode, or use keys or pads",
-                drags,
-            )
-        samples["gamepad"] = _gamepad(pad, sequence)
-    return Hands(samples, drags=drags)
+    elif gamepads:
+        samples["gamepad"] = _gamepad(gamepads[0])
+    return samples, problem, drags
 
 
-def _gamepad(pad: Mapping[str, Any], sequence: int) -> HandSample:
+def _gamepad(pad: Mapping[str, Any]) -> HandSample:
     values = _numbers(_field(pad, "axes"), "axes", -1.0)
     pressures = _numbers(_field(pad, "buttons"), "buttons", 0.0)
     # As in ROS: up and left are positive.
@@ -128,7 +137,7 @@ def _gamepad(pad: Mapping[str, Any], sequence: int) -> HandSample:
     buttons = dict(zip(STANDARD_BUTTONS, pressures, strict=False))
     axes |= {name: buttons.get(name, 0.0) for name in ("left_trigger", "right_trigger")}
     pressed = frozenset(name for name, pressure in buttons.items() if pressure > 0.5)
-    return HandSample(axes=axes, buttons=pressed, sequence=sequence)
+    return HandSample(axes=axes, buttons=pressed)
 
 
 def _field(pad: object, name: str) -> Any:

@@ -44,6 +44,23 @@ _FREE_AFTER_S = 2.0
 _MOST_WAITING = 16_384
 
 
+class _PageNode(Node):
+    """Node of the drive page, whose timers are those of the wall clock.
+
+    Args:
+        use_sim_time: Whether its messages have simulated time.
+    """
+
+    def __init__(self, *, use_sim_time: bool) -> None:
+        super().__init__(
+            _NODE,
+            # Launch files name the page's process, which is that of another node.
+            cli_args=["--ros-args", "-r", f"__node:={_NODE}"],
+            parameter_overrides=[Parameter("use_sim_time", value=use_sim_time)],
+        )
+        self._time_source.read_on_demand()
+
+
 class DrivePage:
     """Serves ``/drive`` and drives the robot by its messages; its node starts with the first page.
 
@@ -92,12 +109,7 @@ class DrivePage:
     def driver(self) -> HandDriver:
         """Driver of the robot, created at its first use."""
         if self._driver is None:
-            self._node = Node(
-                _NODE,
-                # Launch files name the page's process, which is that of another node.
-                cli_args=["--ros-args", "-r", f"__node:={_NODE}"],
-                parameter_overrides=[Parameter("use_sim_time", value=self.use_sim_time)],
-            )
+            self._node = _PageNode(use_sim_time=self.use_sim_time)
             self._driver = HandDriver(self._node, "page", self._servo)
             self.leader = LeaderButton(self._node)
             self._executor = SingleThreadedExecutor(context=self._node.context)
@@ -186,11 +198,16 @@ class DriveSession:
         self._sequence = -1
         self._gamepad_problem = ""
         self._refusal = ""
+        # Newest inputs, with the command that they make, and the devices that are held.
+        self._hands: Hands | None = None
+        self._mappings: Mapping[str, HandMapping] = {}
+        self._total = HandCommand()
+        self._devices: list[str] = []
 
     def received(self, text: str | bytes) -> str | None:
         """Process a message of the browser; return an error text, or None."""
         try:
-            message = parse_message(text)
+            message = parse_message(text, self._hands)
         except TeleopctlError as error:
             self._page.let_go(self)
             return error.message
@@ -204,22 +221,16 @@ class DriveSession:
         return None
 
     def _take_hands(self, hands: Hands) -> None:
-        sequences = [sample.sequence for sample in hands.samples.values()]
-        if max(sequences) <= self._sequence:
+        if hands.sequence <= self._sequence:
             return
-        self._sequence = max(sequences)
+        self._sequence = hands.sequence
         self._gamepad_problem = hands.problem
         mappings = self._page.mappings()
-        total = HandCommand()
-        devices = []
-        for name, sample in hands.samples.items():
-            if not sample.buttons and not any(sample.axes.values()):
-                continue
-            command = mappings[name].command(sample)
-            total = total + command
-            if command.is_held or command.toggles_gripper:
-                devices.append(name)
-        total = replace(total, drags=hands.drags)
+        last = self._hands
+        if last is None or hands.document is not last.document or mappings is not self._mappings:
+            self._total, self._devices = _total(hands, mappings)
+        self._hands, self._mappings = hands, mappings
+        total, devices = self._total, self._devices
         wants = total.is_held or total.toggles_gripper
         if devices and not self._page.is_other(self):
             self._page.driver.device = " and ".join(devices)
@@ -275,3 +286,17 @@ class DriveSession:
             "refusal": self._refusal or state.get("refusal", ""),
             "is_other": self._page.is_other(self) or bool(holder and not holder["is_this"]),
         }
+
+
+def _total(hands: Hands, mappings: Mapping[str, HandMapping]) -> tuple[HandCommand, list[str]]:
+    """Return the command of all inputs of a browser together, and the devices that are held."""
+    total = HandCommand()
+    devices = []
+    for name, sample in hands.samples.items():
+        if not sample.buttons and not any(sample.axes.values()):
+            continue
+        command = mappings[name].command(sample)
+        total = total + command
+        if command.is_held or command.toggles_gripper:
+            devices.append(name)
+    return replace(total, drags=hands.drags), devices
