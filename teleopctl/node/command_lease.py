@@ -148,8 +148,8 @@ class LeaseHolder:
         """
         if self.is_lost() and not by_force:
             return "another node has taken over"
-        present = self.watch.holder
         if self._own is None:
+            present = self.watch.holder
             others = present is not None and present.holder != self._name
             if others and not by_force:
                 return f"{present} drives the robot"

@@ -50,9 +50,6 @@ def serve_page(program: str, words: list[str], layout: PageLayout | None = None)
         words: Command line of the program, without its name.
         layout: Layout of the panels, unless the command line has another one.
     """
-    if hasattr(os, "nice"):
-        # The processes that control the robot have priority over the viewer.
-        os.nice(_NICENESS)
     from teleopctl.nodes.teleop.drive_page.page import DrivePage
     from teleopctl.viewer import PageRoutes, load_layout, open_viewer
 
@@ -91,6 +88,10 @@ def serve_page(program: str, words: list[str], layout: PageLayout | None = None)
             node.get_logger().info(f"The robot is at {address.url}")
             report_address(address, open_it=options.open)
             _spare_collections()
+            if hasattr(os, "nice"):
+                # The processes that control the robot have priority over drawing. On Linux it is
+                # that of this thread alone: not of the start, and not of the operator's inputs.
+                os.nice(_NICENESS)
             spin(node)
     return 0
 

@@ -41,7 +41,7 @@ _LAUNCH = "launch"
 # Interval at which the progress files of companions and simulators are read.
 _LOOK_EVERY_S = 0.02
 # Longest time for which processes give way to a simulator, which may compile a model for minutes.
-_GIVE_WAY_S = 3.0
+_GIVE_WAY_S = 1.5
 
 
 class Supervisor:

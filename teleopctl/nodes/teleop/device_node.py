@@ -7,6 +7,7 @@ import contextlib
 import shutil
 import sys
 from collections.abc import Callable, Mapping, Sequence
+from functools import partial
 from typing import Any
 
 from teleopctl import plugins
@@ -42,7 +43,7 @@ from teleopctl.teleop import (
 from teleopctl.tf import Transform
 
 # Period in which a leader's silence is noticed, and in which the state is shown, s.
-_CHECKED_S, _SHOWN_S = 0.05, 0.15
+_CHECKED_S, _SHOWN_S = 0.05, 0.25
 # Period in which it is noticed that the robot is gone, s.
 _LOOK_S = 0.3
 _KEYS = "Keys: space stops, r releases the stop, t takes over, q ends"
@@ -128,9 +129,10 @@ class DeviceNode(Node):
     # --- samples ----------------------------------------------------------------------------------
 
     def _receive(self, sample: HandSample) -> None:
-        # A device's own thread may still run when the program ends.
-        with contextlib.suppress(ExternalShutdownException):
+        try:  # noqa: SIM105 -- with each sample
             self._on_sample(sample)
+        except ExternalShutdownException:
+            pass  # a device's own thread may still run when the program ends
 
     def _on_sample(self, sample: HandSample) -> None:
         if self.leader is not None:
@@ -301,14 +303,15 @@ _KIND = plugins.TELEOP_DEVICES
 def drive(
     overrides: Sequence[Parameter],
     args: Sequence[str] | None = None,
-    is_wanted: Callable[[], bool] = lambda: True,
+    is_wanted: Callable[[], bool] | None = None,
 ) -> None:
     """Drive a robot by a device until Ctrl-C.
 
     Args:
         overrides: Parameters of the node.
         args: ROS arguments.
-        is_wanted: Function that returns False once the robot is gone, which ends it.
+        is_wanted: Function that returns False once the robot is gone, which ends it; None if it
+            is not looked at.
 
     Raises:
         TeleopctlError: There is no such device, or it cannot drive this robot.
@@ -319,11 +322,13 @@ def drive(
     ):
         node = DeviceNode(overrides)
 
-        def look() -> None:
+        def look(is_wanted: Callable[[], bool]) -> None:
             if not is_wanted():
                 raise ExternalShutdownException
 
-        node.create_timer(_LOOK_S, look, clock=Clock(clock_type=ClockType.STEADY_TIME))
+        if is_wanted is not None:
+            steady = Clock(clock_type=ClockType.STEADY_TIME)
+            node.create_timer(_LOOK_S, partial(look, is_wanted), clock=steady)
         reads_keys = not node.device.reads_terminal
         if sys.stdout is not None and sys.stdout.isatty():
             keys = _KEYS if node.leader is None else _LEADER_KEYS
