@@ -197,9 +197,15 @@ class _Sight:
 
 
 class ClientTracker:
-    """Record of the browsers connected to the page, and what is visible in each."""
+    """Record of the browsers connected to the page, and what is visible in each.
+
+    Attributes:
+        is_attached: Whether browsers may connect. viser listens before it takes note of browsers:
+            one that connects in between, as soon as a page is started again, would stay unknown.
+    """
 
     def __init__(self) -> None:
+        self.is_attached = False
         self._sights: dict[int, _Sight] = {}
         self._changed: list[Callable[[], object]] = []
         self._clicked: list[Callable[[int, str, str], object]] = []
@@ -224,6 +230,7 @@ class ClientTracker:
 
         below.on_client_connect(add)
         below.on_client_disconnect(remove)
+        self.is_attached = True
 
     def on_change(self, callback: Callable[[], object]) -> None:
         """Register a callback for each visibility report; called on the server's thread."""

@@ -179,6 +179,9 @@ def _guarded(
             answer = (
                 answer or clients.handle_request(request.path, headers) or _check_protocol(headers)
             )
+            if answer is None and "upgrade" in headers and not clients.is_attached:
+                # The browser tries again.
+                answer = Answer(HTTPStatus.SERVICE_UNAVAILABLE, "The page is starting.\n")
             response: Response | None
             if answer is None:
                 _limit_send_buffer(connection)

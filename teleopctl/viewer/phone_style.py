@@ -12,6 +12,8 @@ import json
 _PHONE = "(max-width: 36em)"
 _SHEET = '.mantine-Paper-root[style*="position: fixed"]'
 _SECTIONS = "div:has(> .mantine-Tabs-root > [role=button][aria-expanded])"
+# An open section of several tabs has its tabs in place of the button that opens it.
+_OPEN = ".mantine-Tabs-root:not(:has(> [aria-expanded=false]))"
 _STYLE = f"""
 @media {_PHONE} {{
   {_SHEET}, {_SHEET} div[style*="width: 20em"] {{ width: 100% !important }}
@@ -23,7 +25,7 @@ _STYLE = f"""
   {_SHEET} .mantine-Slider-thumb::after {{ content: ""; position: absolute; inset: -14px }}
   {_SHEET} .teleopctl-marks {{ padding: 0 57px 0 96px !important }}
   {_SECTIONS} {{ display: grid; grid-template-columns: 1fr 1fr }}
-  {_SECTIONS} > .mantine-Tabs-root:has(> [aria-expanded=true]) {{ grid-column: 1 / -1; order: -1 }}
+  {_SECTIONS} > {_OPEN} {{ grid-column: 1 / -1; order: -1 }}
   {_SECTIONS} > * > [role=button] {{ min-height: 40px !important }}
   {_SECTIONS} > * > [role=button] > p {{ white-space: normal; line-height: 1.15 }}
 }}

@@ -11,12 +11,13 @@ from __future__ import annotations
 import json
 import time
 from contextlib import suppress
-from dataclasses import dataclass, field, replace
-from typing import TYPE_CHECKING, Any
+from dataclasses import replace
+from typing import TYPE_CHECKING
 
 from teleopctl import plugins
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import Clock, ClockType
+from teleopctl.viewer.desk import MARGIN_PX, Desk, Stack, set_tabs, width_of
 from teleopctl.viewer.layout import PageLayout, PanelColumn, layout_of, load_layout
 from teleopctl.viewer.panel_set import BrowserPage, PanelSet, panel_class
 from teleopctl.viewer.panels.plots.plot import PlotPanel
@@ -28,8 +29,6 @@ if TYPE_CHECKING:
     from teleopctl.viewer.client_tracker import PageServer
     from teleopctl.viewer.panels.base import Page, Panel
 
-_MARGIN_PX = 12
-_BAR_WIDTH_PX = 430
 # On a phone panels are sections of one sheet: those of the left column stand last.
 _LEFT_ORDER = 100.0
 # Key and longest text of what is kept in a browser.
@@ -43,48 +42,6 @@ _KEPT_S = 5.0
 # them until the browser shows all three, each has a third. A phone shows none of them.
 _SPACER_S, _LONGEST_SPACER_S = 1.0, 5.0
 _EQUAL = 3
-
-# Any: YAML values, and viser's handles.
-
-
-@dataclass
-class _Stack:
-    """Stack of tabs in one browser: the layout's names, those shown, and viser's panel."""
-
-    names: tuple[str, ...]
-    shown: tuple[str, ...] = ()
-    handle: viser.PanelHandle | None = None
-
-
-@dataclass
-class _Desk:
-    """Arrangement of the panels in one browser.
-
-    Attributes:
-        client: viser's handle of the browser.
-        own: Panels of this browser alone.
-        layout: The layout, without panels that are added or left out.
-        opened: Panels that were opened by hand.
-        closed: Panels that were closed by hand.
-        stacks: Stacks of the left and of the right column.
-        stored: Text in the browser's local storage.
-        is_placing: Whether all panels are being placed, not one more.
-        is_embedded: Whether the browser shows the 3D view alone, without panels.
-    """
-
-    client: viser.ClientHandle
-    own: PanelSet
-    layout: PageLayout
-    opened: set[str] = field(default_factory=set)
-    closed: set[str] = field(default_factory=set)
-    stacks: tuple[list[_Stack], list[_Stack]] = field(default_factory=lambda: ([], []))
-    stored: str = ""
-    is_placing: bool = False
-    is_embedded: bool = False
-
-    def arrangement(self) -> PageLayout:
-        """Return the layout with the panels that were opened and closed by hand."""
-        return self.layout.changed(sorted(self.opened), self.closed)
 
 
 class PageWorkspace:
@@ -100,7 +57,7 @@ class PageWorkspace:
         self._server, self._page = server, page
         self._layout = layout
         self._shared = PanelSet(page)
-        self._desks: dict[int, _Desk] = {}
+        self._desks: dict[int, Desk] = {}
         # Panels of browsers that have left, and when they are closed (steady time in seconds).
         self._left: list[tuple[float, PanelSet]] = []
         self._is_watched = False
@@ -112,7 +69,7 @@ class PageWorkspace:
 
     # --- panels -------------------------------------------------------------------------------
 
-    def _set_of(self, desk: _Desk, name: str) -> PanelSet:
+    def _set_of(self, desk: Desk, name: str) -> PanelSet:
         """Return the panels among which a browser has one of this name."""
         return desk.own if panel_class(name).is_per_browser else self._shared
 
@@ -121,12 +78,12 @@ class PageWorkspace:
         desk = self._desks.get(client_id)
         return None if desk is None else self._set_of(desk, name).panels.get(name)
 
-    def _new_desk(self, client: viser.ClientHandle, layout: PageLayout) -> _Desk:
+    def _new_desk(self, client: viser.ClientHandle, layout: PageLayout) -> Desk:
         own = PanelSet(BrowserPage(self._page, self._server, client))
-        desk = self._desks[client.client_id] = _Desk(client, own, layout)
+        desk = self._desks[client.client_id] = Desk(client, own, width_of(client), layout)
         return desk
 
-    def _restore(self, desk: _Desk, layout: PageLayout, *, is_first: bool = False) -> None:
+    def _restore(self, desk: Desk, layout: PageLayout, *, is_first: bool = False) -> None:
         """Choose in a browser's panels what a layout has for them.
 
         Args:
@@ -331,14 +288,14 @@ class PageWorkspace:
 
     # --- placement ----------------------------------------------------------------------------
 
-    def _place_nothing(self, desk: _Desk) -> None:
+    def _place_nothing(self, desk: Desk) -> None:
         """Remove all panels of a browser that shows the 3D view alone."""
         desk.is_embedded = True
         desk.layout = PageLayout(title=desk.layout.title)
         desk.opened.clear()
         self._place(desk)
 
-    def _place(self, desk: _Desk) -> None:
+    def _place(self, desk: Desk) -> None:
         for side in desk.stacks:
             for stack in side:
                 if stack.handle is not None:
@@ -346,16 +303,16 @@ class PageWorkspace:
         desk.stacks = ([], [])
         for name in desk.layout.bar:
             self._set_of(desk, name).build(name)
-        desk.client.gui.main_panel.float(x=_MARGIN_PX, y=-_MARGIN_PX, width=_BAR_WIDTH_PX)
+        desk.client.gui.main_panel.float(x=MARGIN_PX, y=-MARGIN_PX, width=desk.bar_width_px)
         desk.is_placing = True
         self._update(desk)
         desk.is_placing = False
         self.refresh()
 
-    def _update(self, desk: _Desk) -> None:
+    def _update(self, desk: Desk) -> None:
         """Bring the stacks of a browser in line with its layout and with what is needed."""
-        layout = desk.arrangement()
-        for side, column in enumerate((layout.left, layout.right)):
+        for side in range(2):
+            column = desk.column(side)
             stacks = desk.stacks[side]
             if [set(stack.names) for stack in stacks] != [set(names) for names in column.stacks]:
                 stacks = self._regrouped(stacks, column)
@@ -370,14 +327,14 @@ class PageWorkspace:
         self.show_visible(is_watched=self._is_watched)
 
     @staticmethod
-    def _regrouped(stacks: list[_Stack], column: PanelColumn) -> list[_Stack]:
+    def _regrouped(stacks: list[Stack], column: PanelColumn) -> list[Stack]:
         """Return stacks for a column, which keep viser's panels of stacks that share a panel."""
         rest = list(stacks)
         made = []
         for names in column.stacks:
             kept = next((one for one in rest if not set(names).isdisjoint(one.names)), None)
             if kept is None:
-                made.append(_Stack(names))
+                made.append(Stack(names))
             else:
                 rest.remove(kept)
                 kept.names = names
@@ -388,7 +345,7 @@ class PageWorkspace:
         return made
 
     def _show(
-        self, desk: _Desk, side: int, column: PanelColumn, number: int, shown: tuple[str, ...]
+        self, desk: Desk, side: int, column: PanelColumn, number: int, shown: tuple[str, ...]
     ) -> None:
         stack, is_new = desk.stacks[side][number], False
         stack.shown = shown
@@ -405,11 +362,11 @@ class PageWorkspace:
             order = number + (0.0 if side else _LEFT_ORDER)
             stack.handle, is_new = desk.client.gui.add_panel(order=order), True
         folders = [one.folders[name] for one, name in zip(sets, shown, strict=True)]
-        _set_tabs(stack.handle, panels, folders)
+        set_tabs(stack.handle, panels, folders)
         if is_new:
             self._dock(desk, side, column, number)
 
-    def _add_spacer(self, desk: _Desk, side: int, third: tuple[str, ...]) -> None:
+    def _add_spacer(self, desk: Desk, side: int, third: tuple[str, ...]) -> None:
         """Put an empty panel above the two of a column until a third one is seen."""
         handles = [one.handle for one in desk.stacks[side] if one.handle is not None]
         if len(handles) != _EQUAL - 1:
@@ -439,7 +396,7 @@ class PageWorkspace:
             clock=Clock(clock_type=ClockType.STEADY_TIME),
         )
 
-    def _dock(self, desk: _Desk, side: int, column: PanelColumn, number: int) -> None:
+    def _dock(self, desk: Desk, side: int, column: PanelColumn, number: int) -> None:
         stacks = desk.stacks[side]
         handle = stacks[number].handle
         assert handle is not None
@@ -570,16 +527,3 @@ class PageWorkspace:
             desk.own.remove()
             desk.own = PanelSet(BrowserPage(self._page, self._server, desk.client))
             self.arrange(desk.client, self.usual_layout())
-
-
-def _set_tabs(handle: viser.PanelHandle, panels: list[Panel], folders: list[Any]) -> None:
-    """Let the tabs of a viser panel show the contents of folders.
-
-    viser's own `add_tab` makes a tab with a content of its own, in the scope of one browser.
-    """
-    from viser._icons import svg_from_icon
-
-    icons = tuple(svg_from_icon(panel.icon) for panel in panels)
-    handle._tab_labels = tuple(panel.title for panel in panels)  # noqa: SLF001
-    handle._tab_icons_html = icons  # noqa: SLF001
-    handle._tab_container_ids = tuple(folder._impl.uuid for folder in folders)  # noqa: SLF001

@@ -332,3 +332,12 @@ def test_what_is_drawn_wakes_nobody_outside_of_the_servers_thread(monkeypatch):
         monkeypatch.undo()
         server.stop()
     assert threads == {server._websock_server._server_thread}
+
+
+def test_a_browser_that_comes_before_the_page_is_ready_has_to_try_again(page):
+    page.clients.is_attached = False
+    address = f"ws://127.0.0.1:{page.get_port()}/"
+    with pytest.raises(InvalidStatus, match="503"):
+        connect(address, subprotocols=[PROTOCOL])
+    page.clients.is_attached = True
+    connect(address, subprotocols=[PROTOCOL]).close()
