@@ -37,7 +37,7 @@ import viser
 
 from teleopctl.base.access import Answer
 from teleopctl.node import LogOnce
-from teleopctl.viewer import phone_style
+from teleopctl.viewer import page_style
 
 _PATH, _CLICK_PATH = "/visibility", "/click"
 _BROWSER, _VISIBILITY = "teleopctl-browser", "teleopctl-visibility"
@@ -109,6 +109,12 @@ window.teleopctlClick = (event) => {
   fetch("click", {headers, cache: "no-store"}).catch(() => {});
 };
 document.addEventListener("click", window.teleopctlClick, true);
+// A click on a list to type in marks its text, so that what is typed takes its place.
+document.removeEventListener("click", window.teleopctlMark);
+window.teleopctlMark = ({target}) => {
+  if (target.matches?.("input.mantine-Select-input") && !target.readOnly) target.select();
+};
+document.addEventListener("click", window.teleopctlMark);
 document.onvisibilitychange = report;
 report();
 clearInterval(window.teleopctlReports);
@@ -327,7 +333,7 @@ class PageServer(viser.ViserServer):
         self.clients = clients
         self.client_errors = client_errors
         clients.attach(self)
-        self._websock_server.queue_message(RunJavascriptMessage(phone_style.SCRIPT))
+        self._websock_server.queue_message(RunJavascriptMessage(page_style.SCRIPT))
         self.set_title("")
 
     def notify(

@@ -41,6 +41,7 @@ class Desk:
         own: Panels of this browser alone.
         width_px: Width of the browser's window when the page was opened; a phone counts as wide.
         layout: The layout, without panels that are added or left out.
+        usual: Title of the layout that the page had for a new browser.
         opened: Panels that were opened by hand.
         closed: Panels that were closed by hand.
         stacks: Stacks of the left and of the right column.
@@ -53,6 +54,7 @@ class Desk:
     own: PanelSet
     width_px: int
     layout: PageLayout
+    usual: str = ""
     opened: set[str] = field(default_factory=set)
     closed: set[str] = field(default_factory=set)
     stacks: tuple[list[Stack], list[Stack]] = field(default_factory=lambda: ([], []))

@@ -140,6 +140,11 @@ class PanelSet:
         for panel in self.panels.values():
             self._page.guarded(panel.graph_changed)
 
+    def time_jumped(self) -> None:
+        """Tell the panels that ROS time has jumped."""
+        for panel in self.panels.values():
+            self._page.guarded(panel.time_jumped)
+
     def states(self) -> dict[str, Any]:
         """Return the choices made in the panels, as YAML values by name of the panel."""
         states = {**self._states, **{name: one.state() for name, one in self.panels.items()}}

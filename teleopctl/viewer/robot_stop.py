@@ -59,7 +59,11 @@ class RobotStopControl:
 
     def _show(self) -> None:
         holders = self._holders.names
-        obeying = self._page.node.count_subscribers(STOP_TOPIC) > 1
+        # The page itself subscribes, also to measure the rate of the topic.
+        own = self._page.node.get_fully_qualified_name()
+        obeying = any(
+            one.full_name != own for one in self._page.node.graph().subscriptions(STOP_TOPIC)
+        )
         self._stop.visible = obeying and not holders
         self._release.visible = bool(holders)
         if holders:

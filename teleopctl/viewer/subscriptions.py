@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
@@ -14,6 +15,10 @@ if TYPE_CHECKING:
 
 _DEPTH = 5
 _MOST = 100
+# While a message is copied out of Zenoh's memory nothing else runs: 300 MB take a third of a second
+# and more. So of messages above this size one is taken in this time.
+_LARGEST_AT_ANY_RATE = 64_000_000
+_PERIOD_OF_LARGER_S = 30.0
 
 
 # Any: YAML values, messages, and subscriptions to them.
@@ -54,6 +59,7 @@ class _Topic:
 
     subscription: Any
     depth: int
+    next_large_s: float = 0.0
     callbacks: tuple[Callable[[Any], object], ...] = ()
 
 
@@ -67,10 +73,14 @@ class SharedSubscriptions:
     Args:
         node: The viewer's node.
         guarded: Function that calls a function with a message, and logs what it raises.
+        say: Function that shows a title and a text in all browsers.
     """
 
-    def __init__(self, node: Node, guarded: Callable[..., object]) -> None:
-        self._node, self._guarded = node, guarded
+    def __init__(
+        self, node: Node, guarded: Callable[..., object], say: Callable[[str, str], object]
+    ) -> None:
+        self._node, self._guarded, self._say = node, guarded, say
+        self._said: set[str] = set()
         self._topics: dict[tuple[object, ...], _Topic] = {}
 
     def subscribe(
@@ -99,6 +109,7 @@ class SharedSubscriptions:
             shared.subscription = self._node.create_subscription(
                 get_message(type_name), topic, lambda message: self._pass_on(shared, message), qos
             )
+            shared.subscription.choose_by_size(lambda size: self._is_taken(topic, shared, size))
             if former is not None:
                 self._node.destroy_subscription(former)
 
@@ -114,6 +125,25 @@ class SharedSubscriptions:
                 self._node.destroy_subscription(shared.subscription)
 
         return end
+
+    def _is_taken(self, topic: str, shared: _Topic, size: int) -> bool:
+        """Return whether a message is shown; say once for each topic that large ones are not."""
+        if size <= _LARGEST_AT_ANY_RATE:
+            return True
+        now_s = time.monotonic()
+        if now_s >= shared.next_large_s:
+            shared.next_large_s = now_s + _PERIOD_OF_LARGER_S
+            return True
+        if topic not in self._said:
+            self._said.add(topic)
+            text = (
+                f"Its messages have {size / 1e6:.0f} MB: one is shown in {_PERIOD_OF_LARGER_S:.0f} "
+                "s, since the page stands still meanwhile. Smaller ones, such as compressed "
+                "pictures, are shown at any rate."
+            )
+            self._node.get_logger().warning(f"{topic}: {text}")
+            self._say(f"{topic} is left out in part", text)
+        return False
 
     @staticmethod
     def _pass_on(shared: _Topic, message: Any) -> None:

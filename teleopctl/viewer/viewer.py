@@ -51,6 +51,8 @@ _UPDATES_PER_PANEL_TICK = 3
 # What was arranged is kept in the browsers every two seconds.
 _UPDATES_PER_STORE = 60
 _ERROR_PERIOD_S = 5.0
+# Larger steps of ROS time in the time between two updates are jumps.
+_JUMP_S, _FASTEST = 1.0, 100.0
 # Time for a browser to reconnect after a reload or a broken connection.
 _HIDDEN_AFTER_S = 5.0
 
@@ -82,11 +84,11 @@ class Viewer(Node):
         self._watched = False
         self._updates = 0
         self._next_frames_s = 0.0
-        self._last_time_ns = 0
+        self._last_time_ns, self._last_tick_s = 0, 0.0
         self._queue: deque[Callable[[], object]] = deque()
         self._queued = self.create_guard_condition(self._run_queued)
         self._types = UnknownTypes(self, self.run_in_background)
-        self._subscriptions = SharedSubscriptions(self, self.guarded)
+        self._subscriptions = SharedSubscriptions(self, self.guarded, self.notify)
         self._shared: dict[Callable[[Stage], Any], Any] = {}
         self._workers = ThreadPoolExecutor(2, thread_name_prefix="work")
         self.buffer = FrameBuffer(self)
@@ -257,9 +259,15 @@ class Viewer(Node):
     def _tick(self) -> None:
         self._updates += 1
         now_ns = self.get_clock().now().nanoseconds
-        jumped_back, self._last_time_ns = now_ns < self._last_time_ns, now_ns
+        begun_s = time.monotonic()
+        passed_s = (now_ns - self._last_time_ns) * 1e-9
+        jumped_back = passed_s < 0.0
+        # Ahead, as after a seek in a bag: simulations are not as fast.
+        jumped = jumped_back or passed_s > _JUMP_S + _FASTEST * (begun_s - self._last_tick_s)
+        self._last_time_ns, self._last_tick_s = now_ns, begun_s
+        if jumped:
+            self.workspace.time_jumped()
         with self.server.atomic():
-            begun_s = time.monotonic()
             if begun_s >= self._next_frames_s:
                 self.guarded(self.frames.update)
                 self._next_frames_s = begun_s + _REST * (time.monotonic() - begun_s)

@@ -33,6 +33,8 @@ if TYPE_CHECKING:
 _LEFT_ORDER = 100.0
 # Key and longest text of what is kept in a browser.
 _STORED = "teleopctl.workspace"
+# Key of the title of the layout that the page would have had without it.
+_USUAL = "usual"
 _LONGEST_STORED = 1_000_000
 _TIMEOUT_S = 5.0
 # A browser whose page is loaded again comes back as another one; until then its panels go on, so
@@ -151,6 +153,11 @@ class PageWorkspace:
         for desk in self._desks.values():
             desk.own.tick()
 
+    def time_jumped(self) -> None:
+        """Tell the panels that ROS time has jumped; see `Panel.time_jumped`."""
+        for panels in (self._shared, *(desk.own for desk in self._desks.values())):
+            panels.time_jumped()
+
     def graph_changed(self) -> None:
         """Pass a change of the ROS graph to the panels, and show those that are needed now."""
         self._shared.graph_changed()
@@ -187,7 +194,7 @@ class PageWorkspace:
             return
         usual = self.usual_layout()
         desk = self._new_desk(client, usual)
-        desk.stored = text
+        desk.stored, desk.usual = text, usual.title
         stored = self._stored_layout(text)
         self._restore(desk, stored or usual, is_first=True)
         if stored is not None:
@@ -208,13 +215,17 @@ class PageWorkspace:
         if not text:
             return None
         try:
-            stored = layout_of(json.loads(text), "The layout of this browser")
+            document = json.loads(text)
+            # Another layout was chosen for what the page showed then, such as a bag.
+            if isinstance(document, dict) and document.pop(_USUAL, "") != self.usual_layout().title:
+                return None
+            stored = layout_of(document, "The layout of this browser")
         except (ValueError, RecursionError, TeleopctlError) as error:
             self._page.node.get_logger().warning(f"Not restored: {error}")
             return None
         robot = self._page.scene_view.robot_name
         fits = not (stored.robot and robot) or stored.robot == robot
-        return stored if fits and stored.title == self.usual_layout().title else None
+        return stored if fits else None
 
     def remove_client(self, client_id: int) -> None:
         """Drop the arrangement of a browser that has disconnected.
@@ -510,7 +521,8 @@ class PageWorkspace:
             if desk.is_embedded:  # the local storage is that of the page with panels
                 continue
             with suppress(RuntimeError):  # a browser that is about to leave has no camera
-                text = json.dumps(self.layout_to_save(desk.client).document())
+                document = {_USUAL: desk.usual, **self.layout_to_save(desk.client).document()}
+                text = json.dumps(document)
                 if text != desk.stored and len(text) < _LONGEST_STORED:
                     desk.stored = text
                     desk.client.local_storage.set_item(_STORED, text)

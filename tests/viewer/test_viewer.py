@@ -4,7 +4,14 @@ from teleopctl import plugins
 from teleopctl.interfaces import get_message
 from teleopctl.node import Node, QoSProfile, SingleThreadedExecutor, init
 from teleopctl.testing import LONGEST_WAIT_S, eventually
-from teleopctl.viewer import PageLayout, Panel, Viewer, open_server, viewer as viewer_module
+from teleopctl.viewer import (
+    PageLayout,
+    Panel,
+    Viewer,
+    open_server,
+    subscriptions,
+    viewer as viewer_module,
+)
 from teleopctl.viewer.subscriptions import SharedSubscriptions
 from tests.benchmarks.page_client import PageClient
 
@@ -159,12 +166,15 @@ def test_a_browser_that_hides_the_page_does_not_look(ros, monkeypatch):
         executor.shutdown()
 
 
-def test_panels_that_show_the_same_topic_share_a_subscription(ros):
+def test_panels_that_show_the_same_topic_share_a_subscription(ros, monkeypatch):
     del ros  # this process is in it
     with init(args=[]), Node("page") as node:
         executor = SingleThreadedExecutor()
         executor.add_node(node)
-        shared = SharedSubscriptions(node, lambda function, message: function(message))
+        said: list[str] = []
+        shared = SharedSubscriptions(
+            node, lambda call, message: call(message), lambda title, _text: said.append(title)
+        )
         first: list[object] = []
         second: list[object] = []
         end_first = shared.subscribe(
@@ -185,6 +195,14 @@ def test_panels_that_show_the_same_topic_share_a_subscription(ros):
         while len(second) < 2:
             executor.spin_once(LONGEST_WAIT_S)
         assert len(first) == 1
+        # Of messages that take long to copy one is shown in 30 s, which is said once.
+        monkeypatch.setattr(subscriptions, "_LARGEST_AT_ANY_RATE", 100)
+        for text in ("a" * 200, "b" * 200, "c" * 200, "three"):
+            publisher.publish(String(data=text))
+        while second[-1] != String(data="three"):
+            executor.spin_once(LONGEST_WAIT_S)
+        assert second[2:] == [String(data="a" * 200), String(data="three")]
+        assert said == ["/words is left out in part"]
         end_second()
         assert not list(node.subscriptions)
         executor.shutdown()

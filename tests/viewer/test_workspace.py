@@ -157,7 +157,7 @@ def test_a_browser_finds_its_arrangement_again_unless_it_is_of_something_else(se
         "{",
         "[" * 5000,
         json.dumps({**kept, "version": 0}),
-        json.dumps({**kept, "title": "Bag"}),
+        json.dumps({**kept, "usual": "Bag"}),
     ):
         with session.browser(storage={key: other}) as wrong:
             assert wrong.tabs() == [("Scene",), ("Joints", "Log"), ("Topics",)]

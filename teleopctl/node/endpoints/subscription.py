@@ -126,6 +126,7 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         self._measure: Callable[[int | None], None] | None = None
         self._on_destroy: Callable[[], object] | None = None
         self._on_size: Callable[[int], None] | None = None
+        self._is_taken: Callable[[int], bool] | None = None
         self._lifespan_ns = bound_ns(qos.lifespan)
         self._channel = self._declare(qos, immediate=immediate)
         self._announce()
@@ -158,6 +159,14 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
         that is ``immediate``.
         """
         self._on_size = on_message
+
+    def choose_by_size(self, is_taken: Callable[[int], bool]) -> None:
+        """Drop messages by their size in bytes, before they are copied and decoded (ours).
+
+        Args:
+            is_taken: Called with a message's size; returns whether the message is taken.
+        """
+        self._is_taken = is_taken
 
     def add_event_callbacks(
         self, callbacks: SubscriptionEventCallbacks, group: CallbackGroup
@@ -346,6 +355,8 @@ class Subscription(Endpoint, QueuingEntity, Generic[MessageT]):
 
     def _decode(self, sample: zenoh.Sample, *, raw: bool) -> MessageT | bytes | None:
         """Decode a sample; count, log and return None if it is malformed."""
+        if self._is_taken is not None and not self._is_taken(len(sample.payload)):
+            return None
         payload = sample.payload.to_bytes()
         if len(payload) >= LARGE_MESSAGE:
             keep_memory_for_large_messages()

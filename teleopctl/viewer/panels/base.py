@@ -185,6 +185,12 @@ class Panel:
         Override.
         """
 
+    def time_jumped(self) -> None:
+        """Drop what was drawn over time; called when ROS time has jumped back, or far ahead.
+
+        As after a seek in a bag. Override.
+        """
+
     # Any: viser's handle of a browser.
     def clicked(self, client: Any, what: str) -> None:
         """Answer to a click on an element of the panel's HTML with a `click_mark`.

@@ -297,14 +297,15 @@ class Chart:
     def add(self, lines: Sequence[PlotLine]) -> None:
         """Add lines to the plot; the next `draw` sends them to the browsers."""
         self.lines += lines
-        self._draw_anew()
+        self.draw_anew()
 
     def clear(self) -> None:
         """Leave out all samples up to now, in this plot alone."""
         self._since_s = self._newest_s()
-        self._draw_anew()
+        self.draw_anew()
 
-    def _draw_anew(self) -> None:
+    def draw_anew(self) -> None:
+        """Remove the drawing, until there are samples for another one."""
         self._drawn = ()
         # The series of a uPlot are fixed when it is created.
         if self._handle is not None:

@@ -44,10 +44,14 @@ class CollectedSamples:
             panel: The panel.
         """
         if not self._shown:
-            for topic in self.topics.values():
-                topic.clear()
+            self.clear()
         self._shown.add(panel)
         self.subscribe()
+
+    def clear(self) -> None:
+        """Drop all samples."""
+        for topic in self.topics.values():
+            topic.clear()
 
     def end(self, panel: object) -> None:
         """Unsubscribe from the topics if no other panel is shown; the samples stay.

@@ -127,6 +127,12 @@ class PlotPanel(Panel):
         """Drop the samples that no other browser plots; called when the browser has left."""
         self._samples.keep(self, ())
 
+    def time_jumped(self) -> None:
+        """Drop the samples: a line from before the jump would show what nobody measured."""
+        self._samples.clear()
+        for chart in self._charts:
+            chart.draw_anew()
+
     def graph_changed(self) -> None:
         """Mark the offered topics as outdated, to be updated by a later `tick`."""
         self._is_graph_new = True
@@ -191,8 +197,10 @@ class PlotPanel(Panel):
                     for field in self._fields[name]
                     if field.length is None and field.path.startswith(_COMPARED)
                 ]
-        for name in sorted(self._fields):
-            for field in self._fields[name]:
+        # Short names first: /joint_states before /dynamic_joint_states; stamps are seldom plotted.
+        names = sorted(self._fields, key=lambda name: (len(name), name))
+        for name in names:
+            for field in sorted(self._fields[name], key=_is_stamp):
                 if field.length is None:
                     # In a narrow list the end of a text is cut off.
                     what = f"{field.path} {field.label}".rstrip()
@@ -475,6 +483,10 @@ class PlotPanel(Panel):
                     + [f"Not published: {escaped_markdown(text)}" for text in expected[:1]]
                 )
             )
+
+
+def _is_stamp(field: NumericField) -> bool:
+    return field.path.startswith("header.stamp")
 
 
 # Any: a message, whose class is made from its definition at run time.

@@ -1,7 +1,8 @@
-"""Style of the page on a phone: viser's sheet as wide as the screen, with controls for a thumb.
+"""Style of the page: lists that are read in full, and on a phone controls for a thumb.
 
-viser's sheet has the width and the buttons of a panel for a mouse: 266 of 390 pixels, and buttons
-of 50 x 18. The sections of panels lie side by side in two columns; an open one takes both.
+A list is as narrow as its field, and viser cuts the end of what it offers. On a phone viser's sheet
+has the width and the buttons of a panel for a mouse: 266 of 390 pixels, and buttons of 50 x 18. The
+sections of panels lie side by side in two columns; an open one takes both.
 """
 
 from __future__ import annotations
@@ -15,6 +16,7 @@ _SECTIONS = "div:has(> .mantine-Tabs-root > [role=button][aria-expanded])"
 # An open section of several tabs has its tabs in place of the button that opens it.
 _OPEN = ".mantine-Tabs-root:not(:has(> [aria-expanded=false]))"
 _STYLE = f"""
+[role=option] span {{ white-space: normal !important; overflow-wrap: anywhere }}
 @media {_PHONE} {{
   {_SHEET}, {_SHEET} div[style*="width: 20em"] {{ width: 100% !important }}
   {_SHEET} div[style*="height: 3.5em"] {{ height: 40px !important }}
@@ -32,8 +34,8 @@ _STYLE = f"""
 """
 
 SCRIPT = f"""
-const style = document.getElementById("teleopctl-phone") ?? document.createElement("style");
-style.id = "teleopctl-phone";
+const style = document.getElementById("teleopctl-style") ?? document.createElement("style");
+style.id = "teleopctl-style";
 style.textContent = {json.dumps(_STYLE)};
 document.head.append(style);
 """
