@@ -28,7 +28,7 @@ from teleopctl.viewer.page_server import (
 )
 from teleopctl.viewer.robot_file import RobotFile
 from teleopctl.viewer.robot_stop import RobotStopControl
-from teleopctl.viewer.scene.frames import FrameBuffer, SceneFrames
+from teleopctl.viewer.scene.frames import FrameBuffer, LargeTransforms, SceneFrames
 from teleopctl.viewer.scene_view import SceneView
 from teleopctl.viewer.subscriptions import SharedSubscriptions, UnknownTypes
 from teleopctl.viewer.workspace import PageWorkspace
@@ -231,6 +231,7 @@ class Viewer(Node):
         self._watched = True
         self._time_source.rest(is_resting=False)
         self._listener = NamedTransformListener(self.buffer, self)
+        self._listener.tf_sub.choose_by_size(LargeTransforms().is_taken)
         self.scene_view.begin()
         self._timer.reset()
 

@@ -136,6 +136,39 @@ class FrameBuffer(LiveBuffer):
         self.forget(gone)
 
 
+# Decoding thousands of transforms takes a twentieth of a second, in which the page answers slowly:
+# messages above this size are taken four times a second.
+_LARGE_MESSAGE = 60_000
+_LARGE_PERIOD_S = 0.25
+_MOST_SIZES = 100
+
+
+class LargeTransforms:
+    """Choice of the messages of ``/tf`` that are decoded, by their size.
+
+    Messages of one size are those of one publisher, which sends all its frames in each of them.
+    """
+
+    def __init__(self) -> None:
+        self._next_s: dict[int, float] = {}
+
+    def is_taken(self, size: int) -> bool:
+        """Return whether a message is decoded.
+
+        Args:
+            size: Size of the message in bytes.
+        """
+        if size < _LARGE_MESSAGE:
+            return True
+        now_s = time.monotonic()
+        if now_s < self._next_s.get(size, 0.0):
+            return False
+        if len(self._next_s) > _MOST_SIZES:
+            self._next_s.clear()
+        self._next_s[size] = now_s + _LARGE_PERIOD_S
+        return True
+
+
 _IDENTITY = Transform()
 # Far more than any robot has. A program that gives each object a new frame would fill the memory of
 # the page and of each browser.

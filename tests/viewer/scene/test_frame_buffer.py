@@ -9,6 +9,7 @@ from teleopctl.viewer.displays.base import OK, WARN
 from teleopctl.viewer.displays.frames import TfDisplay
 from teleopctl.viewer.panels.scene import _Row
 from teleopctl.viewer.scene import frames as frames_module
+from teleopctl.viewer.scene.frames import LargeTransforms
 
 MOST = 20
 UNKNOWN = 5
@@ -123,3 +124,13 @@ def test_the_list_of_frames_has_those_that_there_are(world):
         world.pass_time(1.0)
         row.show_status()
     assert set(row._parts) == set(world.page.frames.by_name)
+
+
+def test_thousands_of_transforms_are_decoded_four_times_a_second(monkeypatch):
+    now_s = 100.0
+    monkeypatch.setattr("teleopctl.viewer.scene.frames.time.monotonic", lambda: now_s)
+    choice = LargeTransforms()
+    taken = [choice.is_taken(size) for size in (500, 500, 200_000, 200_000, 300_000)]
+    assert taken == [True, True, True, False, True]
+    now_s += 0.3
+    assert choice.is_taken(200_000)
