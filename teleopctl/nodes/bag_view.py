@@ -3,15 +3,17 @@
 from __future__ import annotations
 
 import contextlib
+import math
 import os
 import threading
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
-from teleopctl.bag import MARKS_PARAMETER, OverlaidBag, Player, PlayOptions, open_bag
+from teleopctl.bag import MARKS_PARAMETER, Decoder, OverlaidBag, Player, PlayOptions, open_bag
 from teleopctl.base.token_file import Address
 from teleopctl.errors import TeleopctlError
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 from teleopctl.node import (
     ExternalShutdownException,
     Node,
@@ -87,6 +89,7 @@ def view_bag(
     ):
         viewer, address = open_viewer(host, port, token_file, view=view, layout=load_layout("bag"))
         stack.enter_context(viewer)
+        viewer.plot_recording(BagRecording(path, over))
         node = stack.enter_context(Node(_PLAYER))
         for topic, description in descriptions.items():
             if description is not None:
@@ -113,6 +116,53 @@ def view_bag(
             target=_offer_marks, args=(node, path), name="bag-marks", daemon=True
         ).start()
         executor.spin()
+
+
+class BagRecording:
+    """Bag, or two bags over each other, from whose files the page's plots are read.
+
+    Args:
+        path: Path of the bag.
+        over: Path of the bag over it; None for none.
+    """
+
+    def __init__(self, path: Path, over: Path | None = None) -> None:
+        self._path, self._over = path, over
+        self.start_s = math.inf
+        self.end_s = -math.inf
+        names: list[str] = []
+        for is_over in (False, *([True] if over else [])):
+            with self._open(is_over=is_over) as bag:
+                names += [topic.name for topic, _ in bag.metadata.topics]
+                for file in bag.metadata.files:
+                    if file.message_count:
+                        self.start_s = min(self.start_s, file.start_ns / NANOSECONDS_PER_SECOND)
+                        self.end_s = max(self.end_s, file.end_ns / NANOSECONDS_PER_SECOND)
+        # Transforms of both bags are one topic, which is played only.
+        self.topics = frozenset(name for name in names if names.count(name) == 1)
+
+    @contextlib.contextmanager
+    def _open(self, *, is_over: bool) -> Iterator[Bag]:
+        with contextlib.ExitStack() as stack:
+            bag = stack.enter_context(open_bag(self._path))
+            if is_over and self._over is not None:
+                bag = stack.enter_context(OverlaidBag(open_bag(self._over), bag, OVER))
+            yield bag
+
+    # Any: a message, whose class is made from its definition in the bag.
+    def messages(self, topic: str) -> Iterator[tuple[float, Any]]:
+        """Yield time of receipt (s since the epoch) and content of each message of a topic.
+
+        Args:
+            topic: Name of the topic; that of the bag over the first one begins with ``/over/``.
+
+        Raises:
+            TeleopctlError: The topic cannot be read.
+        """
+        is_over = self._over is not None and topic.startswith(f"/{OVER}/")
+        with self._open(is_over=is_over) as bag:
+            for decoded in Decoder(bag, [topic]).messages():
+                yield decoded.log_time_ns / NANOSECONDS_PER_SECOND, decoded.message
 
 
 def _attached_description(bag: Bag) -> bytes | None:

@@ -45,6 +45,12 @@ _PANELS, _EMBEDDED = "teleopctl-panels", "teleopctl-embedded"
 _CLICK = "teleopctl-click"
 _LONGEST_REPORT = 2000
 
+RECORDED_LABEL, RECORDED_TIME = "s of the bag", "teleopctl-recorded-time"
+"""Label of the time axis of plots of a recording, and ID of the element with its present time.
+
+The page's script sets the cursor of these plots to that time.
+"""
+
 # A panel's content starts with an element that has the panel's name, see `panel_mark`. What stands
 # around the element is hidden with the panel: by another tab, a minimized column, a closed section.
 # One request at a time, so that none overtakes another; a change during a request is sent by the
@@ -89,10 +95,16 @@ const report = async () => {
   }
   sending = false;
 };
-// The legends of plots show the newest values while the mouse is elsewhere.
+// The legends of plots show the newest values while the mouse is elsewhere; those of a recording
+// have the cursor at its time.
 const fillLegends = () => {
+  const now = parseFloat(document.getElementById("%s")?.textContent);
   for (const {chart} of Object.values(window.__viserTestpoints?.uplots ?? {})) {
-    if (chart.cursor.left < 0 && chart.data?.[0]?.length) {
+    if (chart.series[0].label === "%s") {
+      if (isNaN(now) || chart.over.matches(":hover")) continue;
+      const left = chart.valToPos(now, "x");
+      chart.setCursor({left: left <= chart.over.clientWidth ? left : -10, top: -10});
+    } else if (chart.cursor.left < 0 && chart.data?.[0]?.length) {
       chart.setLegend({idx: chart.data[0].length - 1});
     }
   }
@@ -123,6 +135,10 @@ window.teleopctlReports = setInterval(() => {
   if (document.visibilityState !== "hidden") fillLegends();
 }, 250);
 """
+
+
+def _script(client_id: int) -> str:
+    return _SCRIPT % (client_id, RECORDED_TIME, RECORDED_LABEL)
 
 
 # The browser's tab: the page's name, and an arm in its colour.
@@ -229,7 +245,7 @@ class ClientTracker:
 
         def add(connection: WebsockClientConnection) -> None:
             self._sights[connection.client_id] = _Sight()
-            connection.queue_message(RunJavascriptMessage(_SCRIPT % connection.client_id))
+            connection.queue_message(RunJavascriptMessage(_script(connection.client_id)))
 
         def remove(connection: WebsockClientConnection) -> None:
             self._sights.pop(connection.client_id, None)

@@ -26,6 +26,7 @@ from teleopctl.viewer.page_server import (
     close_server,
     open_page,
 )
+from teleopctl.viewer.panels.plots.collected import CollectedSamples
 from teleopctl.viewer.robot_file import RobotFile
 from teleopctl.viewer.robot_stop import RobotStopControl
 from teleopctl.viewer.scene.frames import FrameBuffer, LargeTransforms, SceneFrames
@@ -39,6 +40,7 @@ if TYPE_CHECKING:
     from teleopctl.viewer.client_tracker import PageServer
     from teleopctl.viewer.displays.base import Stage
     from teleopctl.viewer.page_routes import PageRoutes
+    from teleopctl.viewer.panels.plots.recorded import Recording
 
 _T = TypeVar("_T")
 
@@ -191,6 +193,14 @@ class Viewer(Node):
             self._shared[kind] = kind(self)
         made: _T = self._shared[kind]
         return made
+
+    def plot_recording(self, recording: Recording) -> None:
+        """Read what is plotted from a recording, the whole of it, while a player plays it.
+
+        Args:
+            recording: The recording.
+        """
+        self.shared(CollectedSamples).recording = recording
 
     def notify(self, title: str, text: str = "", *, wrong: bool = False) -> None:
         """Show a notification for 8 s in all browsers that have the page open."""

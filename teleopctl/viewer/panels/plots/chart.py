@@ -13,10 +13,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from teleopctl.base.printable import printable_line
+from teleopctl.viewer.client_tracker import RECORDED_LABEL
 from teleopctl.viewer.panels.plots.series import Floats, LaterSamples, Samples, resample
 
 if TYPE_CHECKING:
     import viser
+
+    from teleopctl.viewer.panels.plots.recorded import Recording
 
 _ABSOLUTE_FLOOR = 1e-9
 _RELATIVE_FLOOR = 1e-10
@@ -271,6 +274,7 @@ class Chart:
         gui: The viser GUI.
         title: Title of the plot.
         on_button: Function called with viser's event when a button is pressed.
+        recording: The played recording, all of which is drawn; None for none.
 
     Attributes:
         title: Title of the plot.
@@ -279,8 +283,15 @@ class Chart:
     """
 
     # Any: viser's event.
-    def __init__(self, gui: viser.GuiApi, title: str, on_button: Callable[[Any], None]) -> None:
+    def __init__(
+        self,
+        gui: viser.GuiApi,
+        title: str,
+        on_button: Callable[[Any], None],
+        recording: Recording | None = None,
+    ) -> None:
         self.title = title
+        self._recording = recording
         self.lines: list[PlotLine] = []
         self.frozen_s: float | None = None
         self._gui = gui
@@ -300,7 +311,9 @@ class Chart:
         self.draw_anew()
 
     def clear(self) -> None:
-        """Leave out all samples up to now, in this plot alone."""
+        """Leave out all samples up to now, in this plot alone; those of a recording stay."""
+        if self.is_recorded:
+            return
         self._since_s = self._newest_s()
         self.draw_anew()
 
@@ -331,8 +344,9 @@ class Chart:
         self._folder.remove()
 
     def freeze(self) -> None:
-        """Stop the plot's time window at the newest sample."""
-        self.frozen_s = self._end_s()
+        """Stop the plot's time window at the newest sample; a recording's goes on."""
+        if not self.is_recorded:
+            self.frozen_s = self._end_s()
 
     def look_back(self, end_s: float) -> None:
         """End the frozen time window at a time.
@@ -346,19 +360,33 @@ class Chart:
         """Let the plot's time window follow new samples again."""
         self.frozen_s = None
 
-    def draw(self, window_s: float) -> None:
-        """Send the lines within the last ``window_s`` seconds to the browsers, if changed."""
+    @property
+    def is_recorded(self) -> bool:
+        """Whether all lines are read from the recording."""
+        topics = {topic for line in self.lines for topic in line.topics}
+        return self._recording is not None and topics <= set(self._recording.topics)
+
+    def draw(self, window_s: float, now_s: float = 0.0) -> None:
+        """Send the lines within a time window to the browsers, if changed.
+
+        Args:
+            window_s: Length of the window in seconds, which ends with the newest sample; of a
+                recording it lies around the present time, and is at most as long as the recording.
+            now_s: Present time of the recording in seconds.
+        """
+        start_s, end_s = self.window_ends(window_s, now_s)
         news = (window_s, self.frozen_s, *(line.samples.added for line in self.lines))
-        if self.frozen_s is not None:
+        if self.is_recorded:
+            news = (start_s, end_s, *news[2:])
+        elif self.frozen_s is not None:
             news = news[:2]
         if news == self._drawn:
             return
         self._drawn = news
-        times, values = self.window(window_s)
+        times, values = self.window(window_s, now_s)
         if len(times) < 2:
             return
-        # Seconds relative to the newest sample, so that the labels below the plot do not change.
-        data = (times - self._end_s(), *values)
+        data = (times - self.origin_s(), *values)
         axis = self._axis_for(values)
         if self._handle is None:
             self._show(data, axis)
@@ -385,7 +413,8 @@ class Chart:
 
     def _show(self, data: tuple[Floats, ...], axis: VerticalAxis | None) -> None:
         # The plot is created only with data, since the page would keep the range of an empty plot.
-        names: list[dict[str, object]] = [{"label": "s"}]
+        label = RECORDED_LABEL if self.is_recorded else "s"
+        names: list[dict[str, object]] = [{"label": label}]
         names += [
             {
                 "label": printable_line(line.name)[:_LONGEST_LABEL],
@@ -408,20 +437,44 @@ class Chart:
             )
         self.show_note("")
 
-    def window(self, window_s: float) -> tuple[Floats, list[Floats]]:
-        """Return resampled times, and each line's values at these times, in the time window."""
-        end_s = self._end_s()
-        return resample([self._drawn_of(line) for line in self.lines], end_s - window_s, end_s)
+    def window_ends(self, window_s: float, now_s: float = 0.0) -> tuple[float, float]:
+        """Return start and end of the time window in seconds; see `draw`."""
+        if self._recording is None or not self.is_recorded:
+            end_s = self._end_s()
+            return end_s - window_s, end_s
+        first_s, last_s = self._recording.start_s, self._recording.end_s
+        end_s = min(max(now_s + window_s / 2, first_s + window_s), last_s)
+        return max(end_s - window_s, first_s), end_s
 
-    def samples(self, window_s: float) -> list[tuple[Floats, Floats]]:
-        """Return (times, values) as received for each line, in the last ``window_s`` seconds."""
-        end_s = self._end_s()
-        start_s = end_s - window_s
+    def origin_s(self) -> float:
+        """Return the time that is 0 on the horizontal axis, in seconds.
+
+        It is the newest sample's, so that the labels below the plot do not change, or a recording's
+        start, as on its time line.
+        """
+        if self._recording is not None and self.is_recorded:
+            return self._recording.start_s
+        return self._end_s()
+
+    def window(self, window_s: float, now_s: float = 0.0) -> tuple[Floats, list[Floats]]:
+        """Return resampled times, and each line's values at these times, in the time window."""
+        return resample(
+            [self._drawn_of(line) for line in self.lines], *self.window_ends(window_s, now_s)
+        )
+
+    def samples(self, window_s: float, now_s: float = 0.0) -> list[tuple[Floats, Floats]]:
+        """Return (times, values) as received for each line, in the time window."""
+        start_s, end_s = self.window_ends(window_s, now_s)
         found = (self._drawn_of(line).between(start_s, end_s) for line in self.lines)
         return [(times[times >= start_s], values[times >= start_s]) for times, values in found]
 
     def span_s(self) -> tuple[float, float] | None:
-        """Return the times of the first and the last sample of the plot; None without samples."""
+        """Return the times of the first and the last sample of the plot; None without samples.
+
+        Also None for lines of a recording, which has a time line of its own.
+        """
+        if self.is_recorded:
+            return None
         starts = [line.samples.first_s for line in self.lines]
         ends = [line.samples.last_s for line in self.lines]
         known = [time_s for time_s in (*starts, *ends) if time_s is not None]

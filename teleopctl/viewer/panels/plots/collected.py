@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from teleopctl.viewer.panels.plots.recorded import PlottedBagTopic, Recording
 from teleopctl.viewer.panels.plots.series import (
     MOST_OF_ALL,
     MOST_SAMPLES,
@@ -28,10 +29,12 @@ class CollectedSamples:
 
     Attributes:
         topics: The plotted topics by name.
+        recording: The played recording, from whose file plots are read; None for none.
     """
 
     def __init__(self, stage: Stage) -> None:
-        self.topics: dict[str, PlottedTopic] = {}
+        self.topics: dict[str, PlottedTopic | PlottedBagTopic] = {}
+        self.recording: Recording | None = None
         self._stage = stage
         # The panels of plots: those that are shown, and the fields (topic, path) of each.
         self._shown: set[object] = set()
@@ -80,7 +83,12 @@ class CollectedSamples:
         """
         plotted = self.topics.get(topic)
         if plotted is None:
-            plotted = self.topics[topic] = PlottedTopic(self._stage, topic)
+            recording = self.recording
+            if recording is not None and topic in recording.topics:
+                plotted = PlottedBagTopic(self._stage, recording, topic)
+            else:
+                plotted = PlottedTopic(self._stage, topic)
+            self.topics[topic] = plotted
             if self._shown:
                 plotted.subscribe()
         self._plotted.setdefault(panel, set()).add((topic, path))

@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import math
 import time
-from typing import Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import NumericField, Shape, get_message, numeric_fields
 from teleopctl.node import QoSProfile
+from teleopctl.viewer.client_tracker import RECORDED_TIME
 from teleopctl.viewer.html import age_text, escaped_markdown
 from teleopctl.viewer.panels.base import Page, Panel
 from teleopctl.viewer.panels.plots.chart import (
@@ -28,6 +30,9 @@ from teleopctl.viewer.panels.plots.expression import (
 )
 from teleopctl.viewer.panels.plots.series import Samples
 from teleopctl.viewer.subscriptions import topic_qos
+
+if TYPE_CHECKING:
+    from teleopctl.viewer.panels.plots.recorded import Recording
 
 MOST_CHARTS = 20
 MOST_OFFERED = 3000
@@ -87,6 +92,8 @@ class PlotPanel(Panel):
         )
         self._field.on_update(on(self._choose_field))
         self._place = self.gui.add_folder(None)
+        if self._samples.recording is not None:
+            self.gui.add_html(f'<span id="{RECORDED_TIME}" hidden></span>')
         with self.gui.add_form(None) as form:
             self._expression: Any = self.gui.add_text(
                 "Expression",
@@ -96,14 +103,19 @@ class PlotPanel(Panel):
             )
         form.on_submit(on(lambda _event: self._take_expression()))
         self._where: Any = self.gui.add_dropdown("Where", (_NEW,))
+        recording = self._samples.recording
         self._window: Any = self.gui.add_number(
             "Seconds",
-            _FIRST_WINDOW_S,
+            _FIRST_WINDOW_S if recording is None else _length_s(recording),
             min=0.1,
             max=_LONGEST_WINDOW_S,
-            hint="Length of the time window",
+            hint="Length of the time window"
+            + ("" if recording is None else ", around the time of the bag"),
         )
-        self._buttons: Any = self.gui.add_button_group("All plots", ("Pause", "Clear"))
+        # A recording is paused by its own controls, and its plots have all of it.
+        self._buttons: Any = self.gui.add_button_group(
+            "All plots", ("Pause", "Clear"), visible=recording is None
+        )
         self._buttons.on_click(on(self._pressed))
         self._back: Any = self.gui.add_slider(
             "Look back", 0.0, 1.0, 0.01, 0.0, visible=False, hint="Seconds before the pause"
@@ -131,7 +143,8 @@ class PlotPanel(Panel):
         """Drop the samples: a line from before the jump would show what nobody measured."""
         self._samples.clear()
         for chart in self._charts:
-            chart.draw_anew()
+            if not chart.is_recorded:
+                chart.draw_anew()
 
     def graph_changed(self) -> None:
         """Mark the offered topics as outdated, to be updated by a later `tick`."""
@@ -290,7 +303,9 @@ class PlotPanel(Panel):
             TeleopctlError: The text is no expression, or a topic of it is unknown.
         """
         expression = PlotExpression(text)
+        recording = self._samples.recording
         known = {*self._published(), *self._samples.topics, *topics}
+        known.update(recording.topics if recording is not None else ())
         parts = [topic_and_path(field, known) for field in expression.fields]
         for field, part in zip(expression.fields, parts, strict=True):
             if part is None:
@@ -322,7 +337,12 @@ class PlotPanel(Panel):
             return None
         self._charts_made += 1
         with self._place:
-            chart = Chart(self.gui, f"Plot {self._charts_made}", lambda event: pressed(event))
+            chart = Chart(
+                self.gui,
+                f"Plot {self._charts_made}",
+                lambda event: pressed(event),
+                self._samples.recording,
+            )
         pressed = self.page.on_node_thread(lambda event: self._pressed_at(chart, event))
         self._charts.append(chart)
         self._offer_charts(chart.title)
@@ -419,14 +439,14 @@ class PlotPanel(Panel):
         name = chart.title.lower().replace(" ", "_")
         if event.target.value == "CSV":
             names = [line.text for line in chart.lines]
-            samples = chart.samples(self._window.value)
+            samples = chart.samples(self._window.value, self._now_s())
             self.page.stage.run_in_background(
                 lambda: plot_csv(names, samples),
                 lambda content: _send(event.client, f"{name}.csv", content),
             )
         else:
-            times, values = chart.window(self._window.value)
-            times = times - times[-1] if len(times) else times
+            times, values = chart.window(self._window.value, self._now_s())
+            times = times - chart.origin_s()
             curves = [
                 PlotCurve(line.name, color, some)
                 for line, color, some in zip(chart.lines, COLORS, values, strict=False)
@@ -453,15 +473,21 @@ class PlotPanel(Panel):
 
     # --- drawing ------------------------------------------------------------------------------
 
+    def _now_s(self) -> float:
+        return self.page.node.get_clock().now().nanoseconds * 1e-9
+
     def tick(self) -> None:
         """Redraw plots with new samples, half of the plots per call."""
+        if self._samples.recording is not None and self._charts:
+            passed_s = self._now_s() - self._samples.recording.start_s
+            self.page.fill({RECORDED_TIME: f"{passed_s:.3f}"})
         self._ticks += 1
         if self._is_graph_new and self._ticks % _TICKS_PER_LIST in (0, 1):
             self._follow_graph()
         if self._ticks % _TICKS_PER_LIST == 0:
             self._show_silence()
         for chart in self._charts[self._ticks % _TURNS :: _TURNS]:
-            chart.draw(self._window.value)
+            chart.draw(self._window.value, self._now_s())
 
     def _show_silence(self) -> None:
         """Show above each plot which of its topics have sent nothing for 3 s."""
@@ -487,6 +513,11 @@ class PlotPanel(Panel):
 
 def _is_stamp(field: NumericField) -> bool:
     return field.path.startswith("header.stamp")
+
+
+def _length_s(recording: Recording) -> float:
+    """Return the length of a recording in whole seconds, as that of a time window."""
+    return float(min(max(math.ceil(recording.end_s - recording.start_s), 1), _LONGEST_WINDOW_S))
 
 
 # Any: a message, whose class is made from its definition at run time.

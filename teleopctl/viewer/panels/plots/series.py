@@ -83,14 +83,14 @@ class Series:
         """
         self._most = max(most, _FIRST_ROOM)
         while self._count > self._most:
-            self._thin()
+            self._thin(self._count // 2)
         if len(self._times) > self._most:
             self._times = self._times[: self._most].copy()
             self._values = self._values[: self._most].copy()
 
     def add(self, time_s: float, value: float) -> None:
         """Add a sample to the series; NaN is stored, but left out of the drawn line."""
-        if self._count == len(self._times):
+        if self._count >= len(self._times):
             self._make_room()
         self._times[self._count] = time_s
         self._values[self._count] = value
@@ -103,11 +103,26 @@ class Series:
             self._times = np.resize(self._times, room)
             self._values = np.resize(self._values, room)
         else:
-            self._thin()
+            self._thin(self._count // 2)
 
-    def _thin(self) -> None:
-        """Keep of each four samples of the older half the least and the greatest, and the first."""
-        old = self._count // 2 // _THINNED * _THINNED
+    def fill(self, times: Floats, values: Floats) -> None:
+        """Replace all samples; if they are too many, all of them are thinned evenly.
+
+        Args:
+            times: Times in seconds, ascending, shape (n,).
+            values: Values at these times, shape (n,).
+        """
+        self._times, self._values = times.copy(), values.copy()
+        self._count = len(times)
+        self.added += 1
+        while self._count > self._most:
+            self._thin(self._count)
+        self._times = self._times[: max(self._count, 1)].copy()
+        self._values = self._values[: max(self._count, 1)].copy()
+
+    def _thin(self, among: int) -> None:
+        """Keep of each four of the first samples the least and the greatest, and the first."""
+        old = among // _THINNED * _THINNED
         values = self._values[:old].reshape(-1, _THINNED)
         # NaN counts as neither: a group of NaN alone keeps its first two.
         least = np.argmin(np.where(np.isnan(values), np.inf, values), axis=1)
@@ -295,7 +310,7 @@ class PlottedTopic:
         self._stage = stage
         self._qos: QoSProfile | None = None
         self._end: Callable[[], None] | None = None
-        self._uses_stamps: bool | None = None
+        self._times = MessageTimes()
         self._last_s = -float("inf")
         self.received_s = time.monotonic()
 
@@ -328,7 +343,7 @@ class PlottedTopic:
 
     def clear(self) -> None:
         """Drop all samples of all fields of the topic."""
-        self._uses_stamps = None
+        self._times = MessageTimes()
         self._last_s = -float("inf")
         for one in self.series.values():
             one.clear()
@@ -353,27 +368,47 @@ class PlottedTopic:
         self.newest, self.received_s = message, time.monotonic()
         if not self.series:
             return
-        time_s = self._time_of(message)
+        now_s = self._stage.node.get_clock().now().nanoseconds * 1e-9
+        time_s = self._times.time_of(message, now_s)
         if time_s < self._last_s - _JUMP_BACK_S:
             self.clear()
-            time_s = self._time_of(message)
+            time_s = self._times.time_of(message, now_s)
         self._last_s = max(self._last_s, time_s)
         for path, one in self.series.items():
-            one.add(time_s, _number(self._readers[path], message))
+            one.add(time_s, number_of(self._readers[path], message))
 
-    def _time_of(self, message: Any) -> float:
-        now_s = self._stage.node.get_clock().now().nanoseconds * 1e-9
+
+class MessageTimes:
+    """Times of a topic's messages: their stamps, or the times of receipt; see `PlottedTopic`."""
+
+    def __init__(self) -> None:
+        self._uses_stamps: bool | None = None
+
+    # Any: a message, whose class is made from its definition at run time.
+    def time_of(self, message: Any, received_s: float) -> float:
+        """Return the time of a message in seconds.
+
+        Args:
+            message: The message.
+            received_s: Time of receipt in seconds.
+        """
         stamp = getattr(getattr(message, "header", None), "stamp", None)
         if stamp is None:
-            return now_s
+            return received_s
         stamp_s = to_seconds(to_nanoseconds(stamp))
         if self._uses_stamps is None:
-            self._uses_stamps = abs(stamp_s - now_s) < _SAME_CLOCK_S
-        return stamp_s if self._uses_stamps else now_s
+            self._uses_stamps = abs(stamp_s - received_s) < _SAME_CLOCK_S
+        return stamp_s if self._uses_stamps else received_s
 
 
-def _number(read: Callable[[Any], Any], message: Any) -> float:
-    """Return the value of a field; NaN if the message lacks it."""
+# Any: a message, whose class is made from its definition at run time.
+def number_of(read: Callable[[Any], Any], message: Any) -> float:
+    """Return the value of a field; NaN if the message lacks it.
+
+    Args:
+        read: Function that reads the field, of `field_reader`.
+        message: The message.
+    """
     try:
         return float(read(message))
     except (InvalidMessageError, TypeError, ValueError, OverflowError):

@@ -13,6 +13,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import from_seconds, get_message, set_stamp
 from teleopctl.viewer.panels.plots import plot, series as topic
 from teleopctl.viewer.panels.plots.chart import MOST_LINES, PlotCurve, plot_csv, plot_png
+from teleopctl.viewer.panels.plots.collected import CollectedSamples
 from teleopctl.viewer.panels.plots.plot import PlotPanel
 
 JointState = get_message("sensor_msgs/msg/JointState")
@@ -143,6 +144,49 @@ def test_a_time_that_begins_anew_begins_the_plot_anew(page, panel):
     draw(panel)
     _, (times, _) = shown(panel._charts[0])
     assert times == pytest.approx([-1, 0], abs=1e-5)
+
+
+def test_a_jump_of_time_begins_the_plot_anew(page, panel):
+    choose_joints(page, panel)
+    add(page, panel, HIP)
+    start_s = now_s(page)
+    for stamp_s in (start_s - 9, start_s - 8):
+        page.publish("/joint_states", state(stamp_s, 1.0))
+    panel.time_jumped()
+    for stamp_s in (start_s, start_s + 1):
+        page.publish("/joint_states", state(stamp_s, 2.0))
+    draw(panel)
+    assert shown(panel._charts[0])[1][1] == [2, 2]
+
+
+class Recorded:
+    """A recording of 20 s with one topic."""
+
+    start_s, end_s = 1000.0, 1020.0
+    topics = ("/joint_states",)
+
+    def messages(self, _topic):
+        for step in range(21):
+            yield self.start_s + step, state(self.start_s + step, float(step))
+
+
+def test_a_recording_is_drawn_whole_whatever_is_played(page, shared_ros):
+    page.node = shared_ros.node
+    page.shared(CollectedSamples).recording = Recorded()
+    panel = PlotPanel(page)
+    panel.build()
+    panel.began()
+    panel._add(["/joint_states/position[0]"])
+    draw(panel)
+    assert not page.listens_to("/joint_states")
+    labels, (times, values) = shown(panel._charts[0])
+    assert labels == ["hip position"]
+    assert times == values == list(range(21))
+    page.choose(panel._window, 4.0)
+    # The node's clock, that of the system, is past the end of the recording.
+    draw(panel)
+    assert shown(panel._charts[0])[1][0] == [16, 17, 18, 19, 20]
+    panel.ended()
 
 
 def test_an_element_that_is_missing_is_passed_over(page, panel):

@@ -85,6 +85,17 @@ def test_a_series_keeps_the_whole_session_and_the_older_it_is_the_coarser():
     assert len(long._times) == 1024
 
 
+def test_a_long_recording_is_thinned_evenly():
+    long = Series()
+    long.set_limit(4096)
+    times = np.arange(100_000.0)
+    long.fill(times, np.where(times == 777, 9.0, np.sin(times)))
+    kept, values = long.between(0, 1e9)
+    assert 1024 <= len(kept) <= 4096
+    assert values.max() == 9.0
+    assert np.diff(kept).max() < 200
+
+
 samples = strategies.lists(
     strategies.tuples(strategies.floats(-100, 100), strategies.floats()), max_size=60
 )
