@@ -1,8 +1,11 @@
-"""Style of the page: lists that are read in full, and on a phone controls for a thumb.
+"""Style of the page: lists that are read in full, a low bar, and on a phone controls for a thumb.
 
 A list is as narrow as its field, and viser cuts the end of what it offers. On a phone viser's sheet
 has the width and the buttons of a panel for a mouse: 266 of 390 pixels, and buttons of 50 x 18. The
 sections of panels lie side by side in two columns; an open one takes both.
+
+What is folded has no height at once. viser folds its settings away while the page is built up,
+which takes seconds on a busy machine: the bar would cover the robot with an empty box meanwhile.
 """
 
 from __future__ import annotations
@@ -16,6 +19,7 @@ _SECTIONS = "div:has(> .mantine-Tabs-root > [role=button][aria-expanded])"
 # An open section of several tabs has its tabs in place of the button that opens it.
 _OPEN = ".mantine-Tabs-root:not(:has(> [aria-expanded=false]))"
 _STYLE = f"""
+[style*="opacity: 0;"][style*="transition: height"] {{ height: 0 !important; overflow: hidden }}
 [role=option] span {{ white-space: normal !important; overflow-wrap: anywhere }}
 @media {_PHONE} {{
   {_SHEET}, {_SHEET} div[style*="width: 20em"] {{ width: 100% !important }}
