@@ -89,8 +89,8 @@ def robot_view(
 # Heights in pixels of what covers the lower edge of the scene: the bar, and on a phone the sheet of
 # viser's client, which has it in windows narrower than 576 pixels.
 _BAR_PX, _SHEET_PX, _PHONE_PX = 140, 260, 576
-# The bounding sphere of a robot is larger than its visible part.
-_SEEN_SHARE = 0.95
+# Beside the bounding sphere of a robot at rest there is room for its motion.
+_SEEN_SHARE = 1.1
 
 
 def fitted(view: View, radius: float, camera: viser.CameraHandle) -> View:
@@ -188,6 +188,10 @@ def _motion_planning(topic: str) -> dict[str, Any]:
     }
 
 
+# Clouds and scans are shown when they are published, as pictures of cameras are; of many the first.
+_CLOUDS = {"sensor_msgs/msg/PointCloud2": "PointCloud2", "sensor_msgs/msg/LaserScan": "LaserScan"}
+_MOST_CLOUDS = 4
+
 # Displays that come with a topic, unless an .rviz file was loaded: last part of the topic's name,
 # its type, class and name of the display, and the function that returns the properties.
 _BY_TOPIC: tuple[tuple[str, str, str, str, Callable[[str], dict[str, Any]]], ...] = (
@@ -246,6 +250,7 @@ class SceneView:
         # Of each browser that follows a frame: the frame, and where it was last.
         self._followed: dict[int, tuple[str, Vector3 | None]] = {}
         self._offered: set[str] = set()
+        self._clouds_added = 0
         server.scene.set_up_direction("+z")
         add_lights(server.scene)
         self.path = path
@@ -316,7 +321,7 @@ class SceneView:
         return display
 
     def offer_topics(self, topics: Iterable[tuple[str, Sequence[str]]]) -> None:
-        """Add the displays of plans and of servo when their topics come, each once.
+        """Add the displays of plans, servo, clouds and scans when their topics come, each once.
 
         Args:
             topics: Topics of the graph with their types.
@@ -330,6 +335,11 @@ class SceneView:
                     self._offered.add(topic)
                     taken = any(display.name == name for display in self.displays)
                     self.add(rviz_class, topic if taken else name, properties(topic))
+            clouds = [_CLOUDS[kind] for kind in types if kind in _CLOUDS]
+            if clouds and topic not in self._offered and self._clouds_added < _MOST_CLOUDS:
+                self._offered.add(topic)
+                self._clouds_added += 1
+                self.add(clouds[0], topic, {"Topic": {"Value": topic}})
 
     def _make(self, rviz_class: str, name: str, given: dict[str, Any]) -> Display:
         kind: type[Display] = plugins.load(plugins.DISPLAYS, rviz_class)

@@ -50,6 +50,10 @@ def test_displays_of_plans_and_of_servo_come_with_their_topics_and_leave_the_wor
         "/left/servo_node/status_markers",
     ):
         assert page.listens_to(topic), topic
+    clouds = [(f"/cloud_{number}", ["sensor_msgs/msg/PointCloud2"]) for number in range(6)]
+    picture.offer_topics([("/scan", ["sensor_msgs/msg/LaserScan"]), *clouds])
+    shown = [topic for topic in ("/scan", *dict(clouds)) if page.listens_to(topic)]
+    assert shown == ["/scan", "/cloud_0", "/cloud_1", "/cloud_2"]
     # What a person removes does not come back.
     picture.remove(plans)
     picture.offer_topics(topics)
