@@ -95,6 +95,10 @@ def run(
     try:
         status = _dispatch(words, before_verb)
         sys.stdout.flush()
+        if "teleopctl.base.interrupts" in sys.modules and _is_interrupt():
+            status = (
+                EXIT_INTERRUPTED  # swallowed by Python, and the verb ended before it came again
+            )
         if exit_early is not None and _leaves_nothing(words):
             exit_early(status)
     except BrokenPipeError:
@@ -117,7 +121,7 @@ def run(
     return status
 
 
-def _is_interrupt(error: Exception) -> bool:
+def _is_interrupt(error: Exception | None = None) -> bool:
     from teleopctl.base import interrupts
 
     return interrupts.is_cause(error)

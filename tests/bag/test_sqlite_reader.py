@@ -7,6 +7,7 @@ import shutil
 import sqlite3
 from pathlib import Path
 
+import pytest
 import zstandard
 from hypothesis import given, strategies as st
 
@@ -145,6 +146,7 @@ def test_a_compressed_file_that_is_cut_off_is_read_up_to_there(tmp_path):
     assert recovery.lost
 
 
+@pytest.mark.nightly
 @given(
     st.lists(
         st.tuples(st.floats(0, 1), st.sampled_from(["flip", "zero", "cut"])), min_size=1, max_size=3

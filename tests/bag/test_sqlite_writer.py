@@ -25,6 +25,7 @@ from teleopctl.bag import (
 )
 from teleopctl.errors import InvalidFileError, RefusedError, SystemFailureError, UsageError
 from tests.bag.bags import LATCHED, message, topic, write_bag
+from tests.samples import sample
 
 DATABASES = WriterOptions(database_settings=database_settings(), distribution="jazzy")
 
@@ -105,7 +106,7 @@ def test_a_new_database_begins_with_what_latched_topics_last_had(tmp_path):
     )
 
 
-@pytest.mark.parametrize("preset", ["none", "resilient"])
+@pytest.mark.parametrize("preset", sample(["none", "resilient"], 2))
 @given(data=st.data())
 def test_what_was_flushed_survives_its_writer_and_is_made_whole(tmp_path_factory, preset, data):
     folder = tmp_path_factory.mktemp("left") / "bag"

@@ -11,6 +11,7 @@ from pathlib import Path
 import pytest
 
 from teleopctl.cli.completion import shells
+from tests.samples import sample
 from tests.system.terminal import Terminal
 
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="a terminal of POSIX")
@@ -116,7 +117,7 @@ def shell(
     started.terminal.kill()
 
 
-@pytest.mark.parametrize("what", LINES)
+@pytest.mark.parametrize("what", sample(LINES, 2))
 def test_what_tab_completes_is_the_word_that_teleopctl_is_given(shell, what):
     before, behind, words = LINES[what]
     assert shell.given(before, behind) == words

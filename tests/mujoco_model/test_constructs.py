@@ -378,6 +378,7 @@ def test_a_link_that_does_not_touch_its_robot_goes_through_it() -> None:
     assert touching("false") == 0
 
 
+@pytest.mark.nightly
 def test_coacd_cuts_an_angle_into_its_two_legs_and_leaves_a_box_whole(
     tmp_path: Path, caplog: pytest.LogCaptureFixture, monkeypatch: pytest.MonkeyPatch
 ) -> None:

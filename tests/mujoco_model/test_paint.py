@@ -12,6 +12,7 @@ from trimesh.visual.material import PBRMaterial, SimpleMaterial
 
 from teleopctl.mujoco_model import RobotModel
 from teleopctl.mujoco_model.paint import MeshTexture, add_textures
+from tests.samples import sample
 from tests.sim.robots import INERTIAL, box, link, model
 
 RED, GREEN = (255, 0, 0, 255), (0, 255, 0, 255)
@@ -76,7 +77,7 @@ def test_a_mesh_without_materials_has_the_colour_of_the_urdf(tmp_path: Path) -> 
     assert colours(built) == [(0.0, 0.0, 1.0, 1.0)]
 
 
-@pytest.mark.parametrize("kind", ["glb", "obj"])
+@pytest.mark.parametrize("kind", sample(["glb", "obj"], 2))
 def test_a_picture_is_the_right_way_up(tmp_path: Path, kind: str) -> None:
     pixels = np.zeros((8, 8, 3), np.uint8)
     pixels[:4, :, 0], pixels[4:, :, 1] = 255, 255  # red above, green below
@@ -130,6 +131,7 @@ def test_pictures_are_found_where_gazebos_models_have_them(tmp_path: Path, named
     assert m.tex_data[first : first + 3].tolist() == [250, 10, 10]
 
 
+@pytest.mark.nightly
 def test_many_pictures_are_smaller_ones() -> None:
     spec = mujoco.MjSpec()
     spec.worldbody.add_geom(size=[1.0, 0.0, 0.0])

@@ -189,6 +189,7 @@ def car() -> ControllerReport:
     return driven
 
 
+@pytest.mark.nightly
 def test_a_base_on_four_wheels_drives_a_square_with_round_corners_within_one_percent():
     base = car()
     message = TwistStamped()

@@ -245,6 +245,7 @@ def sliding_base() -> Cart:
     return Cart(text, parameters={**BASE, **lists, **track})
 
 
+@pytest.mark.nightly
 def test_a_base_that_turns_by_sliding_its_wheels_drives_a_square_within_one_percent() -> None:
     cart = sliding_base()
     weight = 9.81 * (10.0 + 4 * 0.3)

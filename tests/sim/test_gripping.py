@@ -9,6 +9,7 @@ from teleopctl.robot import read_world
 from teleopctl.robot.description import RobotDescription
 from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.sim.simulation import Simulation
+from tests.samples import sample
 
 JOINTS = ["joint_1", "joint_2", "joint_3", "joint_4"]
 POSE = [0.0, 0.3, -0.3]
@@ -60,7 +61,9 @@ class Grip:
 
 @pytest.mark.parametrize(
     ("size", "mass", "seconds"),
-    [(0.04, 0.05, 10), (0.04, 0.5, 30), (0.06, 0.5, 10), (0.1, 0.05, 10), (0.1, 0.5, 30)],
+    sample(
+        [(0.04, 0.05, 10), (0.04, 0.5, 30), (0.06, 0.5, 10), (0.1, 0.05, 10), (0.1, 0.5, 30)], 3
+    ),
 )
 def test_a_cube_is_held_and_creeps_less_than_a_tenth_of_a_millimetre_a_second(
     size: float, mass: float, seconds: int

@@ -11,6 +11,7 @@ from teleopctl.mujoco_model.model import RobotModel, build_model
 from teleopctl.sim.cameras import renderer as quality
 from teleopctl.sim.cameras.messages import new_info
 from teleopctl.sim.cameras.renderer import CameraRenderer
+from tests.samples import sample
 from tests.sim.robots import joint, link, robot
 from tests.sim.test_cameras import centres
 
@@ -63,7 +64,7 @@ def pixel(place: tuple[float, float], radius: Callable[[float], float]) -> tuple
 
 @pytest.mark.parametrize(
     ("fov", "inside", "projection"),
-    [
+    sample([
         (2.4, "", lambda theta: math.tan(theta / 2)),
         (3.4, "<lens><type>equidistant</type><cutoff_angle>3</cutoff_angle></lens>", float),
         (3.4, "<lens><type>equisolid_angle</type><cutoff_angle>3</cutoff_angle></lens>",
@@ -71,7 +72,7 @@ def pixel(place: tuple[float, float], radius: Callable[[float], float]) -> tuple
         (2.8, "<lens><type>orthographic</type></lens>", math.sin),
         (3.4, f"<lens>{CUSTOM}</lens>", lambda theta: math.tan(theta / 4)),
         (2.2, "<lens><type>gnomonical</type></lens>", math.tan),
-    ],
+    ], 2),
 )  # fmt: skip
 def test_each_direction_is_seen_where_its_projection_puts_it(
     fov: float, inside: str, projection: Callable[[float], float]

@@ -117,6 +117,7 @@ def test_runs_are_measured_alike_and_one_that_fails_does_not_stop_the_others(
     assert len(states(first / "bag")) > 20
 
 
+@pytest.mark.nightly
 def test_what_is_done_is_kept_at_ctrl_c_or_a_kill_and_the_rest_is_done_later(
     ros_without_router: RosGraph, tmp_path: Path
 ) -> None:

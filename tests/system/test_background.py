@@ -8,6 +8,7 @@ import psutil
 import pytest
 
 from teleopctl.testing import eventually
+from tests.samples import sample
 
 TWO_NODES = """launch:
 - node: {pkg: teleop_py_pkg, exec: simple_publisher, name: mouth}
@@ -144,12 +145,15 @@ def test_what_each_process_of_a_launch_does_or_waits_for_is_said(ros):
 
 @pytest.mark.parametrize(
     ("line", "mistake"),
-    [
-        ("run --timeout 3 simple_publisher", "--timeout needs --detach"),
-        ("launch --stall-timeout 3 sim.yaml", "--stall-timeout needs --detach"),
-        ("launch -d --timeout 0 sim.yaml", "--timeout is 0, expected a number above 0"),
-        ("run -d --stall-timeout -1 simple_publisher", "--stall-timeout is -1, expected"),
-    ],
+    sample(
+        [
+            ("run --timeout 3 simple_publisher", "--timeout needs --detach"),
+            ("launch --stall-timeout 3 sim.yaml", "--stall-timeout needs --detach"),
+            ("launch -d --timeout 0 sim.yaml", "--timeout is 0, expected a number above 0"),
+            ("run -d --stall-timeout -1 simple_publisher", "--stall-timeout is -1, expected"),
+        ],
+        4,
+    ),
 )
 def test_bounds_of_a_wait_that_mean_nothing_are_refused(ros, line, mistake):
     result = ros.run(line)
@@ -164,6 +168,7 @@ def test_a_detached_launch_that_starts_nothing_is_done_at_once(ros):
     assert "[INFO] [launch.user]: hello" in ros.run("logs says").stdout
 
 
+@pytest.mark.nightly
 def test_two_of_a_name_are_told_apart(ros):
     ros.run("run -d simple_publisher")
     second = ros.run("run -d simple_publisher --ros-args -r __node:=two")
@@ -201,6 +206,7 @@ def test_a_detached_launch_is_up_when_the_command_returns_and_its_nodes_are_list
     assert not any(runs(pid) for pid in pids)
 
 
+@pytest.mark.nightly
 def test_what_a_killed_launch_leaves_behind_is_listed_and_can_be_stopped(ros):
     (ros.folder / "two.yaml").write_text(TWO_NODES)
     assert ros.run("launch -d two.yaml").returncode == 0
@@ -280,6 +286,7 @@ def test_what_a_launch_file_printed_before_it_was_refused_is_kept(ros):
     assert "my own words" in ros.run("logs prints").stdout
 
 
+@pytest.mark.nightly
 def test_a_launch_in_the_foreground_that_ends_leaves_no_record(ros):
     (ros.folder / "two.yaml").write_text(TWO_NODES)
     launch = ros.spawn("launch two.yaml")
@@ -371,6 +378,7 @@ def test_a_node_that_dies_later_is_seen_until_stop_has_told_of_it(ros):
     assert "dies" not in processes(ros)
 
 
+@pytest.mark.nightly
 def test_a_process_of_a_launch_that_is_killed_later_is_seen_with_its_signal(ros):
     (ros.folder / "two.yaml").write_text(TWO_NODES.replace(", respawn: true", ""))
     assert ros.run("launch -d two.yaml").returncode == 0
@@ -387,6 +395,7 @@ def test_a_process_of_a_launch_that_is_killed_later_is_seen_with_its_signal(ros)
     assert list(processes(ros)) == ["router"]
 
 
+@pytest.mark.nightly
 def test_a_name_that_is_taken_again_is_no_longer_that_of_what_died(ros):
     ros.run("run -d simple_publisher")
     psutil.Process(processes(ros)["simple_publisher"]["pid"]).kill()

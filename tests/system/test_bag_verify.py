@@ -104,6 +104,7 @@ def test_a_session_is_simulated_once_more_to_the_bit(
     assert document["first"][0]["topic"].startswith("/")
 
 
+@pytest.mark.nightly
 def test_what_is_otherwise_in_any_topic_is_found_with_its_time_and_both_values(recorded, tmp_path):
     session, _ = recorded
     for kind, change in (
@@ -130,6 +131,7 @@ def test_what_is_otherwise_in_any_topic_is_found_with_its_time_and_both_values(r
             assert position.size == pytest.approx(0.1)
 
 
+@pytest.mark.nightly
 def test_a_bag_without_the_states_that_controllers_answer_is_compared_by_the_others(
     recorded, tmp_path
 ):

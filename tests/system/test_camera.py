@@ -176,6 +176,7 @@ EYES = """<robot name="scene"><link name="world"/><link name="eye"/>
 PLATE = "things: {plate: {shape: box, size: [0.1, 0.4, 0.4], color: red}}"
 
 
+@pytest.mark.nightly
 def test_what_comes_later_is_drawn_where_the_pinhole_has_it_until_it_leaves(
     ros: RosGraph, viewer: Viewer
 ) -> None:
@@ -375,6 +376,7 @@ def test_an_unknown_quality_is_refused(ros: RosGraph) -> None:
     assert "Traceback" not in camera.stderr
 
 
+@pytest.mark.nightly
 def test_the_quality_can_be_changed_while_it_draws(
     ros: RosGraph, camera: Process, viewer: Viewer
 ) -> None:
@@ -386,6 +388,7 @@ def test_the_quality_can_be_changed_while_it_draws(
     camera.wait_for_line("drawing at quality full")
 
 
+@pytest.mark.nightly
 def test_what_cannot_be_changed_is_refused(ros: RosGraph, camera: Process) -> None:
     wrong = ros.run("param set /camera quality best")
     assert (wrong.returncode, wrong.stdout) == (1, "")

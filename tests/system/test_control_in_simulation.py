@@ -170,6 +170,7 @@ def test_controllers_are_switched_while_time_stands_still(ros, urdf):
     operator.close()
 
 
+@pytest.mark.nightly
 def test_a_simulator_with_another_rate_is_told(ros, urdf):
     operator = Operator(ros, urdf, sim_rate=50)
     operator.pause(False)
@@ -199,6 +200,7 @@ def test_a_manager_that_begins_anew_takes_the_arm_over_where_it_is(ros, urdf):
     operator.close()
 
 
+@pytest.mark.nightly
 def test_a_reset_while_time_stands_still_is_published_by_the_broadcasters(ros, urdf):
     operator = Operator(ros, urdf)
     assert ros.run_module("teleopctl.nodes", f"controller_manager spawner {ALL}").returncode == 0

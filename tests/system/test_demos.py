@@ -47,6 +47,7 @@ def test_talkers_and_listeners_choose_their_reliability_and_end_by_themselves(sh
     assert (talker.returncode, listener.returncode) == (0, 0)
 
 
+@pytest.mark.nightly
 def test_the_sum_of_two_integers_is_asked_for(shared_ros):
     waiting = shared_ros.spawn("run demo_nodes_py add_two_ints_client")
     waiting.wait_for_line("service not available, waiting again...", stream="stdout")
@@ -152,6 +153,7 @@ def test_a_log_level_is_changed_by_a_service(shared_ros):
     ]
 
 
+@pytest.mark.nightly
 def test_the_managed_talker_publishes_while_it_is_active(shared_ros):
     talker = shared_ros.spawn("run lifecycle_py lifecycle_talker")
     listener = shared_ros.spawn("run lifecycle lifecycle_listener")

@@ -99,6 +99,7 @@ def test_two_nodes_of_one_name_are_found(ros):
     assert text.startswith("2 nodes are called /twin: ")
 
 
+@pytest.mark.nightly
 def test_a_definition_of_another_version_is_found(ros):
     spawned(ros, OTHER_VERSION)
     ros.spawn("topic echo /chatter std_msgs/msg/String")

@@ -9,6 +9,7 @@ from pathlib import Path
 import pytest
 
 from teleopctl.testing import LONGEST_WAIT_S
+from tests.samples import sample
 
 
 @pytest.fixture(scope="module")
@@ -26,33 +27,40 @@ def graph(shared_ros):
 
 @pytest.mark.parametrize(
     ("line", "message", "hint"),
-    [
-        ("topic info /chater", "Unknown topic '/chater'", "/chatter"),
-        ("topic type /chater", "Unknown topic '/chater'", "/chatter"),
-        ("topic echo /chater", "Could not determine the type for the passed topic", "/chatter"),
-        ("node info /simple_paramter", "Unable to find node", "/simple_parameter"),
-        ("param get /simple_paramter x", "Node not found: '/simple_paramter'", "/simple_parameter"),
-        ("param list /nowhere", "Node not found: '/nowhere'", "/simple_parameter"),
-        ("param set /simple_paramter x 1", "Node not found", "/simple_parameter"),
-        ("param get /simple_parameter simple_int", "Parameter not set", "simple_int_param"),
-        ("param set /simple_parameter simple_int 1", "simple_int was not", "simple_int_param"),
-        ("service type /simple_parameter/get_params", "Unknown service", "get_parameters"),
-        (
-            "service call /simple_parameter/get_parameters std_srvs/srv/Empty",
-            "has the type rcl_interfaces/srv/GetParameters, not std_srvs/srv/Empty",
-            "teleopctl service call /simple_parameter/get_parameters rcl_interfaces/srv/Get",
-        ),
-        (
-            "service call /bad//name std_srvs/srv/Empty",
-            "Invalid service name: topic name must not contain repeated '/'",
-            "'/bad//name'",
-        ),
-        (
-            "topic echo bad//name",
-            "Invalid topic name: topic name must not contain repeated '/'",
-            "'/bad//name'",
-        ),
-    ],
+    sample(
+        [
+            ("topic info /chater", "Unknown topic '/chater'", "/chatter"),
+            ("topic type /chater", "Unknown topic '/chater'", "/chatter"),
+            ("topic echo /chater", "Could not determine the type for the passed topic", "/chatter"),
+            ("node info /simple_paramter", "Unable to find node", "/simple_parameter"),
+            (
+                "param get /simple_paramter x",
+                "Node not found: '/simple_paramter'",
+                "/simple_parameter",
+            ),
+            ("param list /nowhere", "Node not found: '/nowhere'", "/simple_parameter"),
+            ("param set /simple_paramter x 1", "Node not found", "/simple_parameter"),
+            ("param get /simple_parameter simple_int", "Parameter not set", "simple_int_param"),
+            ("param set /simple_parameter simple_int 1", "simple_int was not", "simple_int_param"),
+            ("service type /simple_parameter/get_params", "Unknown service", "get_parameters"),
+            (
+                "service call /simple_parameter/get_parameters std_srvs/srv/Empty",
+                "has the type rcl_interfaces/srv/GetParameters, not std_srvs/srv/Empty",
+                "teleopctl service call /simple_parameter/get_parameters rcl_interfaces/srv/Get",
+            ),
+            (
+                "service call /bad//name std_srvs/srv/Empty",
+                "Invalid service name: topic name must not contain repeated '/'",
+                "'/bad//name'",
+            ),
+            (
+                "topic echo bad//name",
+                "Invalid topic name: topic name must not contain repeated '/'",
+                "'/bad//name'",
+            ),
+        ],
+        2,
+    ),
 )
 def test_an_unknown_name_fails_and_suggests_one(graph, line, message, hint):
     done = graph.run(line)
@@ -72,21 +80,36 @@ def test_echo_of_an_unpublished_topic_has_ros2s_warning(graph):
 
 @pytest.mark.parametrize(
     ("kind", "values", "fragments"),
-    [
-        ("std_msgs/msg/String", "{date: 1}", ["Failed to populate field: ", "date", "data"]),
-        ("std_msgs/msg/String", "{data: [1]}", ["data", "string"]),
-        ("std_msgs/msg/String", "data:x", ["The passed value needs to be a dictionary in YAML"]),
-        ("std_msgs/msg/Int8", "{data: 300}", ["data", "300"]),
-        ("geometry_msgs/msg/Twist", "{linear: {x: fast}}", ["linear.x", "fast"]),
-        ("std_msgs/msg/String", "{data: ", ["The passed value needs to be in YAML string"]),
-        ("std_msgs/msg/Int8MultiArray", "{data:[-1]}", ["line 1, column 6", "A blank must follow"]),
-        (
-            "std_msgs/msg/String",
-            "data:\n\t- x",
-            ["in line 2, column 1", "YAML allows no tab there"],
-        ),
-        ("std_msgs/msg/Strin", "{}", ["The passed message type is invalid", "std_msgs/msg/String"]),
-    ],
+    sample(
+        [
+            ("std_msgs/msg/String", "{date: 1}", ["Failed to populate field: ", "date", "data"]),
+            ("std_msgs/msg/String", "{data: [1]}", ["data", "string"]),
+            (
+                "std_msgs/msg/String",
+                "data:x",
+                ["The passed value needs to be a dictionary in YAML"],
+            ),
+            ("std_msgs/msg/Int8", "{data: 300}", ["data", "300"]),
+            ("geometry_msgs/msg/Twist", "{linear: {x: fast}}", ["linear.x", "fast"]),
+            ("std_msgs/msg/String", "{data: ", ["The passed value needs to be in YAML string"]),
+            (
+                "std_msgs/msg/Int8MultiArray",
+                "{data:[-1]}",
+                ["line 1, column 6", "A blank must follow"],
+            ),
+            (
+                "std_msgs/msg/String",
+                "data:\n\t- x",
+                ["in line 2, column 1", "YAML allows no tab there"],
+            ),
+            (
+                "std_msgs/msg/Strin",
+                "{}",
+                ["The passed message type is invalid", "std_msgs/msg/String"],
+            ),
+        ],
+        3,
+    ),
 )
 def test_a_message_that_does_not_fit_its_type_names_the_field(graph, kind, values, fragments):
     done = graph.run(["topic", "pub", "--once", "-w", "0", "/x", kind, values])
@@ -98,29 +121,32 @@ def test_a_message_that_does_not_fit_its_type_names_the_field(graph, kind, value
 
 @pytest.mark.parametrize(
     "line",
-    [
-        "topc list",
-        "topic lst",
-        "topic list --colour",
-        "topic info",
-        "topic pub /x",
-        "topic pub -r fast /x std_msgs/msg/String",
-        "topic pub -r 0 /x std_msgs/msg/String",
-        "topic pub -w -1 /x std_msgs/msg/String",
-        "topic pub -t -1 /x std_msgs/msg/String",
-        "topic pub --once -t 2 /x std_msgs/msg/String",
-        "topic pub --stdin /x std_msgs/msg/String {}",
-        "topic echo -l -1 /chatter",
-        "topic echo --timeout 0 /chatter",
-        "topic echo --qos-depth -1 /chatter",
-        "topic echo --qos-reliability maybe /chatter",
-        "topic echo --filter 'm.data >' /chatter",
-        "topic echo --csv --json /chatter",
-        "topic hz",
-        "topic hz -w 0 /chatter",
-        "topic bw -w 0 /chatter",
-        "param get /simple_parameter",
-    ],
+    sample(
+        [
+            "topc list",
+            "topic lst",
+            "topic list --colour",
+            "topic info",
+            "topic pub /x",
+            "topic pub -r fast /x std_msgs/msg/String",
+            "topic pub -r 0 /x std_msgs/msg/String",
+            "topic pub -w -1 /x std_msgs/msg/String",
+            "topic pub -t -1 /x std_msgs/msg/String",
+            "topic pub --once -t 2 /x std_msgs/msg/String",
+            "topic pub --stdin /x std_msgs/msg/String {}",
+            "topic echo -l -1 /chatter",
+            "topic echo --timeout 0 /chatter",
+            "topic echo --qos-depth -1 /chatter",
+            "topic echo --qos-reliability maybe /chatter",
+            "topic echo --filter 'm.data >' /chatter",
+            "topic echo --csv --json /chatter",
+            "topic hz",
+            "topic hz -w 0 /chatter",
+            "topic bw -w 0 /chatter",
+            "param get /simple_parameter",
+        ],
+        3,
+    ),
 )
 def test_wrong_usage_ends_with_2(graph, line):
     done = graph.run(line)

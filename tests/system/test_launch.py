@@ -11,6 +11,7 @@ import psutil
 import pytest
 
 from teleopctl.testing import LONGEST_WAIT_S
+from tests.samples import sample
 
 STUBBORN = """
 import signal, sys, time
@@ -269,18 +270,22 @@ def test_show_args_and_print_start_nothing(ros):
 
 @pytest.mark.parametrize(
     ("line", "message", "hint"),
-    [
-        ("launch sym.yaml", "Launch file 'sym.yaml' not found", "sim.yaml"),
-        ("launch nope x.yaml", "Package 'nope' not found", ""),
-        (
-            "launch teleop_description nope.yaml",
-            "file 'nope.yaml' was not found in the share directory of package 'teleop_description'",
-            "display",
-        ),
-        ("launch display.yaml model:=nope.xacro", "nope.xacro", ""),
-        ("launch -d display.yaml model:=pieces.urdf", "Two root links found: [a] and [b]", ""),
-        ("launch -d sim.yaml model:=pieces.urdf", "Two root links found: [a] and [b]", ""),
-    ],
+    sample(
+        [
+            ("launch sym.yaml", "Launch file 'sym.yaml' not found", "sim.yaml"),
+            ("launch nope x.yaml", "Package 'nope' not found", ""),
+            (
+                "launch teleop_description nope.yaml",
+                "file 'nope.yaml' was not found in the share directory of package "
+                "'teleop_description'",
+                "display",
+            ),
+            ("launch display.yaml model:=nope.xacro", "nope.xacro", ""),
+            ("launch -d display.yaml model:=pieces.urdf", "Two root links found: [a] and [b]", ""),
+            ("launch -d sim.yaml model:=pieces.urdf", "Two root links found: [a] and [b]", ""),
+        ],
+        3,
+    ),
 )
 def test_what_does_not_exist_or_does_not_parse_is_named(ros, line, message, hint):
     (ros.folder / "pieces.urdf").write_text(
@@ -421,6 +426,7 @@ def test_a_node_that_waits_for_what_nobody_publishes_is_up(ros):
     assert started.stdout.startswith("mujoco_sim is up: /mujoco_sim ")
 
 
+@pytest.mark.nightly
 def test_the_simulation_starts_in_a_folder_with_the_sources_of_a_controller_manager(ros):
     folder = ros.folder / "controller_manager"
     folder.mkdir()
@@ -428,16 +434,14 @@ def test_the_simulation_starts_in_a_folder_with_the_sources_of_a_controller_mana
     (folder / "setup.py").write_text(
         "setup(entry_points={'console_scripts': ['spawner = gone.spawner:main']})"
     )
-    started = ros.run("launch -d sim.yaml camera:=false real_time_factor:=0")
+    started = ros.run("launch -d sim.yaml camera:=false")
     assert started.returncode == 0, started.stderr
     assert "WARNING" not in started.stderr
     assert controllers(ros) == ALL_ACTIVE
 
 
 def test_the_controllers_can_be_started_on_a_simulation_that_runs(ros):
-    started = ros.run(
-        "launch -d sim.yaml camera:=false start_controllers:=false real_time_factor:=0"
-    )
+    started = ros.run("launch -d sim.yaml camera:=false start_controllers:=false")
     assert started.returncode == 0, started.stderr
     assert controllers(ros) == ["No controllers are currently loaded!"]
     started = ros.run("launch -d controller.yaml")

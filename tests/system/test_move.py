@@ -14,6 +14,7 @@ import teleopctl
 from teleopctl.cli import main
 from teleopctl.testing import RosGraph, eventually
 from tests.api.test_docstrings import NEEDS_A_ROBOT, failures
+from tests.samples import sample
 
 EXAMPLE = Path(__file__).parents[2] / "docs/examples/move_arm.py"
 
@@ -122,27 +123,34 @@ def test_ctrl_c_stops_the_arm_and_ends_with_status_130(robot, command):
 
 @pytest.mark.parametrize(
     ("line", "status", "sentence"),
-    [
-        ("move", 2, "Give a goal: --to X,Y,Z"),
-        ("move --to 1,2", 2, "--to takes 3 numbers, x,y,z; got '1,2'"),
-        ("move --to 0,0,1 --named home", 2, "Give one goal, not --to and --named"),
-        ("move --named home --rpy 1,0,0", 2, "--rpy, --quat, --frame and --linear belong to --to"),
-        ("move --named up", 1, "The group 'arm' has no state 'up'"),
-        ("move --joints 1,2", 2, "The group 'arm' has 3 joints, got 2 positions"),
-        ("move --joints elbow=1", 1, "The group 'arm' has no joint 'elbow'"),
-        ("move --named home --speed 0", 2, "--speed is a factor above 0 and at most 1, got 0"),
-        ("move --gripper 1.5", 2, "--gripper is open, close or a number from 0"),
-        ("move --gripper open --group gripper", 2, "The group 'gripper' moves no single tip"),
-        ("move --named home --timeout 0", 2, "--timeout must be above 0 s, got 0"),
-        ("move --to 0,0,9", 1, "The goal pose cannot be reached, the nearest is"),
-        (
-            "move --to 0,0,1 --frame moon",
-            1,
-            "Neither the robot nor /tf, within 2 s, has a frame 'moon'",
-        ),
-        ("move --named home -n moon", 1, "No robot runs: nothing publishes /moon/robot_descr"),
-        ("move --named home -o a.png", 2, "-o writes the picture of --plot"),
-    ],
+    sample(
+        [
+            ("move", 2, "Give a goal: --to X,Y,Z"),
+            ("move --to 1,2", 2, "--to takes 3 numbers, x,y,z; got '1,2'"),
+            ("move --to 0,0,1 --named home", 2, "Give one goal, not --to and --named"),
+            (
+                "move --named home --rpy 1,0,0",
+                2,
+                "--rpy, --quat, --frame and --linear belong to --to",
+            ),
+            ("move --named up", 1, "The group 'arm' has no state 'up'"),
+            ("move --joints 1,2", 2, "The group 'arm' has 3 joints, got 2 positions"),
+            ("move --joints elbow=1", 1, "The group 'arm' has no joint 'elbow'"),
+            ("move --named home --speed 0", 2, "--speed is a factor above 0 and at most 1, got 0"),
+            ("move --gripper 1.5", 2, "--gripper is open, close or a number from 0"),
+            ("move --gripper open --group gripper", 2, "The group 'gripper' moves no single tip"),
+            ("move --named home --timeout 0", 2, "--timeout must be above 0 s, got 0"),
+            ("move --to 0,0,9", 1, "The goal pose cannot be reached, the nearest is"),
+            (
+                "move --to 0,0,1 --frame moon",
+                1,
+                "Neither the robot nor /tf, within 2 s, has a frame 'moon'",
+            ),
+            ("move --named home -n moon", 1, "No robot runs: nothing publishes /moon/robot_descr"),
+            ("move --named home -o a.png", 2, "-o writes the picture of --plot"),
+        ],
+        3,
+    ),
 )
 def test_what_cannot_be_done_is_said_in_one_sentence_and_nothing_moves(
     command, line, status, sentence

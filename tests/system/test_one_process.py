@@ -9,6 +9,7 @@ from teleopctl.interfaces import get_message
 from teleopctl.node import qos_profile_latched
 from teleopctl.robot import expand_xacro
 from teleopctl.testing import eventually
+from tests.samples import sample
 from tests.system.test_control_in_simulation import CONTROLLERS, MODEL, run
 
 PROCESSES = ("process", "topic")
@@ -31,6 +32,7 @@ class Sleeper(ControllerInterface):
 """
 
 
+@pytest.mark.nightly
 def test_the_bits_of_a_run_are_those_of_two_processes(ros):
     urdf = expand_xacro(MODEL, {"hardware": "sim"})
     hosted, apart = (run(ros, urdf, 40, hosted=hosted)[0] for hosted in (True, False))
@@ -86,22 +88,25 @@ def test_other_arguments_are_refused(ros, words):
 
 @pytest.mark.parametrize(
     ("arguments", "status", "reason"),
-    [
-        (
-            "--ros-args -p update_rate:=-5",
-            1,
-            "'update_rate' is -5, expected an integer from 1 to 65535",
-        ),
-        (
-            "--ros-args -p update_rate:=0",
-            1,
-            "'update_rate' is 0, expected an integer from 1 to 65535",
-        ),
-        ("--ros-args -p cycle_timeout:=soon", 1, "'cycle_timeout' must be a number of seconds"),
-        ("--ros-args --params-file nope.yaml", 1, "Cannot read nope.yaml"),
-        ("--ros-args -r broken", 2, "Couldn't parse the rule 'broken'"),
-        ("'", 2, "Cannot split --controller-manager"),
-    ],
+    sample(
+        [
+            (
+                "--ros-args -p update_rate:=-5",
+                1,
+                "'update_rate' is -5, expected an integer from 1 to 65535",
+            ),
+            (
+                "--ros-args -p update_rate:=0",
+                1,
+                "'update_rate' is 0, expected an integer from 1 to 65535",
+            ),
+            ("--ros-args -p cycle_timeout:=soon", 1, "'cycle_timeout' must be a number of seconds"),
+            ("--ros-args --params-file nope.yaml", 1, "Cannot read nope.yaml"),
+            ("--ros-args -r broken", 2, "Couldn't parse the rule 'broken'"),
+            ("'", 2, "Cannot split --controller-manager"),
+        ],
+        3,
+    ),
 )
 def test_what_is_wrong_with_the_manager_ends_the_process_with_the_reason(
     ros, arguments, status, reason

@@ -9,6 +9,7 @@ from teleopctl.testing import eventually
 
 if sys.platform == "win32":
     pytest.skip("needs a terminal of POSIX", allow_module_level=True)
+from tests.samples import sample
 from tests.system.terminal import Terminal
 
 STRING = "std_msgs/msg/String"
@@ -92,12 +93,15 @@ def test_in_a_pipe_there_is_one_drawing_at_the_end(ros):
 
 @pytest.mark.parametrize(
     ("options", "text"),
-    [
-        ("--plot data", "'data' is not a number"),
-        ("--plot nothing", "no field 'nothing'"),
-        ("--plot data --window 0", "window must be positive"),
-        ("--plot [", "Invalid field"),
-    ],
+    sample(
+        [
+            ("--plot data", "'data' is not a number"),
+            ("--plot nothing", "no field 'nothing'"),
+            ("--plot data --window 0", "window must be positive"),
+            ("--plot [", "Invalid field"),
+        ],
+        2,
+    ),
 )
 def test_what_cannot_be_drawn_is_told(ros, options, text):
     ros.spawn(["topic", "pub", "-r", "20", "/chatter", STRING, "{data: hello}"]).wait_for_line("#1")

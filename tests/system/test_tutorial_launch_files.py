@@ -11,6 +11,7 @@ POINT = "{positions: [0.4, 0.2, -0.3], time_from_start: {nanosec: 500000000}}"
 TRAJECTORY = f"{{joint_names: [joint_1, joint_2, joint_3], points: [{POINT}]}}"
 
 
+@pytest.mark.nightly
 def test_the_arm_comes_up_in_gazebos_launch_file_and_moves_by_the_controllers_of_another(ros):
     gazebo = ros.spawn("launch teleop_description gazebo.launch.py")
     gazebo.wait_for_line(r"Spawn status: SpawnEntity: Successfully spawned entity \[teleop\]")

@@ -12,6 +12,7 @@ from teleopctl.interfaces.store import get_message
 from teleopctl.node import Context, Node, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.testing import LONGEST_WAIT_S, RosGraph
+from tests.samples import sample
 from tests.system.sim_partner import Partner, command, stamp_ns, teleop_urdf
 
 TABLE = package_share("teleopctl") / "worlds" / "table.urdf"
@@ -153,6 +154,7 @@ def lift(ros: RosGraph) -> list[tuple[int, Any]]:
     return seen
 
 
+@pytest.mark.nightly
 def test_the_cube_is_lifted_the_same_way_twice(ros: RosGraph) -> None:
     first, second = dict(lift(ros)), dict(lift(ros))
 
@@ -189,6 +191,7 @@ def test_the_world_is_on_the_topics_that_rviz_reads(ros: RosGraph) -> None:
     partner.close()
 
 
+@pytest.mark.nightly
 def test_the_camera_looks_at_the_cube(ros: RosGraph) -> None:
     partner = Partner(teleop_urdf())
     flags = ["--ros-args", "-p", f"world:={TABLE}", "-p", "quality:=fast"]
@@ -210,11 +213,17 @@ def test_the_camera_looks_at_the_cube(ros: RosGraph) -> None:
 
 @pytest.mark.parametrize(
     ("content", "message"),
-    [
-        (None, "Cannot read {file}: No such file or directory"),
-        ("<robot>\n<link", "{file}:2: invalid XML: "),
-        ("<robot name='w'>\n<link name='a'/><link name='b'/></robot>", "{file}: Two root links"),
-    ],
+    sample(
+        [
+            (None, "Cannot read {file}: No such file or directory"),
+            ("<robot>\n<link", "{file}:2: invalid XML: "),
+            (
+                "<robot name='w'>\n<link name='a'/><link name='b'/></robot>",
+                "{file}: Two root links",
+            ),
+        ],
+        3,
+    ),
 )
 def test_a_world_with_a_mistake_is_told_once_and_nothing_is_started(
     ros: RosGraph, content: str | None, message: str

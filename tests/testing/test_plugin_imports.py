@@ -64,12 +64,14 @@ def test_plain_pytest_finds_rclpy(project):
     assert "1 passed" in done.stdout
 
 
+@pytest.mark.nightly
 def test_the_first_conftest_finds_it_already(project):
     (project / "conftest.py").write_text("import rclpy, tf2_ros\n")
     done = run_pytest(project)
     assert done.returncode == 0, done.stderr
 
 
+@pytest.mark.nightly
 def test_a_python_that_has_imported_teleopctl_at_its_start_gives_pytest_no_warning(project):
     (project / "pytest.ini").write_text("[pytest]\nfilterwarnings = error\n")
     done = run_pytest(project, python=("-m", "teleopctl", "python"))
@@ -91,6 +93,7 @@ def test_what_is_really_installed_wins(project):
     assert "the real one" in done.stdout
 
 
+@pytest.mark.nightly
 def test_launch_tests_are_left_to_a_launch_testing_that_is_really_installed(project):
     ours = run_pytest(project, "--launch-args", "rate:=5")
     assert ours.returncode == 0, ours.stderr

@@ -8,6 +8,9 @@ from pathlib import Path
 
 import pytest
 
+# mypy reads the libraries for ten seconds.
+pytestmark = pytest.mark.nightly
+
 NODE = Path(__file__).with_name("talker.py")
 
 # Each line is added to the node's `values` and is wrong.

@@ -11,6 +11,7 @@ import yaml
 
 from teleopctl.packages import BUILD_TYPES, NewPackage, create_package, license_names
 from teleopctl.packages.setup_script import setup_arguments
+from tests.samples import sample
 
 MAINTAINER = "--maintainer-name Ann --maintainer-email ann@example.com"
 
@@ -182,23 +183,29 @@ def test_licenses_are_listed_for_a_question_mark(ros_without_router):
 
 @pytest.mark.parametrize(
     ("line", "told"),
-    [
-        ("../greeter", "'../greeter' is not a valid package name"),
-        (
-            "test --build-type ament_python",
-            "Aborted since 'ament_python' packages can't be named 'test'.",
-        ),
-        ("my-arm --build-type ament_python", "'my-arm' cannot be imported in Python"),
-        ("arm --build-type ament_python --node-name class", "'class' cannot be imported"),
-        ("arm --dependencies ../x", "'../x' is not a valid name"),
-        ("", "Missing argument 'PACKAGE_NAME'"),
-        ("arm --build-type catkin", "'catkin' is not one of"),
-        (
-            "arm --controller go --build-type cmake",
-            "written in Python, and the build type is cmake",
-        ),
-        ("arm --controller 9", "'9' cannot be imported in Python, where the controller becomes"),
-    ],
+    sample(
+        [
+            ("../greeter", "'../greeter' is not a valid package name"),
+            (
+                "test --build-type ament_python",
+                "Aborted since 'ament_python' packages can't be named 'test'.",
+            ),
+            ("my-arm --build-type ament_python", "'my-arm' cannot be imported in Python"),
+            ("arm --build-type ament_python --node-name class", "'class' cannot be imported"),
+            ("arm --dependencies ../x", "'../x' is not a valid name"),
+            ("", "Missing argument 'PACKAGE_NAME'"),
+            ("arm --build-type catkin", "'catkin' is not one of"),
+            (
+                "arm --controller go --build-type cmake",
+                "written in Python, and the build type is cmake",
+            ),
+            (
+                "arm --controller 9",
+                "'9' cannot be imported in Python, where the controller becomes",
+            ),
+        ],
+        3,
+    ),
 )
 def test_a_name_that_cannot_be_used_is_refused(ros_without_router, line, told):
     before = files(ros_without_router.folder)

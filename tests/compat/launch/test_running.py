@@ -188,6 +188,7 @@ def test_ctrl_c_ends_a_chain_that_is_under_way(shared_ros):
     assert launch.wait() == 0
 
 
+@pytest.mark.nightly
 def test_two_hundred_processes_start_and_all_end_on_ctrl_c(shared_ros):
     path = shared_ros.folder / "many.launch.py"
     path.write_text(

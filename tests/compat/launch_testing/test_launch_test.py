@@ -5,6 +5,8 @@ import xml.etree.ElementTree as ET
 
 import pytest
 
+from tests.samples import sample
+
 HEAD = """
 import sys
 import unittest
@@ -208,15 +210,21 @@ def test_a_launch_that_does_not_get_ready_is_ended(launch_test):
 
 @pytest.mark.parametrize(
     ("body", "said"),
-    [
-        ("def generate_test_description(ready_fn): ...", "unexpected extra argument 'ready_fn'"),
-        (
-            "def generate_test_description(): return LaunchDescription()",
-            "containing a ReadyToTest action",
-        ),
-        ("def generate_test_description(): return 1 / 0", "some_test.py:20: ZeroDivisionError"),
-        ("", "has no function generate_test_description()"),
-    ],
+    sample(
+        [
+            (
+                "def generate_test_description(ready_fn): ...",
+                "unexpected extra argument 'ready_fn'",
+            ),
+            (
+                "def generate_test_description(): return LaunchDescription()",
+                "containing a ReadyToTest action",
+            ),
+            ("def generate_test_description(): return 1 / 0", "some_test.py:20: ZeroDivisionError"),
+            ("", "has no function generate_test_description()"),
+        ],
+        2,
+    ),
 )
 def test_a_file_that_is_no_launch_test_is_refused(launch_test, body, said):
     assert said in launch_test(body, status=1)

@@ -169,6 +169,7 @@ def test_a_file_with_a_test_description_is_one_test(run_pytest, mark):
     assert "1 passed" in text
 
 
+@pytest.mark.nightly
 def test_a_failure_names_the_test_and_its_line(run_pytest):
     status, text = run_pytest(LAUNCH_TEST.format(mark="launch_test", timeout=0.1))
     assert status == 1
@@ -177,6 +178,7 @@ def test_a_failure_names_the_test_and_its_line(run_pytest):
     assert "[echo-1]: process started" in text
 
 
+@pytest.mark.nightly
 def test_a_description_without_the_mark_is_no_launch_test(run_pytest):
     text = LAUNCH_TEST.replace("@pytest.mark.{mark}\n", "").format(timeout=1)
     status, text = run_pytest(text + "\ndef test_alone():\n    pass\n", "-k", "alone")

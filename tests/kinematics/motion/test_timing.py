@@ -145,6 +145,7 @@ def test_collinear_corners_cost_nothing():
     assert split.duration_s == pytest.approx(whole.duration_s, rel=2e-3)
 
 
+@pytest.mark.nightly
 @given(st.integers(0, 10_000))
 def test_a_path_whose_geometry_is_kept_is_followed_exactly_within_all_limits(seed):
     corners, most = random_problem(seed)

@@ -11,6 +11,7 @@ import pytest
 from teleopctl.base import progress
 from teleopctl.launch.execution.standby import StandbyProcess, standby_simulator
 from teleopctl.launch.model.plan import ProcessPlan
+from tests.samples import sample
 
 PLAN = ProcessPlan(
     name="mujoco_sim-1",
@@ -42,7 +43,9 @@ def process_of(standby: StandbyProcess | None) -> subprocess.Popen[bytes]:
 
 
 @pytest.mark.parametrize(
-    ("launch_file", "words"), [(FILES[0], []), (FILES[1], ["--builtin"])], indirect=["launch_file"]
+    ("launch_file", "words"),
+    sample([(FILES[0], []), (FILES[1], ["--builtin"])], 2),
+    indirect=["launch_file"],
 )
 def test_it_becomes_the_simulator_with_the_arguments_of_its_plan(launch_file, words):
     command = [*PLAN.command[:4], *words, *PLAN.command[4:]]

@@ -15,6 +15,7 @@ from teleopctl.mujoco_model.model import build_model
 from teleopctl.robot import RobotDescription
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import OK, WARN
+from tests.samples import sample
 from tests.viewer.absurd.mesh_samples import KINDS, TRIANGLES, Files, binary_stl
 from tests.viewer.conftest import FakePage
 from tests.viewer.displays.conftest import Draw, Picture, look, put_frame
@@ -179,7 +180,7 @@ def test_a_file_of_each_kind_is_shown_whole(place: Place, tmp_path: Path, kind: 
 @pytest.mark.parametrize(
     "content", [b"", b"nonsense " * 30, b"\0" * 300], ids=["", "text", "zeros"]
 )
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", sample(KINDS, 3))
 def test_of_a_file_that_is_none_the_name_is_told(
     place: Place, tmp_path: Path, kind: str, content: bytes
 ) -> None:
@@ -277,7 +278,7 @@ def test_an_obj_whose_faces_name_no_corner_is_told(place: Place, tmp_path: Path)
         ("1e30 1e30 1e30", NOTHING, WHOLE),
     ],
 )
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", sample(KINDS, 3))
 def test_a_scale_may_mirror_a_mesh_and_not_lose_it_unsaid(
     place: Place,
     tmp_path: Path,
@@ -328,7 +329,7 @@ def nothing(path: Path) -> None:
 
 
 @pytest.mark.parametrize("put", [nothing, a_directory, a_loop, unreadable, a_pipe])
-@pytest.mark.parametrize("suffix", ["stl", "obj", "dae", "glb", "gltf", "ply"])
+@pytest.mark.parametrize("suffix", sample(["stl", "obj", "dae", "glb", "gltf", "ply"], 3))
 def test_what_is_no_file_is_named(
     place: Place, tmp_path: Path, suffix: str, put: Callable[[Path], None]
 ) -> None:

@@ -14,6 +14,7 @@ from teleopctl.cli.verbs.top.screens import Confirm, TextInput
 from teleopctl.cli.verbs.top.table import LiveTable
 from teleopctl.interfaces import get_message
 from teleopctl.testing import LONGEST_WAIT_S
+from tests.samples import sample
 
 STRING = get_message("std_msgs/msg/String")
 IMAGE = get_message("sensor_msgs/msg/Image")
@@ -111,6 +112,7 @@ def test_a_node_is_shown_with_its_process_wherever_it_was_started(ros_with_own_r
     on_screen(scenario)
 
 
+@pytest.mark.nightly
 def test_topics_are_measured_while_they_are_on_the_screen(ros):
     async def scenario(screen):
         with publishing(ros, STRING(data="x" * 100), "/chatter") as publisher:
@@ -129,6 +131,7 @@ def test_topics_are_measured_while_they_are_on_the_screen(ros):
     on_screen(scenario)
 
 
+@pytest.mark.nightly
 def test_pictures_are_measured_when_they_are_asked_for(ros):
     async def scenario(screen):
         with publishing(ros, IMAGE(), "/image") as publisher:
@@ -175,6 +178,7 @@ def test_g_draws_fields_over_time(ros):
     on_screen(scenario)
 
 
+@pytest.mark.nightly
 def test_a_field_that_is_wrong_is_told(ros):
     async def scenario(screen):
         with publishing(ros, TWIST(), "/cmd_vel"):
@@ -273,7 +277,7 @@ def test_slash_narrows_the_rows(ros):
     on_screen(scenario)
 
 
-@pytest.mark.parametrize("size", [(40, 10), (60, 24), (200, 50)])
+@pytest.mark.parametrize("size", sample([(40, 10), (60, 24), (200, 50)], 3))
 def test_columns_fit_the_terminal(ros, size):
     async def scenario(screen):
         with publishing(ros, STRING(), "/a_topic_with_a/name_that_is/longer_than_most/chatter"):
