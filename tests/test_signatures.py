@@ -62,9 +62,15 @@ def unexplained(source: str) -> list[str]:
     """
     if not re.search(r"\bAny\b", source):
         return []
-    known = reasons(source)
+    functions = [
+        (function, class_line)
+        for function, class_line in public_functions(ast.parse(source).body)
+        if has_any(function)
+    ]
+    # Comments are found slowly, so only where one is needed.
+    known = reasons(source) if functions else []
     found = []
-    for function, class_line in public_functions(ast.parse(source).body):
+    for function, class_line in functions:
         first = min([function.lineno, *(each.lineno for each in function.decorator_list)])
         last = max(function.lineno, function.body[0].lineno - 1)
         said = any(
@@ -73,7 +79,7 @@ def unexplained(source: str) -> list[str]:
             or first <= line <= last
             for line, column in known
         )
-        if has_any(function) and not said:
+        if not said:
             found.append(f"{function.lineno}: {function.name}")
     return found
 

@@ -285,6 +285,7 @@ def test_a_table_that_makes_its_rows_is_none(tmp_path, statement):
     assert "its 'messages' is not a plain table" in said
 
 
+@pytest.mark.nightly
 def test_a_type_whose_messages_are_too_large_has_none(tmp_path):
     package = tmp_path / "bomb_msgs"
     (package / "msg").mkdir(parents=True)
@@ -418,7 +419,7 @@ def test_a_launch_file_that_makes_more_and_more_is_refused_with_its_line(tmp_pat
     assert reason in said
 
 
-@pytest.mark.parametrize("option", ["--print", "--show-args"])
+@pytest.mark.parametrize("option", sample(["--print", "--show-args"], 2))
 def test_launch_files_that_include_two_each_are_counted(tmp_path, option):
     for number in range(30):
         include = f"- include: {{file: $(dirname)/l{number + 1}.yaml}}\n"

@@ -7,6 +7,7 @@ import pytest
 
 from tests.compat.activated import output
 from tests.packages.prefix import INDEX, install, write
+from tests.samples import sample
 
 HEAD = "from ament_index_python import *\nfrom ament_index_python.packages import *\n"
 
@@ -67,16 +68,39 @@ print(has_resource("parser", "urdf"), has_resource("parser", "sdf"))
 
 @pytest.mark.parametrize(
     ("call", "error", "text"),
-    [
-        ("get_package_prefix('leek')", "PackageNotFoundError", "package 'leek' not found, searchi"),
-        ("get_package_share_path('leek')", "PackageNotFoundError", "package 'leek' not found"),
-        ("get_package_prefix('_/x')", "ValueError", "'_/x' is not a valid package name"),
-        ("get_package_share_directory('a b')", "ValueError", "'a b' is not a valid package name"),
-        ("get_resource('parser', 'sdf')", "LookupError", "Could not find the resource 'sdf' of ty"),
-        ("get_resource('parser', 'a/b')", "InvalidResourceNameError", "Resource name 'a/b' is inv"),
-        ("get_resources('a/b')", "InvalidResourceTypeNameError", "Resource type 'a/b' is invalid"),
-        ("has_resource('', 'a')", "AssertionError", "must not be empty"),
-    ],
+    sample(
+        [
+            (
+                "get_package_prefix('leek')",
+                "PackageNotFoundError",
+                "package 'leek' not found, searchi",
+            ),
+            ("get_package_share_path('leek')", "PackageNotFoundError", "package 'leek' not found"),
+            ("get_package_prefix('_/x')", "ValueError", "'_/x' is not a valid package name"),
+            (
+                "get_package_share_directory('a b')",
+                "ValueError",
+                "'a b' is not a valid package name",
+            ),
+            (
+                "get_resource('parser', 'sdf')",
+                "LookupError",
+                "Could not find the resource 'sdf' of ty",
+            ),
+            (
+                "get_resource('parser', 'a/b')",
+                "InvalidResourceNameError",
+                "Resource name 'a/b' is inv",
+            ),
+            (
+                "get_resources('a/b')",
+                "InvalidResourceTypeNameError",
+                "Resource type 'a/b' is invalid",
+            ),
+            ("has_resource('', 'a')", "AssertionError", "must not be empty"),
+        ],
+        2,
+    ),
 )
 def test_errors_are_those_of_the_original(prefixes, call, error, text):
     told = said(f"try:\n    {call}\nexcept Exception as e:\n    print(repr(e))", prefixes)

@@ -3,6 +3,7 @@
 import pytest
 
 from tests.compat.activated import output, run
+from tests.samples import sample
 
 
 def test_every_way_of_importing_a_message_gives_the_same_class():
@@ -51,16 +52,19 @@ def test_classes_can_be_pickled():
 
 @pytest.mark.parametrize(
     ("code", "error"),
-    [
-        ("from std_msgs.msg import Strin", "did you mean String?"),
-        ("import foo_msgs.msg", "ModuleNotFoundError: No module named 'foo_msgs'"),
-        ("import std_msgs.srv", "ModuleNotFoundError: No module named 'std_msgs.srv'"),
-        ("import std_msgs.msg.foo", "ModuleNotFoundError: No module named 'std_msgs.msg.foo'"),
-        ("from std_srvs.srv import Triger", "did you mean Trigger?"),
-        ("import std_msgs.foo", "ModuleNotFoundError: No module named 'std_msgs.foo'"),
-        ("import rclpy.foo", "ModuleNotFoundError: No module named 'rclpy.foo'"),
-        ("import std_msgs.msg\nstd_msgs.msg.foo", "AttributeError"),
-    ],
+    sample(
+        [
+            ("from std_msgs.msg import Strin", "did you mean String?"),
+            ("import foo_msgs.msg", "ModuleNotFoundError: No module named 'foo_msgs'"),
+            ("import std_msgs.srv", "ModuleNotFoundError: No module named 'std_msgs.srv'"),
+            ("import std_msgs.msg.foo", "ModuleNotFoundError: No module named 'std_msgs.msg.foo'"),
+            ("from std_srvs.srv import Triger", "did you mean Trigger?"),
+            ("import std_msgs.foo", "ModuleNotFoundError: No module named 'std_msgs.foo'"),
+            ("import rclpy.foo", "ModuleNotFoundError: No module named 'rclpy.foo'"),
+            ("import std_msgs.msg\nstd_msgs.msg.foo", "AttributeError"),
+        ],
+        2,
+    ),
 )
 def test_what_does_not_exist_is_an_ordinary_import_error(code, error):
     done = run(code)

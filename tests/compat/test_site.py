@@ -9,6 +9,7 @@ import pytest
 
 from teleopctl.compat.activation import SITE
 from tests.compat.activated import output
+from tests.samples import sample
 
 PACKAGES = """
 ament_index_python cv_bridge launch launch_ros launch_xml launch_yaml message_filters rclpy
@@ -149,16 +150,27 @@ def test_a_folder_of_sources_does_not_hide_what_is_served(tmp_path):
 
 @pytest.mark.parametrize(
     ("call", "error", "text"),
-    [
-        ("parameter.parameter_value_to_python(ParameterValue(type=42))", "RuntimeError", "42"),
-        ("parameter.parameter_dict_from_yaml_file('nowhere.yaml')", "FileNotFoundError", "nowhere"),
-        ("parameter.parameter_dict_from_yaml_file(BAD)", "RuntimeError", "a mapping of node names"),
-        ("expand_topic_name('a', 'b?', '/')", "ValueError", "node name 'b?' is invalid"),
-        ("expand_topic_name('a', 'b', '')", "ValueError", "node namespace '' is invalid"),
-        ("expand_topic_name('a?', 'b', '/')", "ValueError", "topic name 'a?' is invalid"),
-        ("validate_parameter_name('')", "InvalidParameterException", "Invalid parameter name"),
-        ("validate_namespace('')", "InvalidNamespaceException", "must not be empty"),
-    ],
+    sample(
+        [
+            ("parameter.parameter_value_to_python(ParameterValue(type=42))", "RuntimeError", "42"),
+            (
+                "parameter.parameter_dict_from_yaml_file('nowhere.yaml')",
+                "FileNotFoundError",
+                "nowhere",
+            ),
+            (
+                "parameter.parameter_dict_from_yaml_file(BAD)",
+                "RuntimeError",
+                "a mapping of node names",
+            ),
+            ("expand_topic_name('a', 'b?', '/')", "ValueError", "node name 'b?' is invalid"),
+            ("expand_topic_name('a', 'b', '')", "ValueError", "node namespace '' is invalid"),
+            ("expand_topic_name('a?', 'b', '/')", "ValueError", "topic name 'a?' is invalid"),
+            ("validate_parameter_name('')", "InvalidParameterException", "Invalid parameter name"),
+            ("validate_namespace('')", "InvalidNamespaceException", "must not be empty"),
+        ],
+        2,
+    ),
 )
 def test_functions_raise_what_rclpy_raises(call, error, text, tmp_path):
     (tmp_path / "bad.yaml").write_text("- 1")

@@ -84,6 +84,7 @@ def test_every_type_is_read_back_with_its_definition_and_hash(bag):
     assert list(check(folder)) == []
 
 
+@pytest.mark.nightly
 def test_rosbags_reads_every_type(bag, tmp_path):
     folder, written = bag
     # rosbags takes a char for another type than rosidl does, which makes a uint8 of it, and refuses

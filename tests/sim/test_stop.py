@@ -13,6 +13,7 @@ from teleopctl.interfaces import AllowableParameterValue, get_message, set_stamp
 from teleopctl.sim.building import simulate
 from teleopctl.sim.ports import reported_joints
 from teleopctl.testing import ControlStack
+from tests.samples import sample
 from tests.sim.robots import joint, link
 
 FORWARD = "forward_command_controller/ForwardCommandController"
@@ -115,7 +116,7 @@ def stopped_after(age_s: float, *step: float, rate_hz: int = 100, urdf: str = AR
     return robot
 
 
-@pytest.mark.parametrize("age_s", [0.01, 0.02, 0.05, 0.1, 0.15, 0.3])
+@pytest.mark.parametrize("age_s", sample([0.01, 0.02, 0.05, 0.1, 0.15, 0.3], 3))
 @pytest.mark.parametrize("size", [0.05, 0.2, -2.0], ids=lambda size: f"{size} rad")
 def test_joints_that_follow_a_step_decelerate_within_limits(size: float, age_s: float) -> None:
     robot = stopped_after(age_s, size, size / 2)
@@ -136,7 +137,7 @@ def test_also_at_other_control_rates(rate_hz: int) -> None:
         assert max(robot.decelerations(number)) <= TOLERANCE * DECELERATION
 
 
-@pytest.mark.parametrize("states", [["position"], ["position", "velocity"]])
+@pytest.mark.parametrize("states", sample([["position"], ["position", "velocity"]], 2))
 @pytest.mark.parametrize(("size", "age_s"), [(0.1, 0.05), (0.1, 0.1), (0.5, 0.3), (2.0, 0.3)])
 def test_also_if_a_trajectory_is_a_jump(states: list[str], size: float, age_s: float) -> None:
     """Its only point is to be reached sooner than the velocity limits allow."""

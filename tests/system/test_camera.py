@@ -139,6 +139,7 @@ CUBE_AND_EYE = """<robot name="scene"><link name="world"/><link name="eye"/>
   <origin xyz="3 0.6 0.2"/></joint></robot>"""
 
 
+@pytest.mark.nightly
 def test_a_free_body_is_seen_where_it_lies(ros: RosGraph, viewer: Viewer) -> None:
     partner = Partner(CUBE_AND_EYE)
     sim = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])

@@ -12,6 +12,7 @@ from teleopctl.node import Context, Node, qos_profile_latched
 from teleopctl.packages import package_share
 from teleopctl.robot.xacro.expansion import expand_xacro
 from teleopctl.testing import LONGEST_WAIT_S, Process, eventually
+from tests.samples import sample
 
 MODEL = package_share("teleop_description") / "urdf" / "teleop.urdf.xacro"
 CONTROLLERS = package_share("teleop_controller") / "teleop_controllers.yaml"
@@ -302,6 +303,7 @@ class TestLooking:
             "  Did you mean RobotSystem?\n"
         )
 
+    @pytest.mark.nightly
     def test_the_others_come_up_beside_those_that_cannot_where_that_is_wanted(
         self, looked_at, tmp_path
     ):
@@ -420,7 +422,7 @@ class TestSpawner:
         assert "Traceback" not in spawner.stderr
 
     @pytest.mark.parametrize(
-        "wrong", ["joints: joint_1", "update_rate: fast", "update_rate: -5", "{"]
+        "wrong", sample(["joints: joint_1", "update_rate: fast", "update_rate: -5", "{"], 4)
     )
     def test_wrong_parameters_stop_that_controller_and_not_the_manager(
         self, ros, robot, tmp_path, wrong
@@ -472,6 +474,7 @@ class TestSpawner:
         again = ros.run("control set_controller_state wrong inactive").stderr
         assert reason in again
 
+    @pytest.mark.nightly
     def test_a_spawner_waits_for_the_robot_description(self, ros, mock_urdf):
         robot = Robot()
         manager = start_manager(ros)
@@ -501,7 +504,7 @@ class TestSpawner:
         assert re.search(r"FATAL.*Traceback.*OSError: the bus is gone", manager.stderr, re.DOTALL)
         robot.close()
 
-    @pytest.mark.parametrize("stop", ["interrupt", "terminate"])
+    @pytest.mark.parametrize("stop", sample(["interrupt", "terminate"], 2))
     def test_what_was_spawned_can_be_unloaded_with_the_spawner(self, ros, robot, stop):
         del robot
         spawner = ros.spawn_module("teleopctl.nodes", f"{CHAIN} --unload-on-kill")

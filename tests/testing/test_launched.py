@@ -94,6 +94,7 @@ def test_a_launch_that_ends_while_it_is_looked_for_is_one_launch(tmp_path, monke
     assert [entry.record.name for entry in died(tmp_path)] == ["talker-1"]
 
 
+@pytest.mark.nightly
 def test_the_report_of_a_failure_has_the_output_of_all_that_ran(ros_graph):
     (ros_graph.folder / "talker.yaml").write_text(TALKER)
     (ros_graph.folder / "test_fails.py").write_text(

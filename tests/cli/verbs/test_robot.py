@@ -262,6 +262,7 @@ base:
 )
 
 
+@pytest.mark.nightly
 def test_a_base_drives_through_the_controllers_of_its_wheels(
     tmp_path: Path, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -5,6 +5,7 @@ import textwrap
 import pytest
 
 from tests import LEAN_PYTEST
+from tests.samples import sample
 
 LAUNCH_TEST = """
 import sys
@@ -159,7 +160,7 @@ def run_pytest(shared_ros, tmp_path):
     return run
 
 
-@pytest.mark.parametrize("mark", ["launch_test", "rostest"])
+@pytest.mark.parametrize("mark", sample(["launch_test", "rostest"], 2))
 def test_a_file_with_a_test_description_is_one_test(run_pytest, mark):
     status, text = run_pytest(
         LAUNCH_TEST.format(mark=mark, timeout=20), "--launch-args", "word:=hello"
@@ -186,6 +187,7 @@ def test_a_description_without_the_mark_is_no_launch_test(run_pytest):
     assert "PASSED test_it.py::test_alone" in text
 
 
+@pytest.mark.nightly
 def test_functions_coroutines_and_generators_run_beside_the_launch_of_a_fixture(run_pytest):
     status, text = run_pytest(LAUNCH_PYTEST, "-W", "error")
     assert status == 0, text

@@ -24,6 +24,7 @@ from teleopctl.kinematics.motion.tree_planner import TreePlanner
 from teleopctl.robot import RobotDescription, read_world_text
 from tests.kinematics.arms import SEVEN, THREE, arm, arm_urdf
 from tests.kinematics.motion.scenes import SHELF, TABLE, deepest, queries, scene
+from tests.samples import sample
 
 needs_ompl = pytest.mark.skipif(not planners.has_ompl(), reason="OMPL is not installed")
 LIBRARIES = ["teleopctl", pytest.param("ompl", marks=needs_ompl)]
@@ -278,10 +279,13 @@ ANYTIME = {"AORRTC", "BITstar", "InformedRRTstar", "PRMstar", "RRTstar", "SORRTs
 @needs_ompl
 @pytest.mark.parametrize(
     "name",
-    [
-        pytest.param(name, marks=[pytest.mark.nightly] * (name in ANYTIME - {"RRTstar"}))
-        for name in planners.OMPL_PLANNERS
-    ],
+    sample(
+        [
+            pytest.param(name, marks=[pytest.mark.nightly] * (name in ANYTIME - {"RRTstar"}))
+            for name in planners.OMPL_PLANNERS
+        ],
+        3,
+    ),
 )
 def test_each_planner_of_ompl_finds_a_path(name):
     # Two joints past a wall that leaves a gap.

@@ -8,6 +8,7 @@ from teleopctl.errors import InvalidDescriptionError, TeleopctlError
 from teleopctl.packages import package_share
 from teleopctl.robot.xacro.expansion import expand_xacro, read_xacro
 from tests.packages.prefix import install
+from tests.samples import sample
 
 NAMESPACE = 'xmlns:xacro="http://www.ros.org/wiki/xacro"'
 
@@ -231,33 +232,36 @@ def test_a_file_that_doubles_itself_is_refused(write, monkeypatch, safe):
 
 @pytest.mark.parametrize(
     "text",
-    [
-        "${9**9**9**9}",
-        "$(eval 9**9**9**9)",
-        "${1 &lt;&lt; 10**12}",
-        "${math.factorial(10**8)}",
-        "${len(list(range(10**12)))}",
-        "${python.sum(python.range(10**11))}",
-        "${python.sum(map(lambda x: python.sum(python.range(x)), [10**12]))}",
-        "${len([x for x in range(10**6) for y in range(10**6)])}",
-        "${'a' * 10**11}",
-        "${[0] * 10**11}",
-        "${10**11 * (0,)}",
-        "${'a'.ljust(10**11)}",
-        "${'%100000000000d' % 1}",
-        "${wide.format(1)}",
-        "${nested.format(1, 10**11)}",
-        "$(eval f'{1:100000000000}')",
-        "${('a' * 10**6).replace('a', 'b' * 10**6)}",
-        "${('a' * 10**6).join(str(x) for x in range(10**6))}",
-        "${(lambda f: f(f, 100))(lambda f, n: f(f, n - 1) + f(f, n - 1) if n else 1)}",
-        "${(lambda f: f(f))(lambda f: f(f))}",
-        "${math.prod(python.range(1, 10**5))}",
-        "${math.lcm(*python.range(1, 10**5))}",
-        "${len(python.sum([[0]] * 10**5, []))}",
-        "${len(str([9**3000] * 10**5))}",
-        "${(lambda f: f(f, 'ab', 60))(lambda f, x, n: f(f, x + x, n - 1) if n else x)}",
-    ],
+    sample(
+        [
+            "${9**9**9**9}",
+            "$(eval 9**9**9**9)",
+            "${1 &lt;&lt; 10**12}",
+            "${math.factorial(10**8)}",
+            "${len(list(range(10**12)))}",
+            "${python.sum(python.range(10**11))}",
+            "${python.sum(map(lambda x: python.sum(python.range(x)), [10**12]))}",
+            "${len([x for x in range(10**6) for y in range(10**6)])}",
+            "${'a' * 10**11}",
+            "${[0] * 10**11}",
+            "${10**11 * (0,)}",
+            "${'a'.ljust(10**11)}",
+            "${'%100000000000d' % 1}",
+            "${wide.format(1)}",
+            "${nested.format(1, 10**11)}",
+            "$(eval f'{1:100000000000}')",
+            "${('a' * 10**6).replace('a', 'b' * 10**6)}",
+            "${('a' * 10**6).join(str(x) for x in range(10**6))}",
+            "${(lambda f: f(f, 100))(lambda f, n: f(f, n - 1) + f(f, n - 1) if n else 1)}",
+            "${(lambda f: f(f))(lambda f: f(f))}",
+            "${math.prod(python.range(1, 10**5))}",
+            "${math.lcm(*python.range(1, 10**5))}",
+            "${len(python.sum([[0]] * 10**5, []))}",
+            "${len(str([9**3000] * 10**5))}",
+            "${(lambda f: f(f, 'ab', 60))(lambda f, x, n: f(f, x + x, n - 1) if n else x)}",
+        ],
+        3,
+    ),
 )
 def test_an_expression_without_end_is_an_error_with_its_place(write, text, monkeypatch):
     monkeypatch.setattr("teleopctl.base.budget.MOST_OPERATIONS", 100_000)
