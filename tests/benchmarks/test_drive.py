@@ -11,8 +11,10 @@ rate by Zenoh and websockets alone; both are measured in turns.
 
 from __future__ import annotations
 
+import bisect
 import contextlib
 import json
+import math
 import os
 import re
 import statistics
@@ -31,7 +33,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
-from teleopctl.interfaces import get_message
+from teleopctl.interfaces import get_message, get_service
 from teleopctl.testing import RosGraph, eventually, free_port
 from tests.benchmarks.figure import Figure
 
@@ -39,6 +41,10 @@ TURNS = 150
 PERIOD_S, SERVO_S = 0.02, 0.01
 WINDOW_S = 10.0
 DEVICE_AIM, PAGE_AIM = "p50 15, p99 30 ms", "p50 25, p99 50 ms"
+COMMANDS = "/arm_controller/joint_trajectory"
+LEADER_HZ, SWING, SWING_HZ = 60, 0.15, 0.4
+# Longest time from the receipt of a command to the publication of a step that does not have it yet.
+STEP_NS = 1_000_000
 Turn = Callable[[int], None]
 
 
@@ -77,8 +83,7 @@ class Commands:
         self._came_ns = 0
         self._came = threading.Condition()
         kind = get_message("trajectory_msgs/msg/JointTrajectory")
-        topic = "/arm_controller/joint_trajectory"
-        ros.node.create_subscription(kind, topic, self._take, 10)
+        ros.node.create_subscription(kind, COMMANDS, self._take, 10)
 
     # Any: message classes are generated at run time.
     def _take(self, message) -> None:
@@ -313,3 +318,88 @@ def test_device(ros: RosGraph, address: str, figures: list[Figure]):
         ),
         share_figure("device while a stick is held, of a core (aim 0.02)", taken, floors),
     ]
+
+
+class Leader:
+    """An arm that swings, 60 times a second, and what servo makes of its states."""
+
+    def __init__(self, ros: RosGraph, at: dict[str, float]) -> None:
+        self._at, self._began_s = at, time.monotonic()
+        kind = get_message("sensor_msgs/msg/JointState")
+        self._state = kind(name=list(at))
+        self._publisher = ros.node.create_publisher(kind, "/leader/joint_states", 1)
+        # Times of samples, of the device's commands, and of servo's, ns.
+        self.samples: list[int] = []
+        self.jogs: list[int] = []
+        self.commands: list[int] = []
+        for type_name, topic, times in (
+            ("control_msgs/msg/JointJog", "/servo_node/delta_joint_cmds", self.jogs),
+            ("trajectory_msgs/msg/JointTrajectory", COMMANDS, self.commands),
+        ):
+            ros.node.create_subscription(
+                get_message(type_name),
+                topic,
+                lambda _, info, times=times: times.append(info["source_timestamp"]),
+                100,
+            )
+        self.ended = threading.Event()
+        threading.Thread(target=self._run, daemon=True).start()
+
+    def _run(self) -> None:
+        due_s = self._began_s
+        while not self.ended.is_set():
+            turned = SWING * math.sin(math.tau * SWING_HZ * (due_s - self._began_s))
+            self._state.position = [
+                value + (turned if name == "joint_1" else 0.0) for name, value in self._at.items()
+            ]
+            self.samples.append(time.time_ns())
+            self._publisher.publish(self._state)
+            due_s += 1 / LEADER_HZ
+            time.sleep(max(0.0, due_s - time.monotonic()))
+
+    def ages(self) -> list[float]:
+        """Return the age of each sample in the first command that is made from it, ms."""
+        found = []
+        for jog_ns in self.jogs:
+            sample_ns = self.samples[bisect.bisect(self.samples, jog_ns) - 1]
+            # A step that had begun when the jog came does not count.
+            number = bisect.bisect(self.commands, jog_ns + STEP_NS)
+            if number < len(self.commands):
+                found.append((self.commands[number] - sample_ns) * 1e-6)
+        return found
+
+
+@pytest.mark.timeout(300)
+def test_leader(ros: RosGraph, address: str, figures: list[Figure]):
+    del address
+    states: list[Any] = []
+    kind = get_message("sensor_msgs/msg/JointState")
+    ros.node.create_subscription(kind, "/joint_states", states.append, 1)
+    eventually(lambda: states)
+    leader = Leader(ros, dict(zip(states[-1].name, states[-1].position, strict=True)))
+    device = ros.spawn("run teleop_device teleop_device --leader /leader")
+    engage = get_service("std_srvs/srv/SetBool")
+    client = ros.node.create_client(engage, "/teleop_device/engage")
+    assert client.wait_for_service(60.0)
+
+    def is_engaged() -> bool:
+        response = client.call(engage.Request(data=True), 10.0)
+        return response is not None and response.success
+
+    eventually(is_engaged)
+    eventually(lambda: len(leader.jogs) > 100)
+    leader.jogs.clear()
+    time.sleep(2 * WINDOW_S)
+    found = leader.ages()
+    bare = bare_latencies()
+    leader.ended.set()
+    device.interrupt()
+    device.wait()
+    figures.append(
+        Figure(
+            f"leader at {LEADER_HZ} Hz: age in the first command (p50 8 ms)",
+            texts(found),
+            texts(bare),
+            statistics.median(found) / statistics.median(bare),
+        )
+    )
