@@ -148,7 +148,7 @@ def drive(
             running.append(process)
 
     started = start_in_background(
-        request, "drive", on_up, console.warn, StartTimeouts(), lambda _line: None
+        request, "drive", on_up, console.warn, StartTimeouts(), console.note
     )
     found = addresses(running)
     if found:
