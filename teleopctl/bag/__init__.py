@@ -57,6 +57,7 @@ if TYPE_CHECKING:
     )
     from teleopctl.bag.lerobot.features import (
         CAMERA_PREFIX as CAMERA_PREFIX,
+        STATE_FEATURE as STATE_FEATURE,
         find_actions as find_actions,
         find_cameras as find_cameras,
         find_hand as find_hand,

@@ -27,8 +27,8 @@ from teleopctl.pictures import (
 Pixels: TypeAlias = npt.NDArray[np.uint8] | npt.NDArray[np.float32]
 """Image of a camera: RGB, shape (height, width, 3), or depths in metres, (height, width)."""
 
-STATE, ACTION, HAND, STAMPS = "observation.state", "action", "hand", "stamps"
-"""Names of the features that are no pictures; STATE and ACTION are LeRobot's."""
+STATE_FEATURE, ACTION, HAND, STAMPS = "observation.state", "action", "hand", "stamps"
+"""Names of the features that are no pictures; STATE_FEATURE and ACTION are LeRobot's."""
 
 CAMERA_PREFIX = "observation.images."
 """LeRobot's prefix of the features that are pictures."""

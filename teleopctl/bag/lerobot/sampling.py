@@ -27,7 +27,7 @@ from teleopctl.bag.lerobot.features import (
     CAMERA_PREFIX,
     HAND,
     STAMPS,
-    STATE,
+    STATE_FEATURE,
     Camera,
     HandTwist,
     Vector,
@@ -157,7 +157,7 @@ class _Sampling:
         self._bag = bag
         self._options = options
         types = decodable_types(Decoder(bag))
-        self._vectors: dict[str, Vector] = {STATE: VectorField(options.state, types)}
+        self._vectors: dict[str, Vector] = {STATE_FEATURE: VectorField(options.state, types)}
         if options.action:
             self._vectors[ACTION] = action_vector(options.action, types, bag)
         if options.hand is not None:

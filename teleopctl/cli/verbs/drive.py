@@ -30,6 +30,7 @@ VERB = Verb(
 )
 
 _PAGE = "drive"
+_LONGEST_START_S = 3600.0
 _PERIOD_S = 0.3
 _ANSWER_S = 1.0
 # Nothing is sent to this address: connecting only looks up our own in the routing table.
@@ -147,9 +148,9 @@ def drive(
         if process.state == "running":
             running.append(process)
 
-    started = start_in_background(
-        request, "drive", on_up, console.warn, StartTimeouts(), console.note
-    )
+    # The first start of a robot may cut its meshes for minutes, which is shown.
+    timeouts = StartTimeouts(total_s=_LONGEST_START_S)
+    started = start_in_background(request, "drive", on_up, console.warn, timeouts, console.note)
     found = addresses(running)
     if found:
         _print_how(found[0], lan=lan)

@@ -30,6 +30,7 @@ from teleopctl.bag import (
     CAMERA_PREFIX,
     EPISODE_RECORD,
     STATE_ATTACHMENT,
+    STATE_FEATURE,
     BagAttachment,
     EpisodeFolder,
     EpisodeSettings,
@@ -62,7 +63,15 @@ from teleopctl.node import (
 )
 from teleopctl.nodes.episodes.growth import DataSetGrowth
 from teleopctl.nodes.episodes.simulation import EpisodeSimulation
-from teleopctl.pictures import COMPRESSED, RAW, camera_name, camera_topics
+from teleopctl.pictures import (
+    COMPRESSED,
+    RAW,
+    GreyScaling,
+    PictureError,
+    camera_name,
+    camera_topics,
+    image_of,
+)
 
 # Any, here and below: message classes are generated at run time from definitions.
 
@@ -119,8 +128,9 @@ class EpisodeRecorder(Node):
         self._failure = ""
         # Device that has driven the robot in this episode.
         self._hand = ""
-        # Topics of the cameras by name, once found.
+        # Topics of the cameras by name, once found; whether robot and cameras fit the data set.
         self._cameras: dict[str, str] = {}
+        self._is_fitting = False
         self._folder = self._open_folder()
         self._simulation = EpisodeSimulation(self)
         self._lease = LeaseWatch(self)
@@ -182,7 +192,10 @@ class EpisodeRecorder(Node):
             self._adding.problem = ""
             if self.get_parameter("reset").value:
                 self._simulation.reset(self._seed, number)
-            self._cameras = self._cameras or self._find_cameras()
+            if not self._is_fitting:
+                self._check_joints()
+                self._cameras = self._find_cameras()
+                self._is_fitting = True
             draft = self._folder.draft(number)
             session = RecordingSession(
                 self,
@@ -369,6 +382,7 @@ class EpisodeRecorder(Node):
 
         Raises:
             UnavailableError: A camera that the user or the data set names publishes nothing.
+            RefusedError: Its pictures have another size than those of the data set.
         """
         texts = self._settings().cameras
         needed = {
@@ -399,8 +413,43 @@ class EpisodeRecorder(Node):
                     f"No image has come on {topic} for {_FIRST_IMAGE_S:g} s: it is left out"
                 )
             else:
+                self._check_size(name, image)
                 found[name] = topic
         return found
+
+    def _check_joints(self) -> None:
+        """Raise an error unless the robot has the joints of the data set.
+
+        Raises:
+            RefusedError: It lacks one.
+        """
+        feature = self._folder.dataset.features.get(STATE_FEATURE, {})
+        needed = [str(name).rpartition(".")[0] for name in feature.get("names", ())]
+        topic = str(self.get_parameter("state").value)
+        kind = get_message("sensor_msgs/msg/JointState")
+        message = needed and self._simulation.next_message(kind, topic, _FIRST_IMAGE_S)
+        if message and (missing := [name for name in needed if name not in message.name]):
+            raise RefusedError(
+                f"The data set has the joint {missing[0]}, and {topic} has only "
+                f"{', '.join(message.name)}: it is of another robot",
+                hint="Record into another folder.",
+            )
+
+    def _check_size(self, camera: str, image: Any) -> None:
+        """Raise an error if an image has another size than a camera's pictures in the data set.
+
+        Raises:
+            RefusedError: It has another one.
+        """
+        shape = self._folder.dataset.features.get(f"{CAMERA_PREFIX}{camera}", {}).get("shape")
+        with contextlib.suppress(PictureError):
+            width, height = image_of(image, GreyScaling()).size
+            if shape and [height, width] != list(shape[:2]):
+                raise RefusedError(
+                    f"The data set has pictures of {shape[1]} x {shape[0]} from {camera}, and the "
+                    f"camera has {width} x {height}",
+                    hint="Set the camera's size, or record into another folder.",
+                )
 
     def _published_cameras(self) -> dict[str, str]:
         """Return the published image topics by the cameras' names, JPEG where there is a choice."""
@@ -419,7 +468,8 @@ class EpisodeRecorder(Node):
                 response.success, response.message = True, do()
             except TeleopctlError as error:
                 self.get_logger().error(error.message)
-                response.success, response.message = False, error.message
+                hint = f" ({error.hint})" if error.hint else ""
+                response.success, response.message = False, f"{error.message}{hint}"
             return response
 
         return answer
