@@ -110,17 +110,41 @@ const fillLegends = () => {
   }
 };
 // In the capture phase, since a clickable element may lie in a label that has a use of its own.
-document.removeEventListener("click", window.teleopctlClick, true);
-window.teleopctlClick = (event) => {
-  const clicked = event.target.closest?.("[data-teleopctl-click]");
-  if (!clicked) return;
-  event.preventDefault();
-  event.stopPropagation();
-  const what = encodeURIComponent(clicked.dataset.teleopctlClick);
-  const headers = {"Teleopctl-Browser": browser, "Teleopctl-Click": what};
+// A table that is made anew while the button is held takes the click with it: then the mark under
+// the pointer counts, if it is the one that was pressed.
+const markOf = (element) =>
+  element?.closest?.("[data-teleopctl-click]")?.dataset.teleopctlClick ?? "";
+const sendClick = (mark) => {
+  const headers = {"Teleopctl-Browser": browser, "Teleopctl-Click": encodeURIComponent(mark)};
   fetch("click", {headers, cache: "no-store"}).catch(() => {});
 };
-document.addEventListener("click", window.teleopctlClick, true);
+let pressed = "";
+const listeners = {
+  pointerdown: ({target}) => { pressed = markOf(target); },
+  pointerup: ({clientX, clientY}) => {
+    const mark = pressed;
+    if (!mark || markOf(document.elementFromPoint(clientX, clientY)) !== mark) return;
+    setTimeout(() => { if (pressed === mark) { pressed = ""; sendClick(mark); } }, 100);
+  },
+  click: (event) => {
+    const mark = markOf(event.target);
+    if (!mark) return;
+    event.preventDefault();
+    event.stopPropagation();
+    pressed = "";
+    sendClick(mark);
+  },
+  keydown: ({key}) => {  // closes the window that was opened last
+    const buttons = [...document.querySelectorAll(".mantine-Modal-content button")];
+    const close = buttons.filter((button) => button.textContent.trim() === "Close").at(-1);
+    if (key === "Escape") close?.click();
+  },
+};
+for (const [kind, listener] of Object.entries(listeners)) {
+  document.removeEventListener(kind, window.teleopctlListeners?.[kind], true);
+  document.addEventListener(kind, listener, true);
+}
+window.teleopctlListeners = listeners;
 // A click on a list to type in marks its text, so that what is typed takes its place.
 document.removeEventListener("click", window.teleopctlMark);
 window.teleopctlMark = ({target}) => {

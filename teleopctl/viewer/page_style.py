@@ -4,6 +4,9 @@ A list is as narrow as its field, and viser cuts the end of what it offers. On a
 has the width and the buttons of a panel for a mouse: 266 of 390 pixels, and buttons of 50 x 18. The
 sections of panels lie side by side in two columns; an open one takes both.
 
+While a window is open all else can be used, such as the button that stops the robot: viser would
+darken and block it.
+
 What is folded has no height at once. viser folds its settings away while the page is built up,
 which takes seconds on a busy machine: the bar would cover the robot with an empty box meanwhile.
 """
@@ -20,6 +23,9 @@ _SECTIONS = "div:has(> .mantine-Tabs-root > [role=button][aria-expanded])"
 _OPEN = ".mantine-Tabs-root:not(:has(> [aria-expanded=false]))"
 _STYLE = f"""
 [style*="opacity: 0;"][style*="transition: height"] {{ height: 0 !important; overflow: hidden }}
+.mantine-Modal-overlay {{ display: none !important }}
+.mantine-Modal-inner {{ pointer-events: none !important }}
+.mantine-Modal-content {{ pointer-events: auto !important; border: 1px solid #8a94a080 }}
 [role=option] span {{ white-space: normal !important; overflow-wrap: anywhere }}
 @media {_PHONE} {{
   {_SHEET}, {_SHEET} div[style*="width: 20em"] {{ width: 100% !important }}
