@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import copy
 import math
-from collections.abc import Callable, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -20,6 +20,7 @@ from teleopctl.viewer.displays.robot_model import RobotModelDisplay
 from teleopctl.viewer.rviz_file import RvizFile, View, unsupported_text
 from teleopctl.viewer.scene.assets import MeshFile
 from teleopctl.viewer.scene.shapes import bounding_box
+from teleopctl.viewer.topic_displays import MOST_SENSORS, display_of
 
 if TYPE_CHECKING:
     import viser
@@ -172,44 +173,6 @@ _SIMULATED_WORLD: tuple[str, str, dict[str, Any]] = (
 )
 
 
-def _motion_planning(topic: str) -> dict[str, Any]:
-    """Return the properties of the display of a move_group's plans.
-
-    Robot and simulated world are drawn by displays of their own.
-    """
-    namespace = topic.rpartition("/")[0]
-    return {
-        "Planning Scene Topic": {"Value": f"{namespace}/monitored_planning_scene"},
-        "Move Group Namespace": namespace,
-        "Planned Path": {"Trajectory Topic": {"Value": topic}},
-        "Scene Geometry": {"Show Simulated World": False},
-        "Scene Robot": {"Show Robot Visual": False},
-        "Planning Request": {"Goal State Alpha": 0.4},
-    }
-
-
-# Clouds and scans are shown when they are published, as pictures of cameras are; of many the first.
-_CLOUDS = {"sensor_msgs/msg/PointCloud2": "PointCloud2", "sensor_msgs/msg/LaserScan": "LaserScan"}
-_MOST_CLOUDS = 4
-
-# Displays that come with a topic, unless an .rviz file was loaded: last part of the topic's name,
-# its type, class and name of the display, and the function that returns the properties.
-_BY_TOPIC: tuple[tuple[str, str, str, str, Callable[[str], dict[str, Any]]], ...] = (
-    (
-        "display_planned_path",
-        "moveit_msgs/msg/DisplayTrajectory",
-        "MotionPlanning",
-        "MotionPlanning",
-        _motion_planning,
-    ),
-    (
-        "status_markers",
-        "visualization_msgs/msg/MarkerArray",
-        "MarkerArray",
-        "Servo",
-        lambda topic: {"Topic": {"Value": topic}},
-    ),
-)
 _DEFAULT_VIEW = View((1.5, -1.5, 1.1), (0.0, 0.0, 0.35))
 
 
@@ -250,7 +213,7 @@ class SceneView:
         # Of each browser that follows a frame: the frame, and where it was last.
         self._followed: dict[int, tuple[str, Vector3 | None]] = {}
         self._offered: set[str] = set()
-        self._clouds_added = 0
+        self._sensors = 0
         server.scene.set_up_direction("+z")
         add_lights(server.scene)
         self.path = path
@@ -321,25 +284,34 @@ class SceneView:
         return display
 
     def offer_topics(self, topics: Iterable[tuple[str, Sequence[str]]]) -> None:
-        """Add the displays of plans, servo, clouds and scans when their topics come, each once.
+        """Add the displays that come with topics, each once; see `display_of`.
+
+        Of sensors beyond the first `MOST_SENSORS` the displays are switched off.
 
         Args:
             topics: Topics of the graph with their types.
         """
         if self._is_loaded:
             return
-        for topic, types in topics:
-            for ending, kind, rviz_class, name, properties in _BY_TOPIC:
-                is_meant = topic.rpartition("/")[2] == ending and kind in types
-                if is_meant and topic not in self._offered:
-                    self._offered.add(topic)
-                    taken = any(display.name == name for display in self.displays)
-                    self.add(rviz_class, topic if taken else name, properties(topic))
-            clouds = [_CLOUDS[kind] for kind in types if kind in _CLOUDS]
-            if clouds and topic not in self._offered and self._clouds_added < _MOST_CLOUDS:
-                self._offered.add(topic)
-                self._clouds_added += 1
-                self.add(clouds[0], topic, {"Topic": {"Value": topic}})
+        node = self._stage.node
+        published = {
+            topic: types
+            for topic, types in topics
+            if topic in self._offered or node.count_publishers(topic)
+        }
+        for topic in published:
+            offered = None if topic in self._offered else display_of(topic, published)
+            if offered is None:
+                continue
+            rviz_class, name, mapping, is_sensor = offered
+            self._offered.add(topic)
+            if any(one.topic == topic and one.rviz_class == rviz_class for one in self.displays):
+                continue
+            self._sensors += is_sensor
+            if is_sensor and self._sensors > MOST_SENSORS:
+                mapping["Enabled"] = mapping["Value"] = False
+            taken = any(display.name == name for display in self.displays)
+            self.add(rviz_class, topic if taken else name, mapping)
 
     def _make(self, rviz_class: str, name: str, given: dict[str, Any]) -> Display:
         kind: type[Display] = plugins.load(plugins.DISPLAYS, rviz_class)

@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 
 from teleopctl import plugins
 from teleopctl.base.printable import printable_line
-from teleopctl.viewer.displays.base import ERROR, OK, Display
+from teleopctl.viewer.displays.base import ERROR, OK, WARN, Display
 from teleopctl.viewer.displays.properties import Property
 from teleopctl.viewer.displays.robot_model import RobotModelDisplay
 from teleopctl.viewer.html import escaped_markdown
@@ -20,7 +20,9 @@ _ROOT = "(root)"
 _RESET_HINT = "Clear all transforms and displays (key R)"
 # All options are sent at once, so once a second is enough.
 _TICKS_PER_LIST = 10
-_MARKS = {OK: "", ERROR: "🔴 "}
+# Before the name of a display: whether it is shown, and whether something is wrong with it.
+_SHOWN, _HIDDEN = "☑", "☐"
+_MARKS = {WARN: " ⚠", ERROR: " ⛔"}
 
 
 class ScenePanel(Panel):
@@ -35,6 +37,8 @@ class ScenePanel(Panel):
         self._ticks = 0
         # Whether displays were changed by hand; those of a file are saved there instead.
         self._is_changed = False
+        # The display that was added last, whose properties are shown.
+        self._open: Display | None = None
         self._tools = ClickTools(page)
         self._picking = Picking(page)
 
@@ -100,8 +104,23 @@ class ScenePanel(Panel):
         self.page.frames.set_fixed_frame("" if event.target.value == _ROOT else event.target.value)
 
     def _add(self) -> None:
+        """Add a display, open, with the first topic of its type that no such display has."""
         self.changed()
-        self.page.scene_view.add(self._kind.value)
+        display = self.page.scene_view.add(self._kind.value)
+        self._open = display
+        taken = {one.topic for one in self.page.scene_view.displays if type(one) is type(display)}
+        free = [topic for topic in self._topics_for(display) if topic not in taken]
+        if free:
+            display.set_topic(free[0])
+
+    def _topics_for(self, display: Display) -> list[str]:
+        node = self.page.node
+        kinds = {display.message_type, *display.other_types} - {""}
+        return sorted(
+            topic
+            for topic, types in node.get_topic_names_and_types()
+            if not kinds.isdisjoint(types) and node.count_publishers(topic)
+        )
 
     def tick(self) -> None:
         """Update the list of displays, each display's status and parts, and the offered frames."""
@@ -141,7 +160,9 @@ class ScenePanel(Panel):
         for key, display in shown.items():
             if key not in self._rows:
                 with self._list:
-                    self._rows[key] = _Row(self.page, display, self.changed)
+                    self._rows[key] = _Row(
+                        self.page, display, self.changed, is_open=display is self._open
+                    )
                 if isinstance(display, RobotModelDisplay):
                     display.on_pick = self._picked
                 self._rows[key].set_topic_options(dict(self.page.node.get_topic_names_and_types()))
@@ -156,17 +177,22 @@ class _Row:
     """Folder of one display: status, topic, properties and parts."""
 
     def __init__(
-        self, page: Page, display: Display, on_change: Callable[[], object] = lambda: None
+        self,
+        page: Page,
+        display: Display,
+        on_change: Callable[[], object] = lambda: None,
+        *,
+        is_open: bool = False,
     ) -> None:
         self._page, self._display, self._on_change = page, display, on_change
         gui = page.gui
-        self._folder = gui.add_folder(display.name, expand_by_default=False)
+        self._folder = gui.add_folder(self._title(), expand_by_default=is_open)
         self._topic: Any = None
         self._parts: dict[str, Any] = {}
         # The dropdowns of frames, each with its default value.
         self._frames: list[tuple[Any, str]] = []
         with self._folder:
-            self._status = gui.add_markdown("", visible=False)
+            self._status_text = gui.add_markdown("", visible=False)
             enabled = gui.add_checkbox("Show", display.is_enabled)
             enabled.on_update(page.on_node_thread(self._enable))
             if display.message_type:
@@ -180,9 +206,21 @@ class _Row:
                 )
                 with self._parts_folder:
                     self._parts_text = gui.add_markdown("", visible=False)
-            gui.add_button("Remove", color="red").on_click(
+            gui.add_button("Remove display", color="gray").on_click(
                 page.on_node_thread(lambda _event: self._remove_display())
             )
+
+    def _status(self) -> tuple[str, str]:
+        """Return the display's status, or that it has no topic."""
+        kind = self._display.message_type
+        if kind and not self._display.topic:
+            return WARN, f"No topic: choose one with {kind}"
+        return self._display.status
+
+    def _title(self) -> str:
+        shown = _SHOWN if self._display.is_enabled else _HIDDEN
+        mark = _MARKS.get(self._status()[0], "") if self._display.is_enabled else ""
+        return f"{shown} {printable_line(self._display.name)}{mark}"
 
     # Any: viser's event; that of a value which was set by this process has no client.
     def _enable(self, event: Any) -> None:
@@ -245,12 +283,15 @@ class _Row:
             self._topic.value = own
 
     def show_status(self) -> None:
-        """Show the display's status, and checkboxes for the display's parts."""
-        level, text = self._display.status
+        """Show the display's status, also in its title, and checkboxes for its parts."""
+        title = self._title()
+        if title != self._folder.label:
+            self._folder.label = title
+        level, text = self._status()
         content = "" if level == OK and not text else f"**{level}** {escaped_markdown(text)}"
-        if content != self._status.content:
-            self._status.content = content
-            self._status.visible = bool(content)
+        if content != self._status_text.content:
+            self._status_text.content = content
+            self._status_text.visible = bool(content)
         self._offer_parts()
 
     def set_frame_options(self, names: list[str]) -> None:

@@ -40,6 +40,7 @@ def test_displays_of_plans_and_of_servo_come_with_their_topics_and_leave_the_wor
         ("/left/servo_node/status_markers", ["visualization_msgs/msg/MarkerArray"]),
         ("/other/status_markers", ["std_msgs/msg/String"]),
     ]
+    page.node.topics.update(topics)
     picture.offer_topics(topics)
     names = [display.name for display in picture.displays]
     assert names[-2:] == ["MotionPlanning", "Servo"]
@@ -51,6 +52,7 @@ def test_displays_of_plans_and_of_servo_come_with_their_topics_and_leave_the_wor
     ):
         assert page.listens_to(topic), topic
     clouds = [(f"/cloud_{number}", ["sensor_msgs/msg/PointCloud2"]) for number in range(6)]
+    page.node.topics.update(clouds, **{"/scan": ["sensor_msgs/msg/LaserScan"]})
     picture.offer_topics([("/scan", ["sensor_msgs/msg/LaserScan"]), *clouds])
     shown = [topic for topic in ("/scan", *dict(clouds)) if page.listens_to(topic)]
     assert shown == ["/scan", "/cloud_0", "/cloud_1", "/cloud_2"]

@@ -120,6 +120,24 @@ def test_displays_that_were_changed_by_hand_are_kept(scene, stage):
     assert again.state() == kept
 
 
+def test_an_added_display_takes_the_first_topic_of_its_type_or_says_that_there_is_none(
+    scene, stage
+):
+    stage.node.topics["/scan"] = ["sensor_msgs/msg/LaserScan"]
+
+    def add():
+        scene._kind.value = "LaserScan"
+        scene._add()
+        scene.tick()
+        row = scene._rows[id(stage.scene_view.displays[-1])]
+        return stage.scene_view.displays[-1].topic, row._folder.label, row._status_text.content
+
+    assert add() == ("/scan", "☑ LaserScan", "")
+    topic, title, status = add()
+    assert (topic, title) == ("", "☑ LaserScan 2 ⚠")
+    assert "No topic" in status
+
+
 def test_two_points_of_the_robot_or_the_ground_are_measured(scene, stage):
     tools = scene._tools
     stage.choose(tools._buttons, "Measure")
