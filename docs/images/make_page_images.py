@@ -165,6 +165,16 @@ def choose(label: str, option: str) -> Callable[[Page], None]:
     return step
 
 
+def plot(words: str) -> Callable[[Page], None]:
+    """Plot the first field that is found by words."""
+
+    def step(page: Page) -> None:
+        page.get_by_label("Add", exact=True).fill(words)
+        page.locator('[data-teleopctl-click^="plot choose"]').first.click()
+
+    return step
+
+
 def press(name: str) -> Callable[[Page], None]:
     """Press a button."""
     return lambda page: page.get_by_role("button", name=name, exact=True).click()
@@ -198,7 +208,7 @@ def show_frames(page: Page) -> None:
 TABS: dict[str, Callable[[Page], None]] = {
     "page_joints.png": tab("Joints"),
     "page_camera.png": tab("Joints", show_camera),
-    "page_plot.png": tab("Plot", choose("Add", "/arm_controller: reference and feedback")),
+    "page_plot.png": tab("Plot", plot("reference feedback arm_controller")),
     "page_graph.png": tab("Graph", choose("Topics with", "Types and rates"), enlarge_graph),
     "page_controllers.png": tab("Controllers"),
     "page_link.png": tab("Joints", click_link),

@@ -13,6 +13,7 @@ import threading
 from collections import Counter
 from collections.abc import Callable
 from typing import Any
+from urllib.parse import quote
 
 import msgspec
 import viser
@@ -108,15 +109,23 @@ class PageClient:
             visibility: ``visible`` or ``hidden``, for the whole page.
             embedded: Whether the page shows the 3D view alone.
         """
+        self._report(
+            "/visibility",
+            {
+                "Teleopctl-Visibility": visibility,
+                "Teleopctl-Panels": " ".join(panels),
+                "Teleopctl-Embedded": str(embedded).lower(),
+            },
+        )
+
+    def click(self, panel: str, what: str) -> None:
+        """Report a click on an element of a panel's HTML; see `click_mark`."""
+        self._report("/click", {"Teleopctl-Click": quote(f"{panel} {what}")})
+
+    def _report(self, path: str, headers: dict[str, str]) -> None:
         self.wait_for(lambda: self._browser)
         connection = http.client.HTTPConnection("127.0.0.1", self._port, timeout=LONGEST_WAIT_S)
-        headers = {
-            "Teleopctl-Browser": self._browser,
-            "Teleopctl-Visibility": visibility,
-            "Teleopctl-Panels": " ".join(panels),
-            "Teleopctl-Embedded": str(embedded).lower(),
-        }
-        connection.request("GET", "/visibility", headers=headers)
+        connection.request("GET", path, headers={"Teleopctl-Browser": self._browser, **headers})
         assert connection.getresponse().status == 200
         connection.close()
 
@@ -200,14 +209,16 @@ class PageClient:
 def show_everything(client: PageClient) -> None:
     """Show the camera, and plot ten numbers of ``/joint_states``, by the page's controls."""
     client.show("camera", "plot", "joints", "scene")
-    field = client.find("Add", "Dropdown")
+    client.put(client.find("Add", "Text"), "joint_states")
 
     def numbers() -> list[str]:
-        names = (name for name in field["options"] if name.endswith("  /joint_states"))
-        return [name for name in names if re.match(r"(position|velocity)\[", name)]
+        texts = [part.get("content") or "" for part in client.parts.values()]
+        return re.findall(
+            r'"plot choose ((?:position|velocity)\[[^"]*  /joint_states)"', "".join(texts)
+        )
 
     client.wait_for(lambda: len(numbers()) >= PLOTS)
     for number, name in enumerate(numbers()[:PLOTS], 1):
         client.put(client.find("Where", "Dropdown"), "New plot")
-        client.put(field, name)
+        client.click("plot", f"choose {name}")
         client.wait_for_parts("Uplot", number)

@@ -24,17 +24,22 @@ _TICKS_PER_ECHO = 2
 # The age of an older message is shown.
 _OLD_S = 3.0
 
+# A name breaks behind its slashes; a long type is cut.
 _ROW = (
-    '<tr style="border-top:1px solid #8a94a040"><td style="padding:3px 0;overflow-wrap:anywhere">'
-    '<b {mark}>{name}</b><br><span style="opacity:.6">{type}</span></td>'
-    '<td style="padding:3px 0 3px 8px;text-align:right;white-space:nowrap;vertical-align:top">'
-    "{ends}{traffic}</td></tr>"
+    '<div style="border-top:1px solid #8a94a040;padding:3px 0">'
+    '<div style="display:flex"><b {mark}><span style="overflow-wrap:anywhere">{name}</span></b>'
+    '<span style="margin-left:auto;padding-left:8px;white-space:nowrap">{ends}</span></div>'
+    '<div style="display:flex;opacity:.6"><span title="{type}" style="min-width:0;'
+    'overflow:hidden;text-overflow:ellipsis;white-space:nowrap">{type}</span>'
+    '<span id="{id}" style="margin-left:auto;padding-left:8px;white-space:nowrap">{traffic}</span>'
+    "</div></div>"
 )
 _TABLE = (
-    '<table style="width:100%;padding:0 12px;font-size:12px;line-height:1.35;'
-    'border-collapse:separate;border-spacing:0"><tr style="opacity:.6"><td>{count}</td>'
-    '<td style="text-align:right">pub → sub</td></tr>{rows}</table>'
+    '<div style="padding:0 12px;font-size:12px;line-height:1.35">'
+    '<div style="display:flex;justify-content:space-between;opacity:.6"><span>{count}</span>'
+    "<span>pub → sub</span></div>{rows}</div>"
 )
+_RATE_ID = "teleopctl-topic-{number}"
 _NOTE = '<div style="padding:0 12px;opacity:.6">{text}</div>'
 _ECHO = (
     '<div style="margin:0 12px;padding:6px 8px;font-size:11px;line-height:1.45;overflow:hidden;'
@@ -61,6 +66,8 @@ class TopicsPanel(Panel):
         self._is_new = False
         self._received_s = 0.0
         self._ticks = 0
+        # What the table shows, without the rates.
+        self._drawn: object = None
         self._watched = False
         # Fields of the echoed message that the user has opened or closed.
         self._flipped: set[str] = set()
@@ -137,22 +144,40 @@ class TopicsPanel(Panel):
         ]
         if self._is_measuring:
             self._rates.follow(self, (name for name, _ in topics[:MOST_MEASURED]))
-        rows = [
-            _ROW.format(
-                name=escaped_html(name),
-                mark=click_mark("topics", f"echo {name}"),
-                type=escaped_html(", ".join(types)),
-                ends=f"{len(graph.publishers(name))} → {len(graph.subscriptions(name))}",
-                traffic=_traffic_text(self._traffic[name]) if name in self._traffic else "",
-            )
-            for name, types in topics[:MOST_ROWS]
-        ]
+        shown = topics[:MOST_ROWS]
+        traffic = {
+            _RATE_ID.format(number=number): _traffic_text(self._traffic[name])
+            for number, (name, _) in enumerate(shown)
+            if name in self._traffic
+        }
         count = f"{len(topics)} topics" if len(topics) != 1 else "1 topic"
         if len(topics) > MOST_ROWS:
             count += f", {MOST_ROWS} shown"
-        content = _TABLE.format(count=count, rows="".join(rows))
-        if content != self._table.content:
-            self._table.content = content
+        rows = [
+            (
+                name,
+                ", ".join(types),
+                f"{len(graph.publishers(name))} → {len(graph.subscriptions(name))}",
+            )
+            for name, types in shown
+        ]
+        if (count, rows, traffic.keys()) == self._drawn:
+            # The rows stay: what is pressed or selected there is not lost.
+            self.page.fill(traffic)
+            return
+        self._drawn = (count, rows, traffic.keys())
+        texts = [
+            _ROW.format(
+                name=escaped_html(name).replace("/", "/<wbr>"),
+                mark=click_mark("topics", f"echo {name}"),
+                type=escaped_html(types),
+                ends=ends,
+                id=(rate_id := _RATE_ID.format(number=number)),
+                traffic=traffic.get(rate_id, ""),
+            )
+            for number, (name, types, ends) in enumerate(rows)
+        ]
+        self._table.content = _TABLE.format(count=count, rows="".join(texts))
 
     def _tick_table(self) -> None:
         if self._is_graph_new:
@@ -259,9 +284,9 @@ class TopicsPanel(Panel):
 
 def _traffic_text(traffic: Traffic) -> str:
     if traffic.age_s is None:
-        return '<br><span style="opacity:.6">nothing yet</span>'
-    age = f"{traffic.age_s:.1f} s ago" if traffic.age_s < 100 else f"{traffic.age_s:.0f} s ago"
-    return f"<br>{traffic.rate_hz:.1f} Hz · {_bytes_text(traffic.bytes_per_s)}/s<br>{age}"
+        return "nothing yet"
+    rate = f"{traffic.rate_hz:.1f} Hz · {_bytes_text(traffic.bytes_per_s)}/s"
+    return f"{rate} · {age_text(traffic.age_s)}" if traffic.age_s > _OLD_S else rate
 
 
 def _bytes_text(count: float) -> str:

@@ -29,6 +29,7 @@ from teleopctl.viewer.panels.plots.expression import (
     topic_and_path,
 )
 from teleopctl.viewer.panels.plots.series import Samples
+from teleopctl.viewer.panels.search_list import SearchChoice, SearchList
 from teleopctl.viewer.subscriptions import topic_qos
 
 if TYPE_CHECKING:
@@ -38,7 +39,6 @@ MOST_CHARTS = 20
 MOST_OFFERED = 3000
 """Number of fields that are offered in the list; any other can be typed."""
 
-_CHOOSE = "type a part of its name"
 _NEW = "New plot"
 _FIRST_WINDOW_S = 10.0
 _LONGEST_WINDOW_S = 36_000.0
@@ -87,10 +87,14 @@ class PlotPanel(Panel):
     def build(self) -> None:
         """Add the list of fields, the folder of plots, and the common controls."""
         on = self.page.on_node_thread
-        self._field: Any = self.gui.add_dropdown(
-            "Add", (_CHOOSE,), hint="Any number of any topic; a whole array; a controller's error"
+        self._field = SearchList(
+            self.page,
+            "plot",
+            "Add",
+            "Type a part of a field's or a topic's name, such as effort joint_3",
+            "field",
+            self._choose_field,
         )
-        self._field.on_update(on(self._choose_field))
         self._place = self.gui.add_folder(None)
         if self._samples.recording is not None:
             self.gui.add_html(f'<span id="{RECORDED_TIME}" hidden></span>')
@@ -202,42 +206,53 @@ class PlotPanel(Panel):
     def _offer(self) -> None:
         """Offer all known fields, with the text that is drawn for each choice."""
         offered: dict[str, list[str]] = {}
+        choices: dict[str, SearchChoice] = {}
+
+        def offer(title: str, topic: str, texts: list[str], *, is_rare: bool = False) -> None:
+            if texts and len(offered) < MOST_OFFERED:
+                key = f"{title}  {topic}"
+                offered[key] = texts
+                choices[key] = SearchChoice(title, topic, is_rare)
+
         published = self._published()
         for name in sorted(self._fields):
             if published.get(name) == _CONTROLLER_STATE:
-                offered[f"{name.rpartition('/')[0]}: reference and feedback"] = [
+                compared = [
                     _text(name, field.path)
                     for field in self._fields[name]
                     if field.length is None and field.path.startswith(_COMPARED)
                 ]
+                offer("reference and feedback", name, compared)
         # Short names first: /joint_states before /dynamic_joint_states; stamps are seldom plotted.
-        names = sorted(self._fields, key=lambda name: (len(name), name))
-        for name in names:
-            for field in sorted(self._fields[name], key=_is_stamp):
+        for name in sorted(self._fields, key=lambda name: (len(name), name)):
+            fields = self._fields[name]
+            for field in fields:
                 if field.length is None:
-                    # In a narrow list the end of a text is cut off.
-                    what = f"{field.path} {field.label}".rstrip()
-                    offered[f"{what}  {name}"] = [_text(name, field.path)]
+                    title, texts = f"{field.path} {field.label}".rstrip(), [_text(name, field.path)]
                 else:
-                    offered[f"{field.path} (all {field.length})  {name}"] = [
+                    title = f"{field.path} (all {field.length})"
+                    texts = [
                         _text(name, one.path)
-                        for one in self._fields[name]
+                        for one in fields
                         if one.length is None and one.path.startswith(f"{field.path}[")
                     ]
-                if len(offered) >= MOST_OFFERED:
-                    break
-        self._offered = {choice: texts for choice, texts in offered.items() if texts}
-        options = (_CHOOSE, *self._offered)
-        if options != tuple(self._field.options):
-            self._field.options = options
+                offer(title, name, texts, is_rare=field.path.startswith("header."))
+        self._offered = offered
+        self._field.offer(choices)
 
-    def _choose_field(self, event: Any) -> None:
-        texts = self._offered.get(event.target.value)
-        # The event of a value that was set by this process has no client.
-        if event.client is None or texts is None:
-            return
-        self._field.value = _CHOOSE
-        self._add(texts)
+    def _choose_field(self, key: str) -> None:
+        self._add(self._offered[key])
+
+    # Any: viser's handle of a browser.
+    def clicked(self, client: Any, what: str) -> None:
+        """Plot a clicked field of the list.
+
+        Args:
+            client: viser's handle of the browser.
+            what: ``choose KEY``.
+        """
+        del client
+        self._field.clicked(what.partition(" ")[2])
 
     def _take_expression(self) -> None:
         text = self._expression.value.strip()
@@ -509,10 +524,6 @@ class PlotPanel(Panel):
                     + [f"Not published: {escaped_markdown(text)}" for text in expected[:1]]
                 )
             )
-
-
-def _is_stamp(field: NumericField) -> bool:
-    return field.path.startswith("header.stamp")
 
 
 def _length_s(recording: Recording) -> float:

@@ -3,6 +3,7 @@
 import csv
 import io
 import itertools
+import re
 from types import SimpleNamespace
 
 import numpy as np
@@ -52,7 +53,7 @@ def state(stamp_s, *positions):
 def add(page, panel, *choices, where="New plot"):
     page.choose(panel._where, where)
     for choice in choices:
-        page.choose(panel._field, choice)
+        panel.clicked(page.client, f"choose {choice}")
 
 
 def choose_joints(page, panel):
@@ -78,12 +79,32 @@ def shown(chart):
 
 def test_fields_are_offered_by_the_types_and_those_of_lists_after_one_message(page, panel):
     panel.tick()
-    assert "data  /number" in panel._field.options
+    assert "data  /number" in panel._offered
     assert page.listens_to("/joint_states")
     choose_joints(page, panel)
-    assert {HIP, KNEE, BOTH} <= set(panel._field.options)
+    assert {HIP, KNEE, BOTH} <= set(panel._offered)
     assert not page.listens_to("/joint_states")
     assert not page.listens_to("/number")
+
+
+def test_a_field_is_found_by_words_in_any_order_and_by_its_full_name(page, panel):
+    choose_joints(page, panel)
+
+    def found(text):
+        page.choose(panel._field.text, text)
+        return re.findall("<b>(.*?)</b><br><span[^>]*>(.*?)<", panel._field.list.content)
+
+    assert found("knee pos") == [("position[1] knee", "/joint_states")]
+    assert found("/joint_states/position[1]")[0] == ("position[1] knee", "/joint_states")
+    fields = [title for title, _ in found("joint_states")]
+    assert not any(title.startswith("header") for title in fields)
+    assert found("stamp joint")[0] == ("header.stamp.sec", "/joint_states")
+    assert found("kneee") == []
+    assert "No field contains kneee" in panel._field.list.content
+    page.choose(panel._field.text, "joint_states hip position")
+    panel._field._take_first()
+    assert [line.text for line in panel._charts[0].lines] == ["/joint_states/position[0]"]
+    assert panel._field.text.value == ""
 
 
 def test_a_number_is_drawn_by_the_stamps_of_its_messages(page, panel):
