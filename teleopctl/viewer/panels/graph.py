@@ -33,15 +33,18 @@ _ENLARGER = """<style>
 .graph-large { display: none }
 .graph-picture { display: block; overflow: auto; max-height: 60vh; padding: 0 12px;
   cursor: zoom-in }
+.graph-picture svg { max-width: 100%; height: auto; max-height: 58vh }
 body:has(.graph-large:checked) .graph-picture { position: fixed; inset: 12px 12px 190px;
   max-height: none; z-index: 1000; cursor: zoom-out; padding: 12px; border-radius: 6px;
   background: var(--mantine-color-body); border: 1px solid #8a94a0 }
-body:has(.graph-large:checked) .graph-picture svg { width: 100%; height: 100% }
+body:has(.graph-large:checked) .graph-picture svg { width: 100%; height: 100%; max-height: none }
+body:has(.graph-large:checked) .graph-picture::after { content: "\\00d7"; position: absolute;
+  right: 16px; top: 8px; font-size: 24px; line-height: 1 }
 </style>
 <input type="checkbox" class="graph-large" id="graph-large">"""
 _PICTURE = """<label class="graph-picture" for="graph-large">{svg}</label>
 <div style="padding: 4px 12px; font-size: 12px; opacity: .6">
-Click to enlarge; click a name for more.</div>"""
+Click to enlarge; click a name for more. {count}</div>"""
 
 
 class GraphPanel(Panel):
@@ -169,7 +172,10 @@ class GraphPanel(Panel):
             self._diagram, self._svg = drawn
             # Rates are elements of their own, filled in once a second.
             svg = _RATE_FOUND.sub(r'<tspan id="graph-rate-\1">-</tspan>', self._svg)
-            content = _PICTURE.format(svg=svg)
+            topics = sum(box.kind == "topic" for box in self._diagram.boxes)
+            total = len(self.page.node.graph().topic_names_and_types())
+            count = f"{topics} of {total} topics." if topics < total else ""
+            content = _PICTURE.format(svg=svg, count=count)
             if not self._diagram.boxes:
                 content = note_html("No node or topic has such a name.")
         self._picture.content = content

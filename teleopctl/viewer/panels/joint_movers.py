@@ -170,7 +170,9 @@ class ControllerMover:
 
     def __init__(self, node: Node, routes: list[PositionController], limits: Joints) -> None:
         names = ", ".join(
-            f"<b>{escaped_html(route.name.rpartition('/')[2])}</b>" for route in routes
+            f"<b>{escaped_html(route.name.rpartition('/')[2])}</b>"
+            + (f" ({escaped_html(', '.join(route.joints))})" if len(routes) > 1 else "")
+            for route in routes
         )
         self.description = f"The sliders move the robot through {names}."
         self._node = node

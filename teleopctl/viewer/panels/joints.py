@@ -30,6 +30,8 @@ _STEPS = 1000
 _LATE_S = 1.0
 # Largest number of sliders that one tick moves.
 _MOST_MOVED = 100
+# Largest number of mimic joints of one joint that are named above the sliders.
+_MOST_FOLLOWERS = 3
 # Seconds of wall time without joint states, which slow simulations publish rarely.
 _SILENCE_S = 3.0
 _SILENCE = "<br>No joint states are received: the positions below are the last ones."
@@ -37,6 +39,9 @@ _SILENCE_OF_CONTROLLERS = (
     "<br>No joint states are received: the simulation is paused, or the joint state broadcaster "
     "is not active."
 )
+
+_CENTER, _RANDOMIZE = "Center", "Randomize"
+_ALL_MOVES = (_CENTER, _RANDOMIZE)
 
 # Any: messages, whose classes are created from definitions at run time.
 
@@ -57,6 +62,15 @@ class _Slider(NamedTuple):
     turns: bool
     unit: str
     followers: tuple[str, ...]
+
+    @property
+    def range_text(self) -> str:
+        """Range with its unit, of an angle also in degrees."""
+        text = f"{self.minimum:.4g} to {self.maximum:.4g} {self.unit}"
+        if self.unit != "rad":
+            return text
+        low, high = math.degrees(self.minimum), math.degrees(self.maximum)
+        return f"{text}, {low:.4g} to {high:.4g} degrees"
 
 
 class JointsPanel(Panel):
@@ -93,7 +107,7 @@ class JointsPanel(Panel):
         )
         self._place = self.gui.add_folder("Positions", visible=False)
         with self._place:
-            self._all: Any = self.gui.add_button_group("All", ("Center", "Randomize"))
+            self._all: Any = self.gui.add_button_group("All", _ALL_MOVES)
         self._all.on_click(self.page.on_node_thread(self._move_all))
 
     def began(self) -> None:
@@ -180,9 +194,9 @@ class JointsPanel(Panel):
                     _within(spec, start),
                     marks=(
                         (spec.minimum, f"{spec.minimum:.3g}"),
-                        (spec.maximum, f"{spec.maximum:.3g}"),
+                        (spec.maximum, f"{spec.maximum:.3g} {spec.unit}"),
                     ),
-                    hint=f"{spec.minimum:.4g} to {spec.maximum:.4g} {spec.unit}{follows}",
+                    hint=f"{spec.range_text}{follows}",
                 )
             slider.precision = max(0, -round(math.log10(step)))
             slider.on_update(self._hand(spec))
@@ -200,14 +214,27 @@ class JointsPanel(Panel):
         self._received_s = time.monotonic()
         self._show_mover()
         self._take_over.visible = self._selector.can_take_over
+        # A click must not send the arm of a real robot to where nobody looked before.
+        is_real = isinstance(mover, ControllerMover) and not self._is_simulated
+        self._all.options = (_CENTER,) if is_real else _ALL_MOVES
         self._disable()
+
+    @property
+    def _is_simulated(self) -> bool:
+        return bool(self.page.node.get_parameter("use_sim_time").value)
 
     def _show_mover(self) -> None:
         mover = self._selector.mover
         if mover is None:
             return
         why = _SILENCE_OF_CONTROLLERS if isinstance(mover, ControllerMover) else _SILENCE
-        content = note_html(mover.description + (why if self._is_silent else ""))
+        followers = "".join(
+            f"<br>{escaped_html(', '.join(spec.followers))} "
+            f"follow{'s' * (len(spec.followers) == 1)} {escaped_html(spec.name)}."
+            for spec in self._specs
+            if 0 < len(spec.followers) <= _MOST_FOLLOWERS
+        )
+        content = note_html(mover.description + followers + (why if self._is_silent else ""))
         if content != self._note.content:
             self._note.content = content
 
@@ -262,7 +289,7 @@ class JointsPanel(Panel):
                 spec.name: self._unwrapped(
                     spec,
                     free[spec.name].zero
-                    if event.target.value == "Center"
+                    if event.target.value == _CENTER
                     else random.uniform(spec.minimum, spec.maximum),  # noqa: S311 -- no secret
                 )
                 for spec in self._specs

@@ -17,6 +17,7 @@ from teleopctl.node import qos_profile_rosout_default
 from teleopctl.viewer.client_tracker import click_mark
 from teleopctl.viewer.html import escaped_html, escaped_html_lines
 from teleopctl.viewer.panels.base import Page, Panel
+from teleopctl.viewer.panels.plots.collected import CollectedSamples
 
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
@@ -33,6 +34,8 @@ _LEVELS = {"Debug": 10, "Info": 20, "Warn": 30, "Error": 40, "Fatal": 50}
 # Grey, blue, amber, red, magenta: distinct on a dark and on a light page.
 _COLORS = {10: "#8a8f98", 20: "#3b8fd6", 30: "#e0a100", 40: "#e5484d", 50: "#d6409f"}
 _A_DAY_S = 86_400
+# Messages may be stamped a little later than the last recorded one was received.
+_AFTER_END_S = 1.0
 
 _LINE = (
     '<div style="border-left:3px solid {color};padding:1px 6px;margin:0 0 3px;'
@@ -129,6 +132,9 @@ class LogPanel(Panel):
         self._paused = False
         # Messages after this time are not shown, in seconds.
         self._until_s = math.inf
+        recording = page.shared(CollectedSamples).recording
+        # The time at which a played recording ends, in seconds.
+        self._end_s = math.inf if recording is None else recording.end_s + _AFTER_END_S
 
     def build(self) -> None:
         """Add the filters, the buttons and the folder of messages."""
@@ -146,11 +152,19 @@ class LogPanel(Panel):
                     "Plots and the bag jump there too.",
                 )
             form.on_submit(self.page.on_node_thread(lambda event: self._jump(event.client_id)))
-        for filter_of_lines in (self._level, self._node, self._text):
+            # What the player and this page log is newer than the bag.
+            self._newer: Any = self.gui.add_checkbox(
+                "Of the player",
+                False,
+                visible=self._end_s < math.inf,
+                hint="Also lines that are not in the bag: of its player and of this page",
+            )
+        for filter_of_lines in (self._level, self._node, self._text, self._newer):
             filter_of_lines.on_update(self.page.on_node_thread(lambda _event: self._show_all()))
         self.keep("level", self._level)
         self.keep("node", self._node, has_more=True)
         self.keep("contains", self._text)
+        self.keep("player", self._newer)
         self._buttons: Any = self.gui.add_button_group("Lines", ("Pause", "Clear"))
         self._buttons.on_click(self.page.on_node_thread(self._pressed))
         self._note = self.gui.add_html("")
@@ -238,6 +252,7 @@ class LogPanel(Panel):
             line.level >= _LEVELS[self._level.value]
             and (self._node.value == _ALL or f"{line.node}.".startswith(f"{self._node.value}."))
             and line.stamp_s <= self._until_s
+            and (line.stamp_s <= self._end_s or self._newer.value)
             and self._text.value.lower() in line.text.lower()
         )
 

@@ -2,6 +2,7 @@
 
 import re
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 from hypothesis import given, strategies
@@ -9,6 +10,7 @@ from hypothesis import given, strategies
 from teleopctl.errors import UsageError
 from teleopctl.interfaces import get_message
 from teleopctl.viewer.panels.log import LINES_OF_A_BLOCK, MOST_LINES, LogPanel, stamp_of
+from teleopctl.viewer.panels.plots.collected import CollectedSamples
 
 LOG = get_message("rcl_interfaces/msg/Log")
 
@@ -85,6 +87,21 @@ def test_filters_choose_by_level_node_and_text(page, panel):
     assert texts(panel) == ["is hot", "turns"]
     page.choose(panel._text, "HOT")
     assert texts(panel) == ["is hot"]
+
+
+def test_of_a_bag_the_recorded_lines_are_shown_and_on_request_those_of_its_player(page):
+    recording: Any = SimpleNamespace(start_s=50.0, end_s=100.0, topics=())
+    page.shared(CollectedSamples).recording = recording
+    panel = LogPanel(page)
+    panel.build()
+    panel.began()
+    say(page, "recorded", sec=60)
+    say(page, "Burst 100 messages.", node="rosbag2_player", sec=5000)
+    panel.tick()
+    assert texts(panel) == ["recorded"]
+    page.choose(panel._newer, True)
+    assert texts(panel) == ["Burst 100 messages.", "recorded"]
+    panel.ended()
 
 
 def test_nodes_that_spoke_can_be_chosen_and_the_choice_stays(page, panel):
