@@ -133,6 +133,20 @@ def _texture_uris(description: RobotDescription) -> list[str]:
     return list(found)
 
 
+def _gazebo_materials(description: RobotDescription) -> dict[str, Material]:
+    """Return the colours of links in ``<gazebo>``, which the simulation draws them in."""
+    try:
+        links = description.gazebo.links
+    except TeleopctlError:
+        # The simulation refuses the description; the page shows what can be shown.
+        return {}
+    return {
+        name: Material(rgba=physics.rgba)
+        for name, physics in links.items()
+        if physics.rgba is not None
+    }
+
+
 # Any: messages and viser's nodes.
 
 # Collision shapes are transparent, since they enclose the visual ones.
@@ -272,6 +286,7 @@ class RobotModelDisplay(Display):
             return
         alpha = self.values.number("Alpha")
         shapes = ShapeDrawing(self.stage.scene, self._parts.meshes, self._parts.textures)
+        material_of = partial(self._material_of, _gazebo_materials(description))
         self._frames = []
         for link in description.links.values():
             frame = self.frame_of(link.name)
@@ -283,7 +298,15 @@ class RobotModelDisplay(Display):
             wanted: list[tuple[str, tuple[Geometry, Pose, Material | None], float]] = []
             if self.values.flag("Visual Enabled"):
                 wanted += [
-                    (f"visual{number}", (one.geometry, one.origin, one.material), its_alpha)
+                    (
+                        f"visual{number}",
+                        (
+                            one.geometry,
+                            one.origin,
+                            material_of(link.name, one.geometry, one.material),
+                        ),
+                        its_alpha,
+                    )
                     for number, one in enumerate(link.visuals)
                 ]
             if self.values.flag("Collision Enabled"):
@@ -304,6 +327,18 @@ class RobotModelDisplay(Display):
             self._listen()
         self._missing = self._frames_without_pose()
         self._update_status()
+
+    @staticmethod
+    def _material_of(
+        painted: Mapping[str, Material], link: str, shape: Geometry, own: Material | None
+    ) -> Material | None:
+        """Return a visual's material; without a colour, that of the link in ``<gazebo>``."""
+        if own is not None and (own.rgba is not None or own.texture is not None):
+            return own
+        if isinstance(shape, Mesh) and not shape.uri.lower().endswith(".stl"):
+            # The file may have colours of its own.
+            return own
+        return painted.get(link, own)
 
     @property
     def is_pickable(self) -> bool:

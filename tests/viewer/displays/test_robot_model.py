@@ -8,7 +8,7 @@ import trimesh
 from PIL import Image
 
 from teleopctl.interfaces import get_message
-from teleopctl.robot import RobotDescription
+from teleopctl.robot import RobotDescription, gazebo_colour
 from teleopctl.tf import Transform
 from teleopctl.viewer.displays.base import ERROR, OK, WARN
 from teleopctl.viewer.displays.robot_model import RobotAssets, load_assets
@@ -104,6 +104,17 @@ def test_a_material_is_what_its_name_says_wherever_it_was_defined(model, stage):
     assert shown["visual0"].opacity == 0.5
     assert color(shown["visual1"]) == color(shown["visual2"]) == (0, 0, 255)
     assert shown["visual1"].opacity is None
+
+
+def test_a_shape_without_a_colour_has_that_of_its_gazebo_tag_as_in_the_simulation(model, stage):
+    blue = '<material name="blue"><color rgba="0 0 1 1"/></material>'
+    gazebo = '<gazebo reference="a"><material>Gazebo/Orange</material></gazebo>'
+    model(robot(link("a", box(), box(blue)), gazebo))
+    shown = nodes(stage)
+    orange = gazebo_colour("Gazebo/Orange")
+    assert orange is not None
+    assert color(shown["visual0"]) == tuple(round(255 * part) for part in orange)
+    assert color(shown["visual1"]) == (0, 0, 255)
 
 
 @pytest.mark.parametrize(
