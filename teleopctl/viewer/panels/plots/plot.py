@@ -28,8 +28,8 @@ from teleopctl.viewer.panels.plots.expression import (
     PlotExpression,
     topic_and_path,
 )
+from teleopctl.viewer.panels.plots.search_list import SearchChoice, SearchList
 from teleopctl.viewer.panels.plots.series import Samples
-from teleopctl.viewer.panels.search_list import SearchChoice, SearchList
 from teleopctl.viewer.subscriptions import topic_qos
 
 if TYPE_CHECKING:
