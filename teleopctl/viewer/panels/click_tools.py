@@ -80,6 +80,7 @@ MEASURE = Tool("Measure", "Measure", "", "", True)
 _MEASURED: Rgba = (1.0, 0.75, 0.1, 1.0)
 _LINE_M = 0.004
 _POINT_M = 0.012
+_ACTIVE = " ✕"
 
 
 class ClickTools:
@@ -99,6 +100,8 @@ class ClickTools:
         self._fixed = ""
         self._publishers: dict[tuple[str, str], Any] = {}
         self._callback: Callable[..., None] | None = None
+        # The measured distance in the scene.
+        self._number: Any = None
         # Triangles of each robot's links, by its display, of the description that they belong to.
         self._surfaces: dict[int, tuple[RobotDescription, dict[str, Triangles]]] = {}
 
@@ -107,11 +110,21 @@ class ClickTools:
         gui = self._page.gui
         self._buttons: Any = gui.add_button_group(
             "Click for",
-            tuple(tool.title for tool in (*TOOLS, MEASURE)),
+            self._titles(),
             hint="RViz's 2D Goal Pose, 2D Pose Estimate, Publish Point, and Measure; again to stop",
         )
         self._buttons.on_click(self._page.on_node_thread(self._press))
         self._advice: Any = gui.add_markdown("", visible=False)
+
+    def _titles(self) -> tuple[str, ...]:
+        """Return the texts of the buttons; that of the active tool has a cross, to stop it."""
+        return tuple(
+            tool.title + (_ACTIVE if tool is self._tool else "") for tool in (*TOOLS, MEASURE)
+        )
+
+    def _show_buttons(self) -> None:
+        if self._titles() != tuple(self._buttons.options):
+            self._buttons.options = self._titles()
 
     @property
     def is_active(self) -> bool:
@@ -123,9 +136,11 @@ class ClickTools:
         self._release()
         self._say("")
         self._canvas.remove()
+        self._show_number("", (0.0, 0.0, 0.0))
 
     def _press(self, event: Any) -> None:
-        tool = next(one for one in (*TOOLS, MEASURE) if one.title == event.target.value)
+        title = event.target.value.removesuffix(_ACTIVE)
+        tool = next(one for one in (*TOOLS, MEASURE) if one.title == title)
         again = tool is self._tool
         self.deactivate()
         if again:
@@ -138,6 +153,7 @@ class ClickTools:
             # Subscribers discover the publisher while the user aims.
             self._publisher(tool)
         self._tool, self._client_id = tool, event.client_id
+        self._show_buttons()
         self._callback = self._page.on_node_thread(self._click)
         self._scene.on_click()(self._callback)
         if tool is MEASURE:
@@ -161,6 +177,7 @@ class ClickTools:
         elif tool.has_direction and self._where is None:
             self._where = place
             if tool is MEASURE:
+                self._show_number("", place)
                 self._draw_measured(place, place)
                 self._say("Click on the second point")
             else:
@@ -231,10 +248,26 @@ class ClickTools:
         self._where = None
         self._draw_measured(one, two)
         x, y, z = (abs(last - first) for first, last in zip(one, two, strict=True))
+        length = f"{math.dist(one, two):.4g} m"
+        self._show_number(length, (one[0] + two[0], one[1] + two[1], one[2] + two[2]))
         self._say(
-            f"{math.dist(one, two):.4g} m: {x:.4g} along x, {y:.4g} along y, {z:.4g} along z. "
+            f"{length}: {x:.4g} along x, {y:.4g} along y, {z:.4g} along z. "
             "Click again for another distance."
         )
+
+    def _show_number(self, text: str, twice: Vector3) -> None:
+        """Show a text in the scene at half of a vector, the middle of a line; remove an empty one.
+
+        Args:
+            text: The text.
+            twice: Sum of the line's ends.
+        """
+        if self._number is not None:
+            self._number.remove()
+            self._number = None
+        if text:
+            x, y, z = (part / 2 for part in twice)
+            self._number = self._scene.add_label(f"{_PATH}_number", text, position=(x, y, z))
 
     def _draw_measured(self, one: Vector3, two: Vector3) -> None:
         drawing = Drawing()
@@ -253,7 +286,7 @@ class ClickTools:
         if tool.has_direction:
             pose = message.pose
             if hasattr(pose, "covariance"):
-                x, y, around = (self._number(tool, name) for name in _VARIANCES)
+                x, y, around = (self._variance(tool, name) for name in _VARIANCES)
                 # Row by row of x, y, z, roll, pitch, yaw.
                 pose.covariance[0], pose.covariance[7], pose.covariance[35] = x, y, around
                 pose = pose.pose
@@ -274,6 +307,7 @@ class ClickTools:
         if self._callback is not None:
             self._scene.remove_click_callback(self._callback)
         self._callback = self._tool = self._where = None
+        self._show_buttons()
 
     # --- settings of an .rviz file --------------------------------------------------------------
 
@@ -288,7 +322,7 @@ class ClickTools:
             said = said.get("Value")
         return said if isinstance(said, str) and said else tool.topic
 
-    def _number(self, tool: Tool, name: str) -> float:
+    def _variance(self, tool: Tool, name: str) -> float:
         said = self._given(tool).get(name)
         is_variance = isinstance(said, int | float) and 0.0 <= said < math.inf
         return float(said) if said is not None and is_variance else _VARIANCES[name]

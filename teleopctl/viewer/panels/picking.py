@@ -13,6 +13,7 @@ from teleopctl.node import qos_profile_sensor_data
 from teleopctl.robot import Joints
 from teleopctl.viewer.html import escaped_html, note_html
 from teleopctl.viewer.panels.base import dialog
+from teleopctl.viewer.panels.joint_movers import STATES_TOPIC
 
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.robot_model import RobotModelDisplay
@@ -21,6 +22,7 @@ if TYPE_CHECKING:
 _CONTACTS = "ros_gz_interfaces/msg/Contacts"
 # The forces of a window are shown at most this often, and for this time.
 _PERIOD_S, _LONGEST_S = 0.2, 600.0
+_NOISE = 1e-9
 _WORDS = re.compile(r"::|/")
 
 # Any: messages, whose classes are created from definitions at run time, and viser's handles.
@@ -73,14 +75,22 @@ class Picking:
             acts[event.target.value]()
 
         buttons.on_click(page.on_node_thread(press))
-        self._show_contacts(window, forces, link)
+        live: dict[str, str] = {"joint": "", "contacts": ""}
 
-    def _show_contacts(self, window: Any, forces: Any, link: str) -> None:
-        """Show in the window of a link what it touches, and with which force, while it is open."""
-        topics = self._page.node.get_topic_names_and_types()
-        topic = next((name for name, types in topics if _CONTACTS in types), None)
-        if topic is None:
-            return
+        def show(what: str, content: str) -> None:
+            if live[what] != content:
+                live[what] = content
+                forces.content = note_html("<br>".join(filter(None, live.values())))
+                forces.visible = True
+
+        if joint:
+            self._show_joint(window, partial(show, "joint"), joint)
+        self._show_contacts(window, partial(show, "contacts"), link)
+
+    def _while_open(
+        self, window: Any, topic: str, kind: str, text_of: Callable[[Any], str | None], show: Any
+    ) -> None:
+        """Show a text of the newest message of a topic while a window is open."""
         begun_s = shown_s = time.monotonic()
 
         def take(message: Any) -> None:
@@ -89,16 +99,49 @@ class Picking:
             if window.closed or now_s - begun_s > _LONGEST_S:
                 end()
             elif now_s - shown_s > _PERIOD_S:
-                shown_s = now_s
-                lines = [
-                    f"touches <b>{escaped_html(other)}</b> with {force:.3g} N"
-                    for other, force in contact_forces(message, link).items()
-                ]
-                content = note_html("<br>".join(lines) or "touches nothing")
-                if content != forces.content:
-                    forces.content, forces.visible = content, True
+                text = text_of(message)
+                if text is not None:
+                    shown_s = now_s
+                    show(text)
 
-        end = self._page.stage.subscribe(topic, _CONTACTS, take, qos_profile_sensor_data)
+        end = self._page.stage.subscribe(topic, kind, take, qos_profile_sensor_data)
+
+    def _show_joint(self, window: Any, show: Callable[[str], object], joint: str) -> None:
+        """Show the position, velocity and effort of a joint in the window of a link."""
+
+        def text_of(state: Any) -> str | None:
+            if joint not in state.name:
+                return None
+            number = list(state.name).index(joint)
+            rows = {
+                "position": state.position,
+                "velocity": state.velocity,
+                "effort": state.effort,
+            }
+            return "now " + ", ".join(
+                # Noise is no motion.
+                f"{name} {values[number] if abs(values[number]) > _NOISE else 0.0:.4g}"
+                for name, values in rows.items()
+                if len(values) > number and math.isfinite(values[number])
+            )
+
+        self._while_open(window, STATES_TOPIC, "sensor_msgs/msg/JointState", text_of, show)
+
+    def _show_contacts(self, window: Any, show: Callable[[str], object], link: str) -> None:
+        """Show in the window of a link what it touches, and with which force."""
+        topics = self._page.node.get_topic_names_and_types()
+        topic = next((name for name, types in topics if _CONTACTS in types), None)
+        if topic is None:
+            return
+
+        def text_of(message: Any) -> str:
+            lines = [
+                f"touches <b>{escaped_html(other)}</b> with {force:.3g} N"
+                for other, force in contact_forces(message, link).items()
+            ]
+            return "<br>".join(lines) or "touches nothing"
+
+        self._while_open(window, topic, _CONTACTS, text_of, show)
 
     @staticmethod
     def _show_all(robot: RobotModelDisplay) -> None:

@@ -146,8 +146,29 @@ def test_two_points_of_the_robot_or_the_ground_are_measured(scene, stage):
     # The base is 3 m high, so that the first point lies 1.5 m above the ground.
     plain = html.unescape(tools._advice.content)
     assert "5.22 m: 5 along x, 0 along y, 1.5 along z" in plain
-    stage.choose(tools._buttons, "Measure")
+    number = stage.scene.get_handle_by_name("/click_tool_number")
+    assert number.text == "5.22 m"
+    assert tuple(number.position) == (2.5, 0.0, 0.75)
+    assert "Measure ✕" in tools._buttons.options
+    stage.choose(tools._buttons, "Measure ✕")
     assert not tools.is_active
+    assert stage.scene.get_handle_by_name("/click_tool_number") is None
+
+
+def test_the_window_of_a_link_shows_where_its_joint_is(scene, stage):
+    del scene
+    click(stage, "tool")
+    (modal,) = stage.gui._modal_handle_from_uuid.values()
+    live = list(modal._children.values())[1]
+    state = get_message("sensor_msgs/msg/JointState")(
+        name=["knee", "hip"], position=[9.0, 0.5], velocity=[9.0, -1e-15]
+    )
+
+    def is_shown():
+        stage.publish("/joint_states", state)
+        return "now position 0.5, velocity 0" in live.content
+
+    eventually(is_shown)
 
 
 def test_the_window_of_a_link_shows_what_it_touches(scene, stage):
