@@ -169,7 +169,9 @@ def plot(words: str) -> Callable[[Page], None]:
     """Plot the first field that is found by words."""
 
     def step(page: Page) -> None:
-        page.get_by_label("Add", exact=True).fill(words)
+        # viser connects no label with its text fields.
+        mark = page.locator('[data-teleopctl-panel="plot"]')
+        mark.locator("xpath=following::input[1]").fill(words)
         page.locator('[data-teleopctl-click^="plot choose"]').first.click()
 
     return step

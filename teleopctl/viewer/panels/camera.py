@@ -129,7 +129,14 @@ class CameraPanel(Panel):
         usual: dict[str, str] = {}
         for topic in sorted(self._types, key=lambda topic: (base_topic(topic), topic)):
             usual.setdefault(base_topic(topic), topic)
-        first = {topic for topic in usual.values() if self._chosen.get(topic, True)}
+        # The numbers of labels are nearly black; beside them is their picture in colours.
+        numbers = {
+            topic
+            for topic in usual.values()
+            if topic.endswith("/labels_map")
+            and f"{topic[: -len('labels_map')]}colored_map" in usual
+        }
+        first = {topic for topic in usual.values() if self._chosen.get(topic, topic not in numbers)}
         extra = {topic for topic in self._types if self._chosen.get(topic, False)}
         some = sorted(first - extra)[: max(0, MOST_SHOWN - len(extra))]
         return sorted({*some, *extra})

@@ -89,6 +89,19 @@ def test_of_many_cameras_the_first_are_shown(stage):
     assert sum(stage.listens_to(topic) for topic in stage.node.topics) == MOST_SHOWN
 
 
+def test_labels_are_shown_in_colours_where_there_are_any_and_as_numbers_on_request(stage):
+    stage.node.topics.clear()
+    for name in ("/lone/labels_map", "/names/colored_map", "/names/labels_map"):
+        stage.node.topics[name] = [IMAGE.TYPE_NAME]
+    panel = CameraPanel(stage)
+    panel.build()
+    panel.began()
+    assert panel.shown() == ["/lone/labels_map", "/names/colored_map"]
+    stage.choose(panel._boxes["/names/labels_map"], True)
+    assert panel.shown() == sorted(stage.node.topics)
+    panel.ended()
+
+
 def test_what_cannot_be_shown_is_told_without_its_markup(panel, stage):
     stage.publish("/cam/image_raw", picture(encoding="<b>x</b>"))
     panel.tick()
