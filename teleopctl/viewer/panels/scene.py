@@ -48,7 +48,7 @@ class ScenePanel(Panel):
             "Fixed frame", (_ROOT,), hint="The frame in which everything is drawn"
         )
         self._fixed.on_update(self.page.on_node_thread(self._set_fixed_frame))
-        reset: Any = self.gui.add_button_group("Picture", ("Reset",), hint=_RESET_HINT)
+        reset: Any = self.gui.add_button_group("Drawn data", ("Reset",), hint=_RESET_HINT)
         reset.on_click(self.page.on_node_thread(lambda _event: self.page.reset()))
         # RViz's key.
         command = self.gui.add_command("Reset", description=_RESET_HINT, hotkey="R")

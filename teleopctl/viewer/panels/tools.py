@@ -11,7 +11,7 @@ from teleopctl.viewer.panels.base import Page, Panel, dialog
 from teleopctl.viewer.panels.recording import PageRecording
 from teleopctl.viewer.panels.views import Views
 
-_LAYOUT, _VIEW, _RECORD, _STOP = "Layout", "View", "Record", "Stop"
+_LAYOUT, _VIEW, _RECORD, _STOP = "Layout", "View", "Record", "End recording"
 _FILE = "layout.yaml"
 
 # Any: viser's events and handles.
