@@ -22,7 +22,8 @@ _SECTIONS = "div:has(> .mantine-Tabs-root > [role=button][aria-expanded])"
 # An open section of several tabs has its tabs in place of the button that opens it.
 _OPEN = ".mantine-Tabs-root:not(:has(> [aria-expanded=false]))"
 _STYLE = f"""
-[style*="opacity: 0;"][style*="transition: height"] {{ height: 0 !important; overflow: hidden }}
+[style*="opacity: 0;"][style*="transition: height"] {{
+  height: 0 !important; overflow: hidden; visibility: hidden }}
 .mantine-Modal-overlay {{ display: none !important }}
 .mantine-Modal-inner {{ pointer-events: none !important }}
 .mantine-Modal-content {{ pointer-events: auto !important; border: 1px solid #8a94a080 }}
