@@ -20,6 +20,8 @@ _ROOT = "(root)"
 _RESET_HINT = "Clear all transforms and displays (key R)"
 # All options are sent at once, so once a second is enough.
 _TICKS_PER_LIST = 10
+_TEXT = "std_msgs/msg/String"
+_MOST_BY_TOPIC = 200
 # Before the name of a display: whether it is shown, and whether something is wrong with it.
 _SHOWN, _HIDDEN = "☑", "☐"
 _MARKS = {WARN: " ⚠", ERROR: " ⛔"}
@@ -37,6 +39,9 @@ class ScenePanel(Panel):
         self._ticks = 0
         # Whether displays were changed by hand; those of a file are saved there instead.
         self._is_changed = False
+        # Choices of a topic: class of the display, and the topic; message types of each class.
+        self._by_topic: dict[str, tuple[str, str]] = {}
+        self._types_of: dict[str, set[str]] = {}
         # The display that was added last, whose properties are shown.
         self._open: Display | None = None
         self._tools = ClickTools(page)
@@ -56,8 +61,10 @@ class ScenePanel(Panel):
         self._tools.build()
         self._list = self.gui.add_folder("Displays")
         with self.gui.add_folder("Add", expand_by_default=False):
-            self._kind = self.gui.add_dropdown(
-                "Display", tuple(plugins.available(plugins.DISPLAYS))
+            self._kind: Any = self.gui.add_dropdown(
+                "Display",
+                tuple(plugins.available(plugins.DISPLAYS)),
+                hint="A published topic, or a kind of display",
             )
             self.gui.add_button("Add display").on_click(
                 self.page.on_node_thread(lambda _event: self._add())
@@ -106,12 +113,44 @@ class ScenePanel(Panel):
     def _add(self) -> None:
         """Add a display, open, with the first topic of its type that no such display has."""
         self.changed()
-        display = self.page.scene_view.add(self._kind.value)
+        rviz_class, topic = self._by_topic.get(self._kind.value, (self._kind.value, ""))
+        display = self.page.scene_view.add(rviz_class)
         self._open = display
+        if topic:
+            display.set_topic(topic)
+            return
         taken = {one.topic for one in self.page.scene_view.displays if type(one) is type(display)}
         free = [topic for topic in self._topics_for(display) if topic not in taken]
         if free:
             display.set_topic(free[0])
+
+    def _offer_displays(self, topics: dict[str, list[str]]) -> None:
+        """Offer a display of each published topic, and all kinds of displays after these."""
+        names = tuple(plugins.available(plugins.DISPLAYS))
+        for name in names:
+            if name not in self._types_of:
+                self._types_of[name] = set()
+                self.page.guarded(self._read_types, name)
+        self._by_topic = {
+            f"{topic} · {name}": (name, topic)
+            for topic, types in sorted(topics.items())
+            if self.page.node.count_publishers(topic)
+            for name in names
+            if not self._types_of[name].isdisjoint(types)
+        }
+        options = (*list(self._by_topic)[:_MOST_BY_TOPIC], *names)
+        if options != tuple(self._kind.options):
+            chosen = self._kind.value
+            self._kind.options = options
+            if chosen in options and chosen != names[0]:
+                self._kind.value = chosen
+            else:
+                self._kind.value = options[0]
+
+    def _read_types(self, name: str) -> None:
+        kind: type[Display] = plugins.load(plugins.DISPLAYS, name)
+        # Any text may be a robot description; most are not.
+        self._types_of[name] = {kind.message_type, *kind.other_types} - {"", _TEXT}
 
     def _topics_for(self, display: Display) -> list[str]:
         node = self.page.node
@@ -129,6 +168,8 @@ class ScenePanel(Panel):
             row.show_status()
         if self._ticks % _TICKS_PER_LIST == 0:
             self._offer_frames()
+            if not self._types_of:
+                self._offer_displays(dict(self.page.node.get_topic_names_and_types()))
         self._ticks += 1
 
     def _offer_frames(self) -> None:
@@ -152,6 +193,7 @@ class ScenePanel(Panel):
         topics = dict(self.page.node.get_topic_names_and_types())
         for row in self._rows.values():
             row.set_topic_options(topics)
+        self._offer_displays(topics)
 
     def _show_displays(self) -> None:
         shown = {id(display): display for display in self.page.scene_view.displays}

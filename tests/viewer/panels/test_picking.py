@@ -136,6 +136,12 @@ def test_an_added_display_takes_the_first_topic_of_its_type_or_says_that_there_i
     topic, title, status = add()
     assert (topic, title) == ("", "☑ LaserScan 2 ⚠")
     assert "No topic" in status
+    stage.node.topics["/path"] = ["nav_msgs/msg/Path"]
+    scene.graph_changed()
+    assert scene._kind.options[:2] == ("/path · Path", "/scan · LaserScan")
+    scene._kind.value = "/path · Path"
+    scene._add()
+    assert stage.scene_view.displays[-1].topic == "/path"
 
 
 def test_two_points_of_the_robot_or_the_ground_are_measured(scene, stage):

@@ -91,7 +91,7 @@ class PlotPanel(Panel):
             self.page,
             "plot",
             "Add",
-            "Type a part of a field's or a topic's name, such as effort joint_3",
+            "Type words of a field and its topic: effort joint_3",
             "field",
             self._choose_field,
         )

@@ -24,6 +24,7 @@ _ROW = (
     '<span style="opacity:.6">{detail}</span></div></div>'
 )
 _NOTE = '<div style="padding:3px 8px;opacity:.6">{text}</div>'
+_EXAMPLE = '<div style="padding:0 12px 6px;font-size:12px;opacity:.6">{text}</div>'
 
 
 class SearchChoice(NamedTuple):
@@ -89,7 +90,7 @@ class SearchList:
     ) -> None:
         self._panel, self._kind, self._choose = panel, kind, choose
         self._choices: Mapping[str, SearchChoice] = {}
-        self._example = _NOTE.format(text=escaped_html(example))
+        self._example = _EXAMPLE.format(text=escaped_html(example))
         with page.gui.add_form(None) as form:
             self.text: Any = page.gui.add_text(label, "")
         form.on_submit(page.on_node_thread(lambda _event: self._take_first()))
