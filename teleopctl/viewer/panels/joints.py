@@ -194,7 +194,7 @@ class JointsPanel(Panel):
                     _within(spec, start),
                     marks=(
                         (spec.minimum, f"{spec.minimum:.3g}"),
-                        (spec.maximum, f"{spec.maximum:.3g} {spec.unit}"),
+                        (spec.maximum, f"{spec.maximum:.3g}"),
                     ),
                     hint=f"{spec.range_text}{follows}",
                 )
@@ -202,6 +202,8 @@ class JointsPanel(Panel):
             slider.on_update(self._hand(spec))
             self._sliders[spec.name] = slider
             self._shown[spec.name] = slider.value
+        units = sorted({spec.unit for spec in specs}, reverse=True)
+        self._place.label = f"Positions in {' and '.join(units)}" if units else "Positions"
         self._place.visible = bool(specs)
         self._disable()
 
@@ -229,7 +231,7 @@ class JointsPanel(Panel):
             return
         why = _SILENCE_OF_CONTROLLERS if isinstance(mover, ControllerMover) else _SILENCE
         followers = "".join(
-            f"<br>{escaped_html(', '.join(spec.followers))} "
+            f" {escaped_html(', '.join(spec.followers))} "
             f"follow{'s' * (len(spec.followers) == 1)} {escaped_html(spec.name)}."
             for spec in self._specs
             if 0 < len(spec.followers) <= _MOST_FOLLOWERS

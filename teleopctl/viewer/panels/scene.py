@@ -131,12 +131,13 @@ class ScenePanel(Panel):
             if name not in self._types_of:
                 self._types_of[name] = set()
                 self.page.guarded(self._read_types, name)
+        drawn = {(one.rviz_class, one.topic) for one in self.page.scene_view.displays}
         self._by_topic = {
             f"{topic} · {name}": (name, topic)
             for topic, types in sorted(topics.items())
             if self.page.node.count_publishers(topic)
             for name in names
-            if not self._types_of[name].isdisjoint(types)
+            if not self._types_of[name].isdisjoint(types) and (name, topic) not in drawn
         }
         options = (*list(self._by_topic)[:_MOST_BY_TOPIC], *names)
         if options != tuple(self._kind.options):

@@ -138,7 +138,8 @@ def test_an_added_display_takes_the_first_topic_of_its_type_or_says_that_there_i
     assert "No topic" in status
     stage.node.topics["/path"] = ["nav_msgs/msg/Path"]
     scene.graph_changed()
-    assert scene._kind.options[:2] == ("/path · Path", "/scan · LaserScan")
+    # What is drawn already is not offered again.
+    assert scene._kind.options[:2] == ("/path · Path", "AccelStamped")
     scene._kind.value = "/path · Path"
     scene._add()
     assert stage.scene_view.displays[-1].topic == "/path"
