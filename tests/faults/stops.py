@@ -63,6 +63,7 @@ class Joint:
         self.time_s = 0.0
         # Range of the positions since it was last set.
         self.least = self.most = 0.0
+        self._begun = (0.0, 0.0)
         self._changed = threading.Condition()
         node.create_subscription(
             get_message("sensor_msgs/msg/JointState"), "/joint_states", self._on_state, 10
@@ -91,9 +92,13 @@ class Joint:
         self.wait(lambda: self.time_s > end_s)
         return self.most - self.least
 
+    def mark(self) -> None:
+        """Set the beginning of what `rest` measures."""
+        self._begun = (self.time_s, self.position)
+
     def rest(self) -> tuple[float, float]:
-        """Return simulated time (s) and way (rad) from now to the beginning of rest."""
-        begun_s, begun = self.time_s, self.position
+        """Return simulated time (s) and way (rad) from the mark to the beginning of rest."""
+        begun_s, begun = self._begun
         still = [self.time_s, self.position]
 
         def is_at_rest() -> bool:
@@ -339,6 +344,8 @@ class Drive:
         """Kill a process; return what starts it again with the same words."""
         process = self.process(executable)
         words, environment = process.cmdline(), process.environ()
+        # The end of a process is noticed late on a busy machine.
+        self.joint.mark()
         process.send_signal(signal.SIGKILL)
         process.wait(10)
 
@@ -360,6 +367,7 @@ def _servo_killed(drive: Drive) -> Callable[[], None]:
 
 def _frozen(drive: Drive, executable: str) -> Callable[[], None]:
     process = drive.process(executable)
+    drive.joint.mark()
     process.send_signal(signal.SIGSTOP)
     return lambda: process.send_signal(signal.SIGCONT)
 
@@ -530,6 +538,7 @@ def _once(drive: Drive, name: str, direction: int) -> tuple[float, float, float,
     # A busy machine may hold a hand up for a moment.
     if not joint.wait(lambda: abs(joint.velocity) > _MOVING):
         raise SystemExit("The arm moves no more")
+    joint.mark()
     come_back = FAULTS[name][1](drive)
     rest_s, way = joint.rest()
     # Longer than a silent hand's lease.
