@@ -142,8 +142,10 @@ class LogPanel(Panel):
             "Level", tuple(_LEVELS), initial_value="Info", hint="Lowest severity to show"
         )
         with self.gui.add_folder("Filter", expand_by_default=False):
-            self._node: Any = self.gui.add_dropdown("Node", (_ALL,))
-            self._text: Any = self.gui.add_text("Contains", "")
+            # A folder makes their fields as wide as that of the form below.
+            with self.gui.add_folder(None):
+                self._node: Any = self.gui.add_dropdown("Node", (_ALL,))
+                self._text: Any = self.gui.add_text("Contains", "")
             with self.gui.add_form(None) as form:
                 self._time: Any = self.gui.add_text(
                     "Jump to",

@@ -106,8 +106,16 @@ class PlotPanel(Panel):
                 + ", ".join(FUNCTIONS),
             )
         form.on_submit(on(lambda _event: self._take_expression()))
-        self._where: Any = self.gui.add_dropdown("Where", (_NEW,))
         recording = self._samples.recording
+        # A folder makes their fields as wide as those of the forms above.
+        with self.gui.add_folder(None):
+            self._build_choices(recording)
+        self._buttons.on_click(on(self._pressed))
+        self._back.on_update(on(self._show_earlier))
+
+    def _build_choices(self, recording: Recording | None) -> None:
+        """Add the controls that all plots have in common."""
+        self._where: Any = self.gui.add_dropdown("Where", (_NEW,))
         self._window: Any = self.gui.add_number(
             "Seconds",
             _FIRST_WINDOW_S if recording is None else _length_s(recording),
@@ -120,11 +128,9 @@ class PlotPanel(Panel):
         self._buttons: Any = self.gui.add_button_group(
             "All plots", ("Pause", "Clear"), visible=recording is None
         )
-        self._buttons.on_click(on(self._pressed))
         self._back: Any = self.gui.add_slider(
             "Look back", 0.0, 1.0, 0.01, 0.0, visible=False, hint="Seconds before the pause"
         )
-        self._back.on_update(on(self._show_earlier))
 
     # --- subscriptions ------------------------------------------------------------------------
 
