@@ -417,12 +417,12 @@ class Chart:
         names: list[dict[str, object]] = [{"label": label}]
         names += [
             {
-                "label": printable_line(line.name)[:_LONGEST_LABEL],
+                "label": printable_line(name)[:_LONGEST_LABEL],
                 "stroke": COLORS[number],
                 "width": 1.5,
                 "points": {"show": False},
             }
-            for number, line in enumerate(self.lines)
+            for number, name in enumerate(self.names())
         ]
         series: Any = tuple(names)
         with self._folder:
@@ -436,6 +436,14 @@ class Chart:
                 order=0.0,
             )
         self.show_note("")
+
+    def names(self) -> list[str]:
+        """Return the names of the lines in the legend, with their topics where names are equal."""
+        names = [line.name for line in self.lines]
+        return [
+            f"{name} {line.topics[0]}" if names.count(name) > 1 and line.topics else name
+            for name, line in zip(names, self.lines, strict=True)
+        ]
 
     def window_ends(self, window_s: float, now_s: float = 0.0) -> tuple[float, float]:
         """Return start and end of the time window in seconds; see `draw`."""

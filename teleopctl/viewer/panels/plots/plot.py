@@ -469,8 +469,8 @@ class PlotPanel(Panel):
             times, values = chart.window(self._window.value, self._now_s())
             times = times - chart.origin_s()
             curves = [
-                PlotCurve(line.name, color, some)
-                for line, color, some in zip(chart.lines, COLORS, values, strict=False)
+                PlotCurve(name, color, some)
+                for name, color, some in zip(chart.names(), COLORS, values, strict=False)
             ]
             self.page.stage.run_in_background(
                 lambda: plot_png(times, curves),

@@ -181,10 +181,10 @@ def test_a_jump_of_time_begins_the_plot_anew(page, panel):
 
 
 class Recorded:
-    """A recording of 20 s with one topic."""
+    """A recording of 20 s."""
 
     start_s, end_s = 1000.0, 1020.0
-    topics = ("/joint_states",)
+    topics = ("/joint_states", "/over/joint_states")
 
     def messages(self, _topic):
         for step in range(21):
@@ -207,6 +207,10 @@ def test_a_recording_is_drawn_whole_whatever_is_played(page, shared_ros):
     # The node's clock, that of the system, is past the end of the recording.
     draw(panel)
     assert shown(panel._charts[0])[1][0] == [16, 17, 18, 19, 20]
+    panel._add(["/over/joint_states/position[0]"])
+    draw(panel)
+    labels, _ = shown(panel._charts[0])
+    assert labels == ["hip position /joint_states", "hip position /over/joint_states"]
     panel.ended()
 
 
