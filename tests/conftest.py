@@ -14,8 +14,10 @@ import site
 import subprocess
 import sys
 import tempfile
+from collections import Counter
 from collections.abc import Generator, Iterator
 from importlib import import_module
+from itertools import groupby
 from pathlib import Path
 
 import pytest
@@ -30,6 +32,7 @@ from tests.reaper import watch_over
 from tests.samples import is_nightly
 
 _BENCHMARKS = Path(__file__).with_name("benchmarks")
+_SYSTEM = Path(__file__).with_name("system")
 _FOLDER = pytest.StashKey[Path]()
 _REAPER = pytest.StashKey[subprocess.Popen[bytes]]()
 
@@ -106,16 +109,35 @@ def _import_from_different_ends(config: pytest.Config) -> None:
 
 
 def pytest_collection_modifyitems(config: pytest.Config, items: list[pytest.Item]) -> None:
-    """Leave out nightly tests unless they are named; sort tests with a longer timeout first.
+    """Leave out nightly tests unless they are named; in workers, sort the others.
 
-    Otherwise a worker would run a long test alone at the end.
+    Those with a longer timeout come first: a worker would run one alone at the end. Modules of
+    ``tests/system``, which wait for processes, are spread among those that compute.
     """
     if not is_nightly() and not any("::" in argument for argument in config.args):
         nightly = [item for item in items if item.get_closest_marker("nightly")]
         config.hook.pytest_deselected(items=nightly)
         items[:] = [item for item in items if item not in nightly]
     if hasattr(config, "workerinput"):
+        items[:] = _spread(items)
         items.sort(key=lambda item: item.get_closest_marker("timeout") is None)
+
+
+def _spread(items: list[pytest.Item]) -> list[pytest.Item]:
+    """Return the tests with the modules of ``tests/system`` in equal distances."""
+    modules = [list(group) for _, group in groupby(items, key=lambda item: item.path)]
+    places: dict[bool, float] = dict.fromkeys((False, True), 0.0)
+    counts = Counter(_waits(module) for module in modules for _ in module)
+    placed: list[tuple[float, list[pytest.Item]]] = []
+    for module in modules:
+        waits = _waits(module)
+        placed.append((places[waits] / counts[waits], module))
+        places[waits] += len(module)
+    return [item for _, module in sorted(placed, key=lambda one: one[0]) for item in module]
+
+
+def _waits(module: list[pytest.Item]) -> bool:
+    return module[0].path.parent == _SYSTEM
 
 
 def pytest_configure(config: pytest.Config) -> None:

@@ -235,11 +235,13 @@ class _Sight:
         is_visible: Whether the page is visible.
         is_embedded: Whether the page is embedded in that of ``/drive``, and has no panels.
         panels: Names of the visible panels.
+        is_reported: Whether there has been a report.
     """
 
     is_visible: bool = True
     is_embedded: bool = False
     panels: frozenset[str] = frozenset()
+    is_reported: bool = False
 
 
 class ClientTracker:
@@ -322,6 +324,10 @@ class ClientTracker:
         """Return the names of the panels that are visible in at least one browser."""
         return frozenset().union(*(sight.panels for sight in tuple(self._sights.values())))
 
+    def awaits_report(self) -> bool:
+        """Return whether a browser has connected that has not reported its panels yet."""
+        return not all(sight.is_reported for sight in tuple(self._sights.values()))
+
     def handle_request(self, path: str, headers: Mapping[str, str]) -> Answer | None:
         """Store a report of visibility or of a click, and return HTTP 200; else return None.
 
@@ -344,6 +350,7 @@ class ClientTracker:
             if str(browser) == headers[_BROWSER]:
                 sight.is_visible, sight.panels = visible, panels if visible else frozenset()
                 sight.is_embedded = headers.get(_EMBEDDED) == "true"
+                sight.is_reported = True
         for callback in self._changed:
             callback()
         return Answer(HTTPStatus.OK)

@@ -16,7 +16,9 @@ if TYPE_CHECKING:
 MARGIN_PX = 12
 """Distance of the bar from the corner of the 3D view."""
 
-_BAR_WIDTH_PX = 430
+# A bar that begins with a bag is as wide as the view, up to a bound: a long recording needs a long
+# time line.
+_BAR_WIDTH_PX, _TIME_LINE_WIDTH_PX = 430, 900
 # In a narrow window the robot comes first: below this width the left column starts as a strip, and
 # the right column has at most this share. On a phone, up to 576 pixels, panels are in a sheet.
 _WIDE_PX, _PHONE_PX, _STRIP_PX = 1100, 576, 40
@@ -84,9 +86,11 @@ class Desk:
 
     @property
     def bar_width_px(self) -> int:
-        """Width of the bar, which leaves the right column uncovered."""
-        room_px = self.width_px - _STRIP_PX - self.column(1).width_px - 2 * MARGIN_PX
-        return min(_BAR_WIDTH_PX, room_px)
+        """Width of the bar, which leaves the columns uncovered."""
+        left, right = self.column(0), self.column(1)
+        left_px = _STRIP_PX if left.is_minimized else left.width_px
+        most_px = _TIME_LINE_WIDTH_PX if self.layout.bar[:1] == ("bag",) else _BAR_WIDTH_PX
+        return min(most_px, self.width_px - left_px - right.width_px - 2 * MARGIN_PX)
 
 
 def width_of(client: viser.ClientHandle) -> int:

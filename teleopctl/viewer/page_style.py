@@ -4,6 +4,8 @@ A list is as narrow as its field, and viser cuts the end of what it offers. On a
 has the width and the buttons of a panel for a mouse: 266 of 390 pixels, and buttons of 50 x 18. The
 sections of panels lie side by side in two columns; an open one takes both.
 
+The button that stops or releases the robot stays on the strip of a closed sheet.
+
 While a window is open all else can be used, such as the button that stops the robot: viser would
 darken and block it.
 
@@ -19,10 +21,12 @@ import json
 _PHONE = "(max-width: 36em)"
 _SHEET = '.mantine-Paper-root[style*="position: fixed"]'
 _SECTIONS = "div:has(> .mantine-Tabs-root > [role=button][aria-expanded])"
+_FOLDED = '[style*="opacity: 0;"][style*="transition: height"]'
+_STOP = ".mantine-Button-root:has([class*=icon-tabler-hand-])"
 # An open section of several tabs has its tabs in place of the button that opens it.
 _OPEN = ".mantine-Tabs-root:not(:has(> [aria-expanded=false]))"
 _STYLE = f"""
-[style*="opacity: 0;"][style*="transition: height"] {{
+{_FOLDED} {{
   height: 0 !important; overflow: hidden; visibility: hidden }}
 .mantine-Modal-overlay {{ display: none !important }}
 .mantine-Modal-inner {{ pointer-events: none !important }}
@@ -37,6 +41,10 @@ _STYLE = f"""
   {_SHEET} .mantine-Input-input {{ min-height: 36px }}
   {_SHEET} .mantine-Slider-thumb::after {{ content: ""; position: absolute; inset: -14px }}
   {_SHEET} .teleopctl-marks {{ padding: 0 57px 0 96px !important }}
+  {_SHEET} {_FOLDED} {{ opacity: 1 !important }}
+  {_SHEET} {_FOLDED} {_STOP} {{
+    visibility: visible; pointer-events: auto; position: fixed; z-index: 1;
+    right: 8px; bottom: 3px; width: auto; max-width: 70%; height: 34px !important }}
   {_SECTIONS} {{ display: grid; grid-template-columns: 1fr 1fr }}
   {_SECTIONS} > {_OPEN} {{ grid-column: 1 / -1; order: -1 }}
   {_SECTIONS} > * > [role=button] {{ min-height: 40px !important }}

@@ -48,7 +48,7 @@ class RobotStopControl:
         self._release: Any = page.gui.add_button(
             "Release robot",
             color="orange",
-            icon=cast("viser.IconName", "player-play"),
+            icon=cast("viser.IconName", "hand-off"),
             visible=False,
         )
         self._release.on_click(page.on_node_thread(lambda _event: self._on_release()))

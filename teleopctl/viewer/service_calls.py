@@ -64,6 +64,11 @@ class ServiceCalls:
         self._clients: dict[str, Client[Any, Any]] = {}
         self._timers: set[Any] = set()
 
+    @property
+    def is_waiting(self) -> bool:
+        """Whether a call has not been answered yet."""
+        return bool(self._timers)
+
     def call(
         self,
         service: str,

@@ -130,7 +130,11 @@ class PageWorkspace:
             self._begin(desk.own, seen, keeps=not desk.is_embedded)
         # A page that shows the 3D view alone has no panels that could be looked at later.
         keeps = not all(map(clients.is_embedded, self._server.get_clients()))
-        self._begin(self._shared, clients.visible_panels(), keeps=keeps)
+        seen = clients.visible_panels()
+        if clients.awaits_report():
+            # A page that is loaded again shows at first none of the panels that it is about to.
+            seen |= self._shared.begun
+        self._begin(self._shared, seen, keeps=keeps)
         if not is_watched:
             self._close_left(float("inf"))
 

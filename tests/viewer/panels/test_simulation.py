@@ -70,8 +70,9 @@ def test_time_is_played_paused_stepped_and_paced(live, panel, simulator):
     # A millisecond each.
     panel._steps = 50
     press(live, panel, "Step")
-    # The row shows hundredths: two of them may be rounded to either side, 0.04 s or 0.06 s apart.
+    # The row shows hundredths, of which two may be rounded to either side: 0.04 to 0.06 s apart.
     live.until(lambda: simulated_s(panel) > stood + 0.035)
+    live.until(lambda: not panel._calls.is_waiting)
     press(live, panel, "Play")
     live.until(lambda: panel.is_running)
     panel._set_pace("5x")
