@@ -57,5 +57,10 @@ const style = document.getElementById("teleopctl-style") ?? document.createEleme
 style.id = "teleopctl-style";
 style.textContent = {json.dumps(_STYLE)};
 document.head.append(style);
+// What is folded is invisible, but for that button, which "inert" would make useless.
+window.teleopctlReach ??= new MutationObserver((changes) => {{
+  for (const {{target}} of changes) if (target.closest({json.dumps(_SHEET)})) target.inert = false;
+}});
+window.teleopctlReach.observe(document.body, {{subtree: true, attributeFilter: ["inert"]}});
 """
 """Script that adds the style to the page."""
