@@ -74,10 +74,26 @@ def modules() -> dict[str, Path]:
 
 
 @cache
+def outline(module: str) -> tuple[list[ast.Import | ast.ImportFrom], list[str]]:
+    """Imports anywhere in a module, for type checkers too, and its public classes."""
+    tree = ast.parse(modules()[module].read_text(encoding="utf-8"))
+    imports = [one for one in statements(tree) if isinstance(one, (ast.Import, ast.ImportFrom))]
+    classes = [one.name for one in tree.body if isinstance(one, ast.ClassDef)]
+    return imports, [name for name in classes if not name.startswith("_")]
+
+
 def import_statements(module: str) -> list[ast.Import | ast.ImportFrom]:
     """Those anywhere in a module, for type checkers too."""
-    tree = ast.parse(modules()[module].read_text(encoding="utf-8"))
-    return [node for node in ast.walk(tree) if isinstance(node, (ast.Import, ast.ImportFrom))]
+    return outline(module)[0]
+
+
+def statements(parent: ast.AST) -> Iterator[ast.stmt]:
+    """All statements below a node; expressions, which are most of a tree, are passed over."""
+    for child in ast.iter_child_nodes(parent):
+        if isinstance(child, ast.stmt):
+            yield child
+        if isinstance(child, (ast.stmt, ast.ExceptHandler, ast.match_case)):
+            yield from statements(child)
 
 
 def source_of(statement: ast.ImportFrom, module: str) -> str | None:
@@ -179,11 +195,10 @@ ROS_2_NAMES_TWICE = {
 def test_one_name_is_one_thing():
     """No public class has the name of another one, but for those that ROS 2 names so."""
     homes: dict[str, list[str]] = {}
-    for module, path in modules().items():
+    for module in modules():
         if "compat.site" not in module:
-            for statement in ast.parse(path.read_text(encoding="utf-8")).body:
-                if isinstance(statement, ast.ClassDef) and not statement.name.startswith("_"):
-                    homes.setdefault(statement.name, []).append(module)
+            for name in outline(module)[1]:
+                homes.setdefault(name, []).append(module)
     twice = {name: found for name, found in homes.items() if len(found) > 1}
     assert twice.keys() == ROS_2_NAMES_TWICE.keys(), twice
 

@@ -77,7 +77,7 @@ def run_live(answered):
                 id="gone for a while",
             ),
         ],
-        3,
+        4,
     ),
 )
 def test_a_replay_has_the_bits_of_the_session(answered):

@@ -44,6 +44,7 @@ def file(ros):
     return path
 
 
+@pytest.mark.nightly
 def test_the_lists_tell_the_chain_in_the_order_of_updates(ros, file):
     ros.launch("controller.yaml", "hardware:=mock", f"controllers_file:={file}")
     assert listed(ros) == {

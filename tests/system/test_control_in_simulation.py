@@ -154,6 +154,7 @@ def test_two_runs_with_the_same_commands_are_byte_for_byte_the_same(ros, urdf):
     assert all("Desired controller update period" in line for line in warnings), warnings
 
 
+@pytest.mark.nightly
 def test_controllers_are_switched_while_time_stands_still(ros, urdf):
     operator = Operator(ros, urdf)
     assert ros.run_module("teleopctl.nodes", f"controller_manager spawner {ALL}").returncode == 0

@@ -395,6 +395,7 @@ def test_in_the_foreground_the_spawner_ends_with_the_reason_of_a_refusal(ros):
     launch.wait()
 
 
+@pytest.mark.nightly
 def test_a_controller_that_cannot_be_loaded_fails_the_launch_with_the_managers_reason(ros):
     launch = ros.run("launch -d sim.yaml camera:=false controllers:=nope")
     assert launch.returncode == 1
@@ -451,6 +452,7 @@ def test_the_controllers_can_be_started_on_a_simulation_that_runs(ros):
     assert "gazebo_ros2_control" in ros.run("control list_hardware_components").stdout
 
 
+@pytest.mark.nightly
 def test_the_controllers_run_on_mock_hardware_where_there_is_no_simulation(ros):
     started = ros.run("launch -d controller.yaml")
     assert started.returncode == 0, started.stderr

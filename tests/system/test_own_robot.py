@@ -32,6 +32,7 @@ def test_a_robot_without_controllers_of_its_own_is_moved_by_those_that_are_made_
     assert positions(ros) == pytest.approx([0.5, -0.3], abs=0.01)
 
 
+@pytest.mark.nightly
 def test_controllers_below_a_namespace_with_variables_and_all_in_the_managers_section(ros):
     (ros.folder / "arm.xacro").write_text(
         '<robot name="arm" xmlns:xacro="http://www.ros.org/wiki/xacro">'

@@ -59,7 +59,7 @@ NOT_TYPED = {
 
 # Typed in each run. The others start robots by the dozen; what their commands do has tests of its
 # own.
-SHORT = ("README", "from_ros2", "json", "launch_files")
+SHORT = ("README", "from_ros2")
 PAGES = [pytest.param(name, marks=() if name in SHORT else pytest.mark.nightly) for name in TYPED]
 
 # What its reader has already.

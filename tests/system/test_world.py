@@ -239,6 +239,7 @@ def test_a_world_with_a_mistake_is_told_once_and_nothing_is_started(
     assert message.format(file=file) in line
 
 
+@pytest.mark.nightly
 def test_a_robot_of_ones_own_stands_in_an_empty_world_unless_it_is_given_one(
     ros: RosGraph,
 ) -> None:
