@@ -28,7 +28,7 @@ from __future__ import annotations
 
 import html
 import json
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
 from http import HTTPStatus
 from urllib.parse import unquote
@@ -324,9 +324,14 @@ class ClientTracker:
         """Return the names of the panels that are visible in at least one browser."""
         return frozenset().union(*(sight.panels for sight in tuple(self._sights.values())))
 
-    def awaits_report(self) -> bool:
-        """Return whether a browser has connected that has not reported its panels yet."""
-        return not all(sight.is_reported for sight in tuple(self._sights.values()))
+    def awaits_report(self, browsers: Iterable[int]) -> bool:
+        """Return whether one of the browsers has not reported its panels yet.
+
+        Args:
+            browsers: viser's client IDs of those that are connected.
+        """
+        sights = (self._sights.get(browser) for browser in browsers)
+        return any(sight is not None and not sight.is_reported for sight in sights)
 
     def handle_request(self, path: str, headers: Mapping[str, str]) -> Answer | None:
         """Store a report of visibility or of a click, and return HTTP 200; else return None.

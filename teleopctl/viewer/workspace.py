@@ -131,7 +131,7 @@ class PageWorkspace:
         # A page that shows the 3D view alone has no panels that could be looked at later.
         keeps = not all(map(clients.is_embedded, self._server.get_clients()))
         seen = clients.visible_panels()
-        if clients.awaits_report():
+        if clients.awaits_report(self._server.get_clients()):
             # A page that is loaded again shows at first none of the panels that it is about to.
             seen |= self._shared.begun
         self._begin(self._shared, seen, keeps=keeps)

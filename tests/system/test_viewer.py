@@ -189,6 +189,7 @@ def test_a_camera_is_shown_while_it_is_seen_and_each_browser_finds_its_panels_ag
 
     eventually(is_shown, PAGE_WITHIN_MS / 1000)
     page.get_by_role("tab", name="Log").click()
+    expect(page.get_by_role("tab", name="Log")).to_have_attribute("aria-selected", "true")
     eventually(lambda: ros.node.count_subscribers("/cam/image_raw") == 0)
     page.get_by_role("tab", name="Camera").click()
     eventually(lambda: ros.node.count_subscribers("/cam/image_raw") == 1)
