@@ -50,6 +50,8 @@ if TYPE_CHECKING:
 # Polling period of the goals, timeout for an action's server, and time after which a gone
 # controller is noticed, s.
 _PERIOD_S, _ANSWER_S, _LOOK_S = 0.05, 5.0, 1.0
+# Longest wait of a motion that failed for the news that the robot is stopped, s.
+_STOP_NEWS_S = 0.5
 # Longest time, s, until the joints are at rest after a motion: change in a period, rad or m; and
 # the time that a gripper without an action is waited for.
 _REST_S, _RESTS, _GRIPPER_S = 0.5, 1e-4, 5.0
@@ -185,7 +187,8 @@ class RunningArm:
             immediate=True,
         )
         self._exit.callback(node.destroy_subscription, states)
-        self._stops = StopHolders(node, lambda _names: None)
+        self._is_held = threading.Event()
+        self._stops = StopHolders(node, self._hold)
         self._exit.callback(self._stops.close)
         self._controllers = Controllers(node)
         self._grippers = GripperCommander(node, self._controllers, found.model.joints)
@@ -478,6 +481,8 @@ class RunningArm:
             )
         else:
             return
+        # A robot that was stopped before this node came rejects a goal sooner than it says why.
+        self._is_held.wait(_STOP_NEWS_S)
         if holders := self._stops.names:
             text += (
                 f"; the robot is stopped by {', '.join(holders)} (teleopctl stop --robot --release)"
@@ -485,6 +490,9 @@ class RunningArm:
         at = {name: self._measured[name] for name in end if name in self._measured}
         result = MotionResult(text, at, time.monotonic() - begin_s)
         raise ExecutionError(text, result, failed.code if failed is not None else 0)
+
+    def _hold(self, names: tuple[str, ...]) -> None:
+        (self._is_held.set if names else self._is_held.clear)()
 
     def _arrived(
         self, target: MotionTarget, end: Mapping[str, float], spent_s: float
