@@ -110,8 +110,8 @@ const fillLegends = () => {
   }
 };
 // In the capture phase, since a clickable element may lie in a label that has a use of its own.
-// A table that is made anew while the button is held takes the click with it: then the mark under
-// the pointer counts, if it is the one that was pressed.
+// If a table is redrawn between press and release, the browser reports no click: the release is
+// then taken as one if the element under the pointer has the mark that was pressed.
 const markOf = (element) =>
   element?.closest?.("[data-teleopctl-click]")?.dataset.teleopctlClick ?? "";
 const sendClick = (mark) => {

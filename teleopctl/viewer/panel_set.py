@@ -50,7 +50,7 @@ class BrowserPage:
         self._on_node_thread = page.on_node_thread
 
     def on_node_thread(self, function: Callable[..., object]) -> Callable[..., None]:
-        """Return a callback for viser, see `Page.on_node_thread`; errors are told in this browser.
+        """Return a callback for viser, see `Page.on_node_thread`; this browser shows its errors.
 
         Args:
             function: Function to be called on the node's thread.

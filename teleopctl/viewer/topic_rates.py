@@ -11,7 +11,7 @@ from teleopctl.node import TopicMeter, Traffic
 if TYPE_CHECKING:
     from teleopctl.viewer.displays.base import Stage
 
-# The meter is sampled once a second; panels that ask in between are told the same.
+# Period of the measurement; panels that ask more often get the last result.
 _PERIOD_S = 0.9
 
 

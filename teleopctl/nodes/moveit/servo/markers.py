@@ -1,4 +1,4 @@
-"""What slows servo down, as status, and as markers: the reason as text, a sphere at the place."""
+"""Publishers of servo's status, and of markers where a singularity, limit or collision slows it."""
 
 from __future__ import annotations
 

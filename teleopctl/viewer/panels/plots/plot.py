@@ -150,7 +150,7 @@ class PlotPanel(Panel):
         self._samples.keep(self, ())
 
     def time_jumped(self) -> None:
-        """Drop the samples: a line from before the jump would show what nobody measured."""
+        """Drop the samples; a line across the jump would connect samples that do not follow."""
         self._samples.clear()
         for chart in self._charts:
             if not chart.is_recorded:
