@@ -39,10 +39,14 @@ def test_verbs_and_options_are_completed(monkeypatch, capsys):
 def test_live_nodes_and_the_types_of_a_topic_are_completed(ros, monkeypatch, capsys):
     talker = ros.spawn("run teleop_py_pkg simple_publisher")
     talker.wait_for_line("Publishing")
+    # A node may be in the graph some moments before its topics are.
+    eventually(
+        lambda: (
+            candidates(monkeypatch, capsys, "teleopctl topic echo chatter ")
+            == ["std_msgs/msg/String"]
+        )
+    )
     assert candidates(monkeypatch, capsys, "teleopctl node info /si") == ["/simple_publisher"]
-    assert candidates(monkeypatch, capsys, "teleopctl topic echo chatter ") == [
-        "std_msgs/msg/String"
-    ]
 
 
 def test_frames_and_what_runs_in_the_background_are_completed(ros, monkeypatch, capsys):
