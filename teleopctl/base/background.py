@@ -54,6 +54,8 @@ _LOOK_EVERY_S = 0.02
 
 # Period of progress checks while a process that announces readiness is starting.
 _SOON_READY_S = 1.0
+# Least time after SIGKILL before a process counts as one that cannot be killed.
+_KILL_S = 5.0
 
 # States of ended processes on Linux: zombie and dead.
 _ENDED_STATES = ("Z", "X", "x")
@@ -369,7 +371,8 @@ def stop(record: ProcessRecord, *, patience_s: float = 5.0) -> None:
                 for member in [*process.children(recursive=True), process]:
                     with contextlib.suppress(psutil.NoSuchProcess):
                         member.kill()
-                if not _wait(process, patience_s):
+                # However impatient the caller is: on a busy machine a kill takes a moment.
+                if not _wait(process, max(patience_s, _KILL_S)):
                     # The process may be in a driver call that cannot be interrupted.
                     raise SystemFailureError(
                         f"{record.name} (pid {record.pid}) has not ended, though it was killed"
