@@ -6,6 +6,7 @@ import argparse
 import contextlib
 import shutil
 import sys
+import time
 from collections.abc import Callable, Mapping, Sequence
 from functools import partial
 from typing import Any
@@ -80,7 +81,7 @@ class DeviceNode(Node):
         self._commanded_for: tuple[object, ...] = ()
         self._clutch = PoseClutch()
         self.leader: LeaderFollower | None = None
-        self._shown = ""
+        self._shown, self._shown_s = "", 0.0
         self.driver = HandDriver(self, name, servo, base)
         self.driver.on_action = self.act
         self.device = kind(self, self._receive)
@@ -105,9 +106,9 @@ class DeviceNode(Node):
         except BaseException:
             self.destroy_node()
             raise
-        steady = Clock(clock_type=ClockType.STEADY_TIME)
-        self.create_timer(_SHOWN_S, self._tick, clock=steady)
+        self.driver.on_watch = self._show_in_time
         if self.leader is not None:
+            steady = Clock(clock_type=ClockType.STEADY_TIME)
             self.create_timer(_CHECKED_S, self.leader.check, clock=steady)
 
     def _check_inputs(self) -> None:
@@ -198,9 +199,13 @@ class DeviceNode(Node):
 
     # --- what is shown ----------------------------------------------------------------------------
 
-    def _tick(self) -> None:
-        self._follow_robot()
-        self._show()
+    def _show_in_time(self) -> None:
+        """Show the state if it was shown some time ago; with the driver's timer, to wake less."""
+        now_s = time.monotonic()
+        if now_s - self._shown_s >= _SHOWN_S:
+            self._shown_s = now_s
+            self._follow_robot()
+            self._show()
 
     def _follow_robot(self) -> None:
         """Load the mapping for the robot once the robot's name is known."""

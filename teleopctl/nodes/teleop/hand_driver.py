@@ -59,6 +59,7 @@ class HandDriver:
         robot_state: The robot.
         episodes: Buttons for episodes.
         on_action: Called with each action that begins and that the driver does not execute itself.
+        on_watch: Called at least ten times a second by the executor, without a timer of its own.
     """
 
     def __init__(self, node: Node, device: str, servo: str = "servo_node", base: str = "") -> None:
@@ -69,6 +70,7 @@ class HandDriver:
         self.robot_state = DrivenRobot(node, servo, drives_gripper=not base)
         self.episodes = EpisodeButtons(node)
         self.on_action: Callable[[str], object] = lambda _: None
+        self.on_watch: Callable[[], object] = lambda: None
         self._servo = ServoOutput(node, servo, self.robot_state)
         self._base: BaseOutput | None = None
         self._base_topic = base
@@ -361,14 +363,16 @@ class HandDriver:
             self._unanswered_since_s = time.monotonic()
         self._is_moving = True
 
-    def _is_unanswered(self) -> bool:
-        """Return whether servo's status, published with each step, has not arrived for long."""
+    def _servo_loss(self) -> str:
+        """Return why servo does not move the arm any more: it has ended, or is silent for long."""
         self.robot_state.read_status()
-        since_s = self._unanswered_since_s
-        if since_s is None or self.robot_state.answered_s >= since_s:
+        answered_s, since_s = self.robot_state.answered_s, self._unanswered_since_s
+        if since_s is None or answered_s >= since_s:
             self._unanswered_since_s = None
-            return False
-        return time.monotonic() - since_s > SILENCE_S
+        elif time.monotonic() - since_s > SILENCE_S:
+            return "servo does not answer: let go, and press again"
+        # A status that has just arrived spares the query of the graph.
+        return self._servo.problem if time.monotonic() - answered_s > _IDLE_S else ""
 
     def _watch(self) -> None:
         """Release inputs without new samples, and continue the gripper's motion."""
@@ -378,10 +382,8 @@ class HandDriver:
         with self._lock:
             self._lose_silent()
             silent_s = time.monotonic() - self._applied_s
-            if self._is_moving and self._base is None and self._servo.problem:
-                self._lose(self._servo.problem)
-            elif self._is_moving and self._base is None and self._is_unanswered():
-                self._lose("servo does not answer: let go, and press again")
+            if self._is_moving and self._base is None and (problem := self._servo_loss()):
+                self._lose(problem)
             elif (self._is_moving or self._is_gripping) and silent_s > STALE_S:
                 self._pause()
             elif self._target is not None and silent_s <= STALE_S and not self._stops.names:
@@ -399,6 +401,7 @@ class HandDriver:
             if gripper is not None and not gripper.is_done and not self._stops.names:
                 gripper.step(_PERIOD_S, self.robot_state.measured)
             self._schedule_watch(silent_s)
+        self.on_watch()
 
     def _schedule_watch(self, silent_s: float) -> None:
         """Schedule the next call of `_watch`, as late as it notices a silent device in time."""
