@@ -63,7 +63,8 @@ class Joint:
         self.time_s = 0.0
         # Range of the positions since it was last set.
         self.least = self.most = 0.0
-        self._begun = (0.0, 0.0)
+        # Simulated time and position at the mark, and at the newest state that moved after it.
+        self._begun = self._moved = (0.0, 0.0)
         self._changed = threading.Condition()
         node.create_subscription(
             get_message("sensor_msgs/msg/JointState"), "/joint_states", self._on_state, 10
@@ -77,6 +78,9 @@ class Joint:
             if time_s > self.time_s:
                 self.velocity = (position - self.position) / (time_s - self.time_s)
             self.position, self.time_s = position, time_s
+            # Noted here, since the thread that waits may be late.
+            if abs(self.velocity) > _AT_REST:
+                self._moved = (time_s, position)
             self.least, self.most = min(self.least, position), max(self.most, position)
             self._changed.notify_all()
 
@@ -94,21 +98,16 @@ class Joint:
 
     def mark(self) -> None:
         """Set the beginning of what `rest` measures."""
-        self._begun = (self.time_s, self.position)
+        with self._changed:
+            self._begun = self._moved = (self.time_s, self.position)
 
     def rest(self) -> tuple[float, float]:
         """Return simulated time (s) and way (rad) from the mark to the beginning of rest."""
         begun_s, begun = self._begun
-        still = [self.time_s, self.position]
-
-        def is_at_rest() -> bool:
-            if abs(self.velocity) > _AT_REST:
-                still[:] = self.time_s, self.position
-            return self.time_s - still[0] > _SEEN_STILL_S
-
-        if not self.wait(is_at_rest):
+        if not self.wait(lambda: self.time_s - self._moved[0] > _SEEN_STILL_S):
             return float("inf"), abs(self.position - begun)
-        return still[0] - begun_s, abs(still[1] - begun)
+        moved_s, moved = self._moved
+        return moved_s - begun_s, abs(moved - begun)
 
 
 class Hand(Protocol):
