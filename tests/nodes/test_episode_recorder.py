@@ -5,36 +5,65 @@ from typing import Any
 
 import pytest
 
-from teleopctl.errors import RefusedError
+from teleopctl.errors import RefusedError, UnavailableError
 from teleopctl.interfaces import get_message
-from teleopctl.nodes.episodes.recorder import EpisodeRecorder
+from teleopctl.nodes.episodes.fitting import EpisodeFitting
 
 Image, JointState = get_message("sensor_msgs/msg/Image"), get_message("sensor_msgs/msg/JointState")
 FEATURES = {
     "observation.state": {"names": ["joint_1.pos", "joint_2.pos"]},
     "observation.images.wrist": {"shape": [2, 4, 3]},
 }
+IMAGES = ["sensor_msgs/msg/Image"]
 
 
-def recorder(joints: list[str]) -> Any:
-    """Return the part of a recorder that is asked, for a robot with joints."""
-    return SimpleNamespace(
-        _folder=SimpleNamespace(dataset=SimpleNamespace(features=FEATURES)),
-        _simulation=SimpleNamespace(next_message=lambda *_: JointState(name=joints)),
-        get_parameter=lambda _: SimpleNamespace(value="/joint_states"),
+def fitting(message: Any, *cameras: str) -> EpisodeFitting:
+    """Return what compares a graph with a data set; each topic has the same message."""
+    topics = [("/joint_states", ["sensor_msgs/msg/JointState"]), *((c, IMAGES) for c in cameras)]
+    node: Any = SimpleNamespace(
+        context=SimpleNamespace(wait_for_change=lambda *_: None),
+        get_topic_names_and_types=lambda: topics,
+        count_publishers=lambda _: 1,
+        get_logger=lambda: SimpleNamespace(warning=lambda _: None),
     )
+    simulation: Any = SimpleNamespace(next_message=lambda *_: message)
+    return EpisodeFitting(node, simulation, FEATURES, prefers_raw=False)
+
+
+def image(width: int, height: int) -> Any:
+    size = {"width": width, "height": height, "step": 3 * width}
+    return Image(encoding="rgb8", data=bytes(3 * width * height), **size)
 
 
 def test_pictures_of_another_size_are_refused_before_an_episode():
-    fits = Image(encoding="rgb8", width=4, height=2, step=12, data=bytes(24))
-    other = Image(encoding="rgb8", width=2, height=4, step=6, data=bytes(24))
-    EpisodeRecorder._check_size(recorder([]), "wrist", fits)
-    EpisodeRecorder._check_size(recorder([]), "new_camera", other)
+    topics = "/wrist/image_raw", "/new/image_raw"
+    # One that the data set lacks is left out, and one of an odd size has a video of an even one.
+    for height in (2, 1):
+        assert fitting(image(4, height), *topics).cameras(()) == {"wrist": topics[0]}
     with pytest.raises(RefusedError, match="pictures of 4 x 2 from wrist, and the camera has 2 x"):
-        EpisodeRecorder._check_size(recorder([]), "wrist", other)
+        fitting(image(2, 4), topics[0]).cameras(())
+
+
+@pytest.mark.parametrize(
+    ("texts", "kind", "problem"),
+    [
+        (["wrist=/a", "front=/b"], RefusedError, "has no pictures of front .it has wrist"),
+        (["front=/b"], UnavailableError, "has pictures of wrist, and no such camera publishes"),
+    ],
+)
+def test_cameras_that_are_not_those_of_the_data_set_are_refused(texts, kind, problem):
+    with pytest.raises(kind, match=problem):
+        fitting(image(4, 2), "/a", "/b").cameras(tuple(texts))
+
+
+def test_a_camera_without_a_picture_is_named():
+    with pytest.raises(UnavailableError, match="No image has come on /a for 10 s"):
+        fitting(None, "/a").cameras(("wrist=/a",))
 
 
 def test_a_robot_without_a_joint_of_the_data_set_is_refused():
-    EpisodeRecorder._check_joints(recorder(["joint_2", "joint_1", "gripper"]))
+    fitting(JointState(name=["joint_2", "joint_1", "gripper"])).check_state("/joint_states")
     with pytest.raises(RefusedError, match="has the joint joint_2, and /joint_states has only joi"):
-        EpisodeRecorder._check_joints(recorder(["joint_1"]))
+        fitting(JointState(name=["joint_1"])).check_state("/joint_states")
+    with pytest.raises(UnavailableError, match="Nothing publishes /states, the state of the rob"):
+        fitting(None).check_state("/states")

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import contextlib
 from collections.abc import Collection, Iterable, Iterator, Mapping
 from fractions import Fraction
 from pathlib import Path
@@ -67,6 +68,7 @@ class VideoFile:
         self._av = av
         self._last_tick = -1
         self._cut_ticks = 0
+        self._is_broken = False
         self._file = av.open(str(path), "w", format="mp4", options={"movflags": "+faststart"})
         # Any: PyAV's classes, which are missing without the extra.
         self._stream: Any = self._file.add_stream(self._codec, rate=rate or _NOMINAL_RATE)
@@ -121,13 +123,26 @@ class VideoFile:
         # Otherwise players would guess the duration of the last frame of a constant rate.
         frame.duration = self._duration_ticks
         self._last_tick = tick
-        self._file.mux(self._stream.encode(frame))
+        self._mux(frame)
         self.frame_count += 1
+
+    # Any: PyAV's frame.
+    def _mux(self, frame: Any) -> None:
+        try:
+            self._file.mux(self._stream.encode(frame))
+        except OSError:
+            self._is_broken = True
+            raise
 
     def close(self) -> None:
         """Finish and close the video file."""
+        if self._is_broken:
+            # On a full disk, FFmpeg crashes if it begins a file again that it could not begin.
+            with contextlib.suppress(OSError):
+                self._file.close()
+            return
         if self.frame_count:
-            self._file.mux(self._stream.encode(None))
+            self._mux(None)
         self._file.close()
 
 

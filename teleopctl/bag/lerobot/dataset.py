@@ -8,7 +8,6 @@ one: a data set whose writer was killed has all episodes but the one that was be
 from __future__ import annotations
 
 import json
-import os
 import shutil
 from collections.abc import Mapping, Sequence
 from pathlib import Path
@@ -17,6 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from teleopctl.bag.lerobot.depth import INFORMATION
+from teleopctl.bag.lerobot.files import read_tasks, write_json, write_table, write_tasks
 from teleopctl.bag.lerobot.statistics import (
     Statistics,
     Values,
@@ -29,7 +29,12 @@ from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError
 VERSION = "v3.0"
 """Version of LeRobot's format."""
 
+DATA_FOLDERS = ("data", "videos", "meta")
+"""Names of the folders of a data set, which LeRobot's format gives them."""
+
 _PATTERN = "chunk-{chunk_index:03d}/file-{file_index:03d}"
+# Only such files are removed: others in the folder are not of the data set.
+_FILES = "chunk-[0-9][0-9][0-9]/file-[0-9][0-9][0-9]"
 # Values that LeRobot's own programs write, since these may add episodes to the data set.
 _CHUNKS, _DATA_MB, _VIDEO_MB = 1000, 100, 200
 _INFO, _STATS = "meta/info.json", "meta/stats.json"
@@ -158,6 +163,11 @@ class LeRobotDataset:
     def fps(self) -> int | None:
         """Frames per second; None before the first episode."""
         return None if self._info is None else int(self._info["fps"])
+
+    @property
+    def robot(self) -> str:
+        """Type of the robot; empty if unknown."""
+        return "" if self._info is None else str(self._info["robot_type"] or "")
 
     # Any, here and below: JSON and rows of tables.
     @property
@@ -293,7 +303,10 @@ class LeRobotDataset:
             info = json.loads((self.folder / _INFO).read_text(encoding="utf-8"))
             if info["codebase_version"] != VERSION:
                 raise InvalidFileError(
-                    f"{self.folder} is a LeRobot data set {info['codebase_version']}, not {VERSION}"
+                    f"{self.folder} is a LeRobot data set {info['codebase_version']}, "
+                    f"not {VERSION}",
+                    hint="lerobot's convert_dataset_v21_to_v30 converts one of v2.1; or choose "
+                    "another folder.",
                 )
             rows: list[dict[str, Any]] = []
             for file in sorted((self.folder / "meta" / "episodes").glob("*/*.parquet")):
@@ -301,15 +314,26 @@ class LeRobotDataset:
             rows.sort(key=lambda row: int(row["episode_index"]))
             # The information is written last: what it does not count was being added.
             self._rows = rows[: int(info["total_episodes"])]
-            self._tasks = _read_tasks(self.folder / _TASKS)
+            self._tasks = read_tasks(self.folder / _TASKS)
             self._info = info
         except (OSError, ValueError, KeyError, TypeError, ArrowException) as error:
-            raise InvalidFileError(f"{self.folder} is no LeRobot data set: {error}") from error
+            raise self._broken(f"is no LeRobot data set: {error}") from error
         if len(self._rows) != int(info["total_episodes"]):
-            raise InvalidFileError(
-                f"{self.folder} counts {info['total_episodes']} episodes, and lists only "
-                f"{len(self._rows)}"
+            raise self._broken(
+                f"counts {info['total_episodes']} episodes, and lists only {len(self._rows)}"
             )
+        if missing := next((file for file in sorted(self._used()) if not file.exists()), None):
+            raise self._broken(f"lacks {missing.relative_to(self.folder)}")
+
+    def _broken(self, problem: str) -> InvalidFileError:
+        """Return the error for a data set that cannot be used, with what can be done."""
+        hint = "Choose another folder."
+        if next(self.folder.glob("episodes/episode_*.mcap"), None):
+            hint = (
+                "Its bags can make it again: remove data, videos and meta there, then "
+                f"teleopctl episode build {self.folder}"
+            )
+        return InvalidFileError(f"{self.folder} {problem}", hint=hint)
 
     # --- places ---------------------------------------------------------------------------
 
@@ -327,13 +351,18 @@ class LeRobotDataset:
 
     def _remove_leftovers(self) -> None:
         """Remove files of no episode: of one that was being added when its writer was killed."""
-        used = {self._data(_place(row, "data")) for row in self._rows}
-        for key in self._video_keys():
-            used |= {self._video(key, _place(row, f"videos/{key}")) for row in self._rows}
-        for pattern in ("data/*/*.parquet", "videos/*/*/*.mp4"):
+        used = self._used()
+        for pattern in (f"data/{_FILES}.parquet", f"videos/*/{_FILES}.mp4"):
             for file in self.folder.glob(pattern):
                 if file not in used:
                     file.unlink(missing_ok=True)
+
+    def _used(self) -> set[Path]:
+        """Return the files of all episodes."""
+        used = {self._data(_place(row, "data")) for row in self._rows}
+        for key in self._video_keys():
+            used |= {self._video(key, _place(row, f"videos/{key}")) for row in self._rows}
+        return used
 
     def _video_keys(self) -> list[str]:
         return [key for key, feature in self.features.items() if feature["dtype"] == "video"]
@@ -387,9 +416,9 @@ class LeRobotDataset:
             "splits": {"train": f"0:{len(rows)}"},
         }
         self._write_rows()
-        _write_tasks(self.folder / _TASKS, tasks)
-        _write_json(self.folder / _STATS, self.statistics)
-        _write_json(self.folder / _INFO, self._info)
+        write_tasks(self.folder / _TASKS, tasks)
+        write_json(self.folder / _STATS, self.statistics)
+        write_json(self.folder / _INFO, self._info)
 
     def _write_data(
         self,
@@ -410,7 +439,7 @@ class LeRobotDataset:
         numbers = np.arange(length, dtype=np.int64)
         columns["timestamp"] = pa.array((numbers / fps).astype(np.float32))
         columns["frame_index"] = pa.array(numbers)
-        _write_table(self._data(place), pa.table(columns | _index_columns(length, indices)))
+        write_table(self._data(place), pa.table(columns | _index_columns(length, indices)))
 
     def _move_data(
         self, row: Mapping[str, Any], place: tuple[int, int], indices: tuple[int, int, int]
@@ -426,7 +455,7 @@ class LeRobotDataset:
             )
         for name, column in _index_columns(row["length"], indices).items():
             table = table.set_column(table.schema.get_field_index(name), name, column)
-        _write_table(self._data(place), table)
+        write_table(self._data(place), table)
 
     def _write_rows(self) -> None:
         import pyarrow as pa
@@ -439,7 +468,7 @@ class LeRobotDataset:
                 for name in names
             }
         )
-        _write_table(self.folder / _EPISODES, table)
+        write_table(self.folder / _EPISODES, table)
         for file in (self.folder / "meta" / "episodes").glob("*/*.parquet"):
             if file != self.folder / _EPISODES:
                 file.unlink()
@@ -533,63 +562,3 @@ def _information(episode: Episode, before: dict[str, Any] | None) -> dict[str, A
         "video_path": f"videos/{{video_key}}/{_PATTERN}.mp4" if episode.videos else None,
         "features": features,
     }
-
-
-def _read_tasks(file: Path) -> list[str]:
-    from pyarrow import parquet
-
-    rows = parquet.read_table(file).to_pylist()
-    rows.sort(key=lambda row: int(row["task_index"]))
-    return [str(next(v for k, v in row.items() if k != "task_index")) for row in rows]
-
-
-def _write_tasks(file: Path, tasks: Sequence[str]) -> None:
-    """Write the table of tasks, whose index pandas makes of a column that metadata names."""
-    import pyarrow as pa
-
-    column = "__index_level_0__"
-    kinds = {"task_index": "int64", column: "unicode"}
-    pandas = {
-        "index_columns": [column],
-        "column_indexes": [],
-        "columns": [
-            {
-                "name": None if name == column else name,
-                "field_name": name,
-                "pandas_type": kind,
-                "numpy_type": "object" if kind == "unicode" else kind,
-                "metadata": None,
-            }
-            for name, kind in kinds.items()
-        ],
-    }
-    table = pa.table({"task_index": list(range(len(tasks))), column: list(tasks)})
-    _write_table(file, table.replace_schema_metadata({"pandas": json.dumps(pandas)}))
-
-
-# Any: pyarrow's table.
-def _write_table(file: Path, table: Any) -> None:
-    from pyarrow import parquet
-
-    draft = _draft(file)
-    parquet.write_table(table, draft)
-    _put(draft, file)
-
-
-def _write_json(file: Path, document: object) -> None:
-    draft = _draft(file)
-    draft.write_text(json.dumps(document, indent=4, ensure_ascii=False), encoding="utf-8")
-    _put(draft, file)
-
-
-def _draft(file: Path) -> Path:
-    """Return the path at which a file is written before it takes the place of another."""
-    file.parent.mkdir(parents=True, exist_ok=True)
-    return file.with_name(f".{file.name}.draft")
-
-
-def _put(draft: Path, file: Path) -> None:
-    """Put a written file into its place, complete on the disk."""
-    with draft.open("rb") as written:
-        os.fsync(written.fileno())
-    draft.replace(file)

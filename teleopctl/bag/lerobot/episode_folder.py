@@ -8,17 +8,25 @@ in ``episodes/dropped``.
 
 from __future__ import annotations
 
+import contextlib
 import json
 import shutil
-from collections.abc import Callable, Mapping, Sequence
+import tempfile
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from pathlib import Path
 from typing import NamedTuple
 
 from teleopctl.bag.base import Bag
 from teleopctl.bag.editing.copying import OutputBag, copy_bags
-from teleopctl.bag.lerobot.dataset import EpisodeNotes, EpisodeRow, LeRobotDataset
-from teleopctl.bag.lerobot.export import LeRobotSummary, add_episode
+from teleopctl.bag.lerobot.dataset import (
+    DATA_FOLDERS,
+    EpisodeNotes,
+    EpisodeRow,
+    LeRobotDataset,
+)
+from teleopctl.bag.lerobot.export import DRAFTS, LeRobotSummary, add_episode
 from teleopctl.bag.lerobot.features import find_actions, find_cameras, find_hand
+from teleopctl.bag.lerobot.folder_lock import FolderLock, locked
 from teleopctl.bag.lerobot.sampling import LeRobotOptions
 from teleopctl.bag.storage.bag import open_bag
 from teleopctl.bag.verify.session import STATE_ATTACHMENT
@@ -26,6 +34,7 @@ from teleopctl.errors import (
     InvalidFileError,
     MissingExtraError,
     NotFoundError,
+    RefusedError,
     SystemFailureError,
     TeleopctlError,
     UsageError,
@@ -35,6 +44,8 @@ EPISODE_RECORD = "teleopctl.episode"
 """Name of the metadata record of an episode's bag."""
 
 _BAGS, _RECORDING, _REJECTED, _DROPPED = "episodes", ".recording", "rejected", "dropped"
+# Longest wait for another program that changes the data set, in seconds.
+_LONGEST_CHANGE_S = 120.0
 
 
 class EpisodeSettings(NamedTuple):
@@ -127,6 +138,7 @@ class EpisodeFolder:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
         self.dataset = LeRobotDataset(folder)
+        self._recording: FolderLock | None = None
 
     @classmethod
     def existing(cls, folder: Path) -> EpisodeFolder:
@@ -138,6 +150,8 @@ class EpisodeFolder:
             MissingExtraError: pyarrow is not installed.
         """
         found = cls(folder)
+        if folder.is_file():
+            raise NotFoundError(f"'{folder}' is a file, not a folder with episodes")
         if not found.dataset.episodes and not found.bags():
             raise NotFoundError(
                 f"'{folder}' has no episodes",
@@ -173,6 +187,48 @@ class EpisodeFolder:
         """Number of the next episode."""
         last = max((int(path.stem.removeprefix("episode_")) for path in self.bags()), default=-1)
         return max(last + 1, len(self.dataset.episodes))
+
+    # --- recording ------------------------------------------------------------------------
+
+    def begin_recording(self) -> None:
+        """Make the folder ready for a recorder, which has it alone until `end_recording`.
+
+        Raises:
+            RefusedError: Another recorder uses it, or it has data of another program.
+            SystemFailureError: No files can be written there.
+        """
+        if not self.dataset.features and not self.bags():
+            for name in DATA_FOLDERS:
+                if (self.folder / name).exists():
+                    raise RefusedError(
+                        f"{self.folder / name} is of another program, and a data set would be "
+                        "written there",
+                        hint="Record into another folder.",
+                    )
+        drafts = self.folder / _BAGS / _RECORDING
+        try:
+            drafts.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=drafts):
+                pass
+        except OSError as error:
+            raise SystemFailureError(
+                f"Cannot record into {self.folder}: {error.strerror}",
+                hint="Name another folder, in which this user may write.",
+            ) from error
+        busy = RefusedError(
+            f"Another recorder records into {self.folder}",
+            hint="Stop it (`teleopctl ps` shows what runs), or record into another folder.",
+        )
+        self._recording = FolderLock(drafts, busy)
+
+    def end_recording(self) -> None:
+        """Let other recorders use the folder; one in which nothing was recorded is removed."""
+        if self._recording is not None:
+            drafts = self.folder / _BAGS / _RECORDING
+            for folder in (drafts, drafts.parent, self.folder):
+                with contextlib.suppress(OSError):  # not empty
+                    folder.rmdir()
+            self._recording.release()
 
     def draft(self, number: int) -> Path:
         """Return the folder in which the bag of an episode is recorded, which does not exist yet.
@@ -234,20 +290,36 @@ class EpisodeFolder:
         Raises:
             SystemFailureError: A file cannot be written.
             MissingExtraError: pyarrow or PyAV is not installed.
+            RefusedError: Another program changes the data set all the time.
         """
         rejected = []
-        for number in self.missing():
-            bag = self.bag(number)
-            wanted = len(self.dataset.episodes)
-            if wanted != number:
-                bag = bag.rename(self.bag(wanted))
-            try:
-                on_added(wanted, self._add(bag))
-            except (SystemFailureError, MissingExtraError):
-                raise
-            except TeleopctlError as error:
-                rejected.append(f"{error.message}: see {self.reject(bag)}")
+        with self._changing():
+            for number in self.missing():
+                bag = self.bag(number)
+                wanted = len(self.dataset.episodes)
+                if wanted != number:
+                    bag = bag.rename(self.bag(wanted))
+                try:
+                    on_added(wanted, self._add(bag))
+                except (SystemFailureError, MissingExtraError):
+                    raise
+                except TeleopctlError as error:
+                    rejected.append(f"{error.message}: see {self.reject(bag)}")
         return rejected
+
+    @contextlib.contextmanager
+    def _changing(self) -> Iterator[None]:
+        """Return a context manager in which no other program changes bags and data set."""
+        busy = RefusedError(
+            f"Another program is changing the data set in {self.folder}",
+            hint="Try again once it has ended.",
+        )
+        with locked(self.folder, busy, _LONGEST_CHANGE_S):
+            self.dataset = LeRobotDataset(self.folder)
+            # Of a program that was killed.
+            for left in self.folder.glob(f"{DRAFTS}*"):
+                shutil.rmtree(left, ignore_errors=True)
+            yield
 
     def rows(self) -> list[EpisodeRow]:
         """Return the episodes of the data set in their order."""
@@ -262,6 +334,10 @@ class EpisodeFolder:
             NotFoundError: There is no such episode.
             RefusedError: No episode would remain, or the data set is lerobot's own.
         """
+        with self._changing():
+            return self._drop(numbers)
+
+    def _drop(self, numbers: Sequence[int]) -> list[Path]:
         count = len(self.dataset.episodes)
         self.dataset.remove(numbers)
         aside = self.folder / _BAGS / _DROPPED
@@ -300,6 +376,16 @@ class EpisodeFolder:
             RefusedError: The data set is lerobot's own.
             SystemFailureError: A file cannot be written.
         """
+        with self._changing():
+            return self._trim(number, start_s, end_s, state_since)
+
+    def _trim(
+        self,
+        number: int,
+        start_s: float | None,
+        end_s: float | None,
+        state_since: Callable[[Path, int], bytes],
+    ) -> LeRobotSummary:
         self.dataset.require(number)
         path = self.existing_bag(number)
         draft = self.draft(number)
@@ -307,7 +393,9 @@ class EpisodeFolder:
             first_ns = bag.metadata.start_ns
             length_s = (bag.metadata.end_ns - first_ns) * 1e-9
             start_s, end_s = start_s or 0.0, length_s if end_s is None else end_s
-            if not 0.0 <= start_s < end_s:
+            if start_s < 0.0:
+                raise UsageError(f"The start, {start_s:g} s, is before that of episode {number}")
+            if not start_s < end_s:
                 raise UsageError(
                     f"The end, {end_s:g} s, is not after the start, {start_s:g} s",
                     hint=f"Episode {number} is {length_s:.1f} s long.",

@@ -15,6 +15,9 @@ from teleopctl.bag.lerobot.features import STAMPS
 from teleopctl.bag.lerobot.sampling import LeRobotOptions, sample_episode
 from teleopctl.errors import NotFoundError, SystemFailureError
 
+DRAFTS = ".adding."
+"""Beginning of the names of folders in which files of a new episode are written."""
+
 
 class LeRobotSummary(NamedTuple):
     """Result of an export: episode, frames, element names, times and unusable messages.
@@ -28,6 +31,8 @@ class LeRobotSummary(NamedTuple):
         worst_offset_s: Largest age of a value in a frame, in seconds.
         worst_feature: Feature with this value.
         cameras: Features that are pictures.
+        silent_s: Age in seconds of the oldest value of the state and of each camera, where it is
+            so great that the topic was silent.
     """
 
     frames: int
@@ -38,6 +43,7 @@ class LeRobotSummary(NamedTuple):
     worst_offset_s: float = 0.0
     worst_feature: str = ""
     cameras: tuple[str, ...] = ()
+    silent_s: Mapping[str, float] = {}
 
 
 def export_lerobot(
@@ -101,7 +107,7 @@ def add_episode(
     try:
         dataset.folder.mkdir(parents=True, exist_ok=True)
         # In the folder of the data set, so that a video can be moved at once.
-        drafts = Path(tempfile.mkdtemp(prefix=".adding.", dir=dataset.folder))
+        drafts = Path(tempfile.mkdtemp(prefix=DRAFTS, dir=dataset.folder))
         try:
             sampled = sample_episode(bag, options, drafts)
             episode = sampled.episode
@@ -124,4 +130,5 @@ def add_episode(
         sampled.worst_offset_s,
         sampled.worst_feature,
         tuple(episode.videos),
+        sampled.silent_s,
     )

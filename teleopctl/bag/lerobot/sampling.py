@@ -50,6 +50,8 @@ _KEY_EVERY = 2
 _MOST_FRAMES = 1_000_000
 # Largest difference of a stamp and the time of recording if both are of one clock.
 _ONE_CLOCK_NS = 10 * NANOSECONDS_PER_SECOND
+# Age from which on a measured value is that of a sensor that has fallen silent.
+_SILENT_NS = NANOSECONDS_PER_SECOND
 # Longest time for which a message is held back until all with earlier stamps have come.
 _LATEST_NS = NANOSECONDS_PER_SECOND
 
@@ -86,6 +88,8 @@ class SampledEpisode(NamedTuple):
         by_stamps: Whether the times are the stamps of the messages, not those of the recording.
         worst_offset_s: Largest age of a value in a frame, in seconds.
         worst_feature: Feature with this value.
+        silent_s: Age in seconds of the oldest value of the state and of each camera, where it is
+            so great that the topic was silent.
     """
 
     episode: Episode
@@ -93,6 +97,7 @@ class SampledEpisode(NamedTuple):
     by_stamps: bool
     worst_offset_s: float
     worst_feature: str
+    silent_s: Mapping[str, float]
 
 
 def sample_episode(bag: Bag, options: LeRobotOptions, videos: Path) -> SampledEpisode:
@@ -181,7 +186,8 @@ class _Sampling:
         self._left_out: dict[str, int] = {}
         self._start_ns: int | None = None
         self._frames = 0
-        self._worst: tuple[int, str] = (0, "")
+        # Greatest age of a value of each feature, in ns.
+        self._oldest: dict[str, int] = {}
 
     def run(self) -> SampledEpisode:
         last_ns = 0
@@ -201,8 +207,15 @@ class _Sampling:
             raise NotFoundError(f"There is no message of {', '.join(self._missing())}")
         for topic, count in self._decoder.unreadable.items():
             self._left_out[topic] = self._left_out.get(topic, 0) + count
-        worst_ns, feature = self._worst
-        return SampledEpisode(self._episode(), self._left_out, by_stamps, worst_ns / 1e9, feature)
+        worst_ns, feature = max(((age, key) for key, age in self._oldest.items()), default=(0, ""))
+        silent_s = {
+            key: age_ns / 1e9
+            for key, age_ns in self._oldest.items()
+            if age_ns > _SILENT_NS and (key == STATE_FEATURE or key.startswith(CAMERA_PREFIX))
+        }
+        return SampledEpisode(
+            self._episode(), self._left_out, by_stamps, worst_ns / 1e9, feature, silent_s
+        )
 
     def _take(self, decoded: DecodedMessage, time_ns: int) -> None:
         try:
@@ -236,8 +249,8 @@ class _Sampling:
             self._rows[STAMPS].append([(one - self._start_ns) / 1e9 for one in taken.values()])
             for key, time_ns in taken.items():
                 # Without twists, their age has no meaning.
-                if key != HAND and now_ns - time_ns > self._worst[0]:
-                    self._worst = now_ns - time_ns, key
+                if key != HAND and now_ns - time_ns > self._oldest.get(key, 0):
+                    self._oldest[key] = now_ns - time_ns
             self._frames += 1
 
     def _times(self) -> dict[str, int]:

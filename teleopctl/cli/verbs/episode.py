@@ -260,12 +260,13 @@ def drop(
 
     The bags are put into FOLDER/episodes/dropped.
     """
-    try:
-        chosen = [int(text) for text in numbers]
-    except ValueError as error:
-        raise UsageError(f"'{' '.join(numbers)}' are not numbers of episodes") from error
+    if wrong := [text for text in numbers if not text.isdecimal()]:
+        raise UsageError(
+            f"'{wrong[0]}' is not the number of an episode",
+            hint=f"`teleopctl episode list {folder}` shows them.",
+        )
     found = _existing(folder)
-    moved = found.drop(chosen)
+    moved = found.drop([int(text) for text in numbers])
     for bag in moved:
         console.note(f"{bag} has the bag")
     left = len(found.rows())
@@ -286,6 +287,11 @@ def build(folder: Folder, as_json: AsJson = False) -> int:
             console.out(f"Episode {number}: {summary.frames} frames, {ages}")
         for topic, count in summary.left_out.items():
             console.warn(f"Episode {number}: {count} messages of {topic} left out")
+        for feature, silent_s in summary.silent_s.items():
+            console.warn(
+                f"Episode {number}: {feature} was silent for {silent_s:.1f} s; to remove the "
+                f"episode: teleopctl episode drop {folder} {number}"
+            )
 
     rejected = found.add_missing(say)
     if as_json:

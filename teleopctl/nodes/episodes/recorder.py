@@ -27,10 +27,8 @@ from pathlib import Path
 from typing import Any
 
 from teleopctl.bag import (
-    CAMERA_PREFIX,
     EPISODE_RECORD,
     STATE_ATTACHMENT,
-    STATE_FEATURE,
     BagAttachment,
     EpisodeFolder,
     EpisodeSettings,
@@ -43,11 +41,9 @@ from teleopctl.base import progress
 from teleopctl.base.keyboard import LEFT, RIGHT, SPACE, Keyboard, keys_can_be_read
 from teleopctl.errors import (
     InvalidParameterError,
-    NotFoundError,
     RefusedError,
     SystemFailureError,
     TeleopctlError,
-    UnavailableError,
 )
 from teleopctl.interfaces import get_message, get_service
 from teleopctl.node import (
@@ -61,22 +57,12 @@ from teleopctl.node import (
     qos_profile_latched,
     spin_in_thread,
 )
+from teleopctl.nodes.episodes.fitting import EpisodeFitting, missing_topics
 from teleopctl.nodes.episodes.growth import DataSetGrowth
 from teleopctl.nodes.episodes.simulation import EpisodeSimulation
-from teleopctl.pictures import (
-    COMPRESSED,
-    RAW,
-    GreyScaling,
-    PictureError,
-    camera_name,
-    camera_topics,
-    image_of,
-)
 
 # Any, here and below: message classes are generated at run time from definitions.
 
-# Longest wait for the first image of a camera, in seconds.
-_FIRST_IMAGE_S = 10.0
 # Hidden topics, and figures of the programs' own work, are of no use in an episode.
 _NOT_RECORDED = (
     r"/_|/introspection_data/|/statistics/|^/performance_metrics$|^/diagnostics$|/compressedDepth$"
@@ -161,8 +147,16 @@ class EpisodeRecorder(Node):
         if folder.dataset.fps not in (None, fps):
             raise RefusedError(
                 f"The data set in {name} has {folder.dataset.fps} frames a second, not {fps}",
-                hint=f"Record into another folder, or with fps:={folder.dataset.fps}.",
+                hint=f"Record with --fps {folder.dataset.fps} (parameter 'fps'), or into another "
+                "folder.",
             )
+        robot, named = folder.dataset.robot, self._settings().robot
+        if robot and named and robot != named:
+            raise RefusedError(
+                f"The data set in {name} is of the robot '{robot}', not '{named}'",
+                hint="Record into another folder.",
+            )
+        folder.begin_recording()
         for left in folder.unfinished():
             self.get_logger().warning(f"An episode that was not saved is in {left}")
         if folder.dataset.episodes:
@@ -193,8 +187,14 @@ class EpisodeRecorder(Node):
             if self.get_parameter("reset").value:
                 self._simulation.reset(self._seed, number)
             if not self._is_fitting:
-                self._check_joints()
-                self._cameras = self._find_cameras()
+                fitting = EpisodeFitting(
+                    self,
+                    self._simulation,
+                    self._folder.dataset.features,
+                    prefers_raw=bool(self.get_parameter("raw_images").value),
+                )
+                fitting.check_state(self._settings().state)
+                self._cameras = fitting.cameras(self._settings().cameras)
                 self._is_fitting = True
             draft = self._folder.draft(number)
             session = RecordingSession(
@@ -235,7 +235,7 @@ class EpisodeRecorder(Node):
             ).result()
             self._end()
             draft = self._folder.draft_of(number)
-            if reason := _missing_topics(settings, counts):
+            if reason := missing_topics(settings, counts):
                 kept = self._folder.reject(draft)
                 self.publish_state()
                 raise RefusedError(f"Episode {number} {reason}: its bag is in {kept}")
@@ -246,7 +246,8 @@ class EpisodeRecorder(Node):
             self.publish_state()
             most = int(self.get_parameter("episodes").value)
             if most and self._saved >= most:
-                self.get_logger().info(f"{self._saved} episodes are saved")
+                count = "1 episode is" if self._saved == 1 else f"{self._saved} episodes are"
+                self.get_logger().info(f"{count} saved")
                 self.ended.set()
             return f"Saved episode {number}"
 
@@ -292,6 +293,12 @@ class EpisodeRecorder(Node):
                     f"Episode {number} was not saved; its bag is in {self._folder.draft_of(number)}"
                 )
         self._adding.wait()
+        self._folder.end_recording()
+
+    @property
+    def problem(self) -> str:
+        """Why the newest episodes are not in the data set; empty if they are."""
+        return self._adding.problem
 
     @property
     def is_recording(self) -> bool:
@@ -302,7 +309,10 @@ class EpisodeRecorder(Node):
 
     def _running(self) -> tuple[RecordingSession, int]:
         if self._failure:
-            raise RefusedError(f"Episode {self._number} has failed: {self._failure}")
+            raise RefusedError(
+                f"Episode {self._number} has failed: {self._failure}",
+                hint="Start another one, or discard it.",
+            )
         if self._session is None:
             raise RefusedError("No episode is being recorded: start one")
         return self._session, self._number
@@ -326,12 +336,15 @@ class EpisodeRecorder(Node):
                 try:
                     self.save()
                 except TeleopctlError as error:
-                    self.get_logger().error(error.message)
+                    self.get_logger().error(_with_hint(error))
 
     def _fail(self, error: TeleopctlError) -> None:
         """Record that the bag cannot be written; called on the writing thread."""
         self._failure = error.message
-        self.get_logger().error(f"Episode {self._number} cannot be recorded: {error.message}")
+        self.get_logger().error(
+            f"Episode {self._number} cannot be recorded: {error.message}. The saved ones are kept: "
+            "make room or mend this, then start again"
+        )
         self.publish_state()
 
     def _settings(self) -> EpisodeSettings:
@@ -374,91 +387,6 @@ class EpisodeRecorder(Node):
             all_topics=True, exclude_topics=sorted(others - cameras), exclude_regex=excluded
         )
 
-    def _find_cameras(self) -> dict[str, str]:
-        """Return the topics of the images in the graph by the cameras' names.
-
-        Waits for cameras of the data set, and for a first image of each: a camera may draw only
-        what somebody subscribes to, and begins with that when an episode does.
-
-        Raises:
-            UnavailableError: A camera that the user or the data set names publishes nothing.
-            RefusedError: Its pictures have another size than those of the data set.
-        """
-        texts = self._settings().cameras
-        needed = {
-            key.removeprefix(CAMERA_PREFIX)
-            for key in self._folder.dataset.features
-            if key.startswith(CAMERA_PREFIX)
-        }
-        if not texts:
-            self.context.wait_for_change(
-                lambda: needed <= self._published_cameras().keys(), _FIRST_IMAGE_S
-            )
-        named = [text.rpartition("=") for text in texts]
-        chosen = {name or camera_name(topic): topic for name, _, topic in named}
-        chosen = chosen or self._published_cameras()
-        if missing := sorted(needed - chosen.keys()):
-            raise UnavailableError(
-                f"The data set has pictures of {', '.join(missing)}, and no such camera publishes",
-                hint=f"Name its topic: cameras:=['{missing[0]}=TOPIC']",
-            )
-        found = {}
-        for name, topic in chosen.items():
-            kind = COMPRESSED if topic.endswith("/compressed") else RAW
-            image = self._simulation.next_message(get_message(kind), topic, _FIRST_IMAGE_S)
-            if image is None and (texts or name in needed):
-                raise UnavailableError(f"No image has come on {topic} for {_FIRST_IMAGE_S:g} s")
-            if image is None:
-                self.get_logger().warning(
-                    f"No image has come on {topic} for {_FIRST_IMAGE_S:g} s: it is left out"
-                )
-            else:
-                self._check_size(name, image)
-                found[name] = topic
-        return found
-
-    def _check_joints(self) -> None:
-        """Raise an error unless the robot has the joints of the data set.
-
-        Raises:
-            RefusedError: It lacks one.
-        """
-        feature = self._folder.dataset.features.get(STATE_FEATURE, {})
-        needed = [str(name).rpartition(".")[0] for name in feature.get("names", ())]
-        topic = str(self.get_parameter("state").value)
-        kind = get_message("sensor_msgs/msg/JointState")
-        message = needed and self._simulation.next_message(kind, topic, _FIRST_IMAGE_S)
-        if message and (missing := [name for name in needed if name not in message.name]):
-            raise RefusedError(
-                f"The data set has the joint {missing[0]}, and {topic} has only "
-                f"{', '.join(message.name)}: it is of another robot",
-                hint="Record into another folder.",
-            )
-
-    def _check_size(self, camera: str, image: Any) -> None:
-        """Raise an error if an image has another size than a camera's pictures in the data set.
-
-        Raises:
-            RefusedError: It has another one.
-        """
-        shape = self._folder.dataset.features.get(f"{CAMERA_PREFIX}{camera}", {}).get("shape")
-        with contextlib.suppress(PictureError):
-            width, height = image_of(image, GreyScaling()).size
-            if shape and [height, width] != list(shape[:2]):
-                raise RefusedError(
-                    f"The data set has pictures of {shape[1]} x {shape[0]} from {camera}, and the "
-                    f"camera has {width} x {height}",
-                    hint="Set the camera's size, or record into another folder.",
-                )
-
-    def _published_cameras(self) -> dict[str, str]:
-        """Return the published image topics by the cameras' names, JPEG where there is a choice."""
-        topics = self.get_topic_names_and_types()
-        return camera_topics(
-            {name: types for name, types in topics if self.count_publishers(name)},
-            prefers_raw=bool(self.get_parameter("raw_images").value),
-        )
-
     # --- the graph ------------------------------------------------------------------------
 
     def _answer(self, do: Callable[[], str]) -> Callable[[Any, Any], Any]:
@@ -467,9 +395,9 @@ class EpisodeRecorder(Node):
             try:
                 response.success, response.message = True, do()
             except TeleopctlError as error:
-                self.get_logger().error(error.message)
-                hint = f" ({error.hint})" if error.hint else ""
-                response.success, response.message = False, f"{error.message}{hint}"
+                text = _with_hint(error)
+                self.get_logger().error(text)
+                response.success, response.message = False, text
             return response
 
         return answer
@@ -499,24 +427,15 @@ class EpisodeRecorder(Node):
         )
 
 
-def _missing_topics(settings: EpisodeSettings, counts: dict[str, int]) -> str:
-    """Return which of the chosen topics have no message; empty if all have."""
-    wanted = [settings.state, *settings.action, *(c.rpartition("=")[2] for c in settings.cameras)]
-    topics = [name for name in counts if counts[name]]
-    missing = [
-        text
-        for text in wanted
-        if not any(text == name or text.startswith(f"{name}/") for name in topics)
-    ]
-    return f"has no message of {', '.join(missing)}" if missing else ""
-
-
 def main(args: Sequence[str] | None = None) -> int:
     """Record episodes until Ctrl-C, SIGTERM or the requested number; return the exit status.
 
+    It is 1 if the newest saved episodes are not in the data set.
+
     Raises:
         InvalidParameterError: A parameter is missing or has an invalid value.
-        RefusedError: The folder has a data set of another kind.
+        RefusedError: The folder has a data set of another kind, or another recorder.
+        SystemFailureError: The folder cannot be written.
         MissingExtraError: pyarrow is not installed.
     """
     return record(args=args)
@@ -556,7 +475,7 @@ def record(
         finally:
             node.close()
             executor.shutdown()
-    return status
+    return status or int(bool(node.problem))
 
 
 def _press(node: EpisodeRecorder, key: str) -> None:
@@ -570,5 +489,9 @@ def _press(node: EpisodeRecorder, key: str) -> None:
             node.discard()
         elif key == "q":
             node.ended.set()
-    except (RefusedError, UnavailableError, NotFoundError, SystemFailureError) as error:
-        node.get_logger().error(error.message)
+    except TeleopctlError as error:
+        node.get_logger().error(_with_hint(error))
+
+
+def _with_hint(error: TeleopctlError) -> str:
+    return f"{error.message} ({error.hint})" if error.hint else error.message

@@ -12,7 +12,7 @@ import pytest
 from PIL import Image
 
 from teleopctl.bag import BagMessage, BagWriter, ExportedVideo, VideoExport, open_bag
-from teleopctl.bag.export.video import resample_frames
+from teleopctl.bag.export.video import VideoFile, resample_frames
 from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError, UsageError
 from teleopctl.interfaces import get_message, serialize
 from tests.bag.bags import START_NS, message, topic
@@ -172,3 +172,12 @@ def test_a_clock_that_was_set_does_not_fill_the_disk_with_one_picture():
     image = Image.new("RGB", SIZE)
     with pytest.raises(InvalidFileError, match="no picture came until 1000000"):
         list(resample_frames([(0.0, image), (1e6, image)], 30.0))
+
+
+@pytest.mark.skipif(not Path("/dev/full").exists(), reason="Linux's full device")
+def test_a_full_disk_is_an_error_and_no_crash_of_the_encoder():
+    film = VideoFile(Path("/dev/full"), SIZE, rate=30)
+    with pytest.raises(OSError, match="No space left on device"):
+        for number in range(100):
+            film.add(number / 30, Image.new("RGB", SIZE))
+    film.close()

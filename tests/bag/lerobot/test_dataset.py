@@ -11,7 +11,7 @@ import pytest
 from pyarrow import parquet
 
 from teleopctl.bag import EpisodeNotes, LeRobotDataset
-from teleopctl.bag.lerobot import dataset as module
+from teleopctl.bag.lerobot import files as module
 from teleopctl.bag.lerobot.dataset import Episode, Video
 from teleopctl.bag.lerobot.statistics import PictureStatistics, feature_statistics
 from teleopctl.errors import InvalidFileError, NotFoundError, RefusedError

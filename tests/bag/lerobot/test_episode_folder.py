@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import os
+import shutil
+import threading
 from pathlib import Path
 from typing import Any
 
@@ -20,7 +23,13 @@ from teleopctl.bag import (
     open_bag,
 )
 from teleopctl.bag.lerobot.depth import depths_of_numbers
-from teleopctl.errors import NotFoundError, UsageError
+from teleopctl.errors import (
+    InvalidFileError,
+    NotFoundError,
+    RefusedError,
+    SystemFailureError,
+    UsageError,
+)
 from teleopctl.interfaces import get_message, serialize, set_stamp
 from teleopctl.pictures import camera_name
 from tests.bag.bags import START_NS, message, topic
@@ -223,3 +232,82 @@ def test_a_camera_has_the_name_of_its_namespace(name, expected):
 def test_a_folder_without_episodes_is_named(tmp_path):
     with pytest.raises(NotFoundError, match="has no episodes"):
         EpisodeFolder.existing(tmp_path)
+    (tmp_path / "file").touch()
+    with pytest.raises(NotFoundError, match="file' is a file, not a folder with episodes"):
+        EpisodeFolder.existing(tmp_path / "file")
+
+
+def test_a_sensor_that_falls_silent_is_told(folder):
+    last = max(time_s for time_s, _, _ in second(0.0))
+    record(folder, *second(0.0), (last + 3.0, "/arm/controller_state", reference(0.0)))
+    silent = []
+    folder.add_missing(lambda _, summary: silent.append(summary.silent_s))
+    assert silent == [{"observation.state": pytest.approx(3.0, abs=0.11)}]
+
+
+@pytest.mark.parametrize("name", ["data", "videos", "meta"])
+def test_a_folder_with_data_of_another_program_is_left_alone(folder, name):
+    others = folder.folder / name / "chunk-000/file-000.parquet"
+    others.parent.mkdir(parents=True)
+    others.touch()
+    with pytest.raises(RefusedError, match=f"{name} is of another program"):
+        folder.begin_recording()
+    # Bags beside it may be of a first episode whose writer was killed.
+    mine = folder.folder / "data/train/mine.parquet"
+    mine.parent.mkdir(parents=True)
+    mine.touch()
+    record(folder, *second(0.0))
+    assert add(folder) == []
+    assert mine.exists()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="locks of folders")
+def test_a_folder_has_one_recorder_and_nothing_is_left_of_one_that_records_nothing(folder):
+    folder.begin_recording()
+    with pytest.raises(RefusedError, match="Another recorder records into"):
+        EpisodeFolder(folder.folder).begin_recording()
+    folder.end_recording()
+    assert not folder.folder.exists()
+    folder.folder.touch()
+    with pytest.raises(SystemFailureError, match=r"Cannot record into .*cube: Not a directory"):
+        folder.begin_recording()
+
+
+@pytest.mark.skipif(os.name == "nt", reason="locks of folders")
+def test_programs_change_a_data_set_one_after_the_other(folder):
+    for value in (0.0, 50.0):
+        record(folder, *second(value))
+    add(folder)
+    dropped = threading.Thread(target=EpisodeFolder(folder.folder).drop, args=[[0]])
+
+    def begin_to_drop(*_: object) -> None:
+        if not dropped.is_alive():
+            dropped.start()
+
+    for value in (60.0, 90.0):
+        record(folder, *second(value))
+    left = folder.folder / ".adding.killed"
+    left.mkdir()
+    folder.add_missing(begin_to_drop)
+    dropped.join()
+    found = EpisodeFolder(folder.folder)
+    assert [one[0] for one in values(found)] == [50.0, 60.0, 90.0]
+    assert [bag.name[-5 - 1 : -5] for bag in found.bags()] == ["0", "1", "2"]
+    assert not left.exists()
+
+
+def test_a_data_set_that_lacks_a_file_is_made_again_from_its_bags(folder):
+    record(folder, *second(0.0))
+    add(folder)
+    (file,) = (folder.folder / "data").glob("*/*.parquet")
+    file.unlink()
+    with pytest.raises(InvalidFileError, match=r"lacks data/chunk-000/file-000\.parquet") as told:
+        EpisodeFolder(folder.folder)
+    assert "remove data, videos and meta there, then teleopctl episode build" in str(
+        told.value.hint
+    )
+    for name in ("data", "meta"):
+        shutil.rmtree(folder.folder / name)
+    again = EpisodeFolder(folder.folder)
+    assert add(again) == []
+    assert [one[0] for one in values(again)] == [0.0]
