@@ -87,6 +87,8 @@ if TYPE_CHECKING:
     )
     from teleopctl.kinematics.servo.singularity import Thresholds as Thresholds
     from teleopctl.kinematics.servo.status import (
+        FOLDED as FOLDED,
+        STRETCHED as STRETCHED,
         Reason as Reason,
         ServoStep as ServoStep,
         StatusCode as StatusCode,

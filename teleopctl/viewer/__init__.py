@@ -9,6 +9,7 @@ from __future__ import annotations
 from typing import TYPE_CHECKING
 
 if TYPE_CHECKING:
+    from teleopctl.viewer.camera_pictures import CameraPictures as CameraPictures
     from teleopctl.viewer.displays.base import (
         ERROR as ERROR,
         OK as OK,

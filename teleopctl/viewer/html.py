@@ -7,6 +7,7 @@ Markdown allows HTML, so all texts of other nodes are escaped by these functions
 from __future__ import annotations
 
 import html
+from collections.abc import Mapping
 
 from teleopctl.base.printable import printable_line, printable_text
 
@@ -54,3 +55,18 @@ def note_html(content: str, line_height: float = 1.4) -> str:
     """
     style = f"padding:0 .75em .5em;font-size:14px;line-height:{line_height:g}"
     return f'<div style="{style}">{content}</div>'
+
+
+def links_html(links: Mapping[str, str]) -> str:
+    """Return the HTML of links to other pages of the server, side by side.
+
+    Args:
+        links: Titles by path. The cookie of the page's token goes with them.
+    """
+    style = "flex:1;text-align:center;padding:6px;border:1px solid #8a94a080;border-radius:4px;"
+    style += "color:inherit;text-decoration:none;font-size:14px"
+    found = "".join(
+        f'<a href="{html.escape(path)}" style="{style}">{html.escape(title)}</a>'
+        for path, title in links.items()
+    )
+    return f'<div style="display:flex;gap:6px;padding:0 .75em .5em">{found}</div>'

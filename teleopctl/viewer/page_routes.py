@@ -22,11 +22,19 @@ class PageRoutes:
     """Files and websockets by path, which the page's server offers beside the 3D view.
 
     Requests have passed the server's access checks. Add all routes before the server starts.
+
+    Attributes:
+        links: Titles of pages by path, see `add_link`.
     """
 
     def __init__(self) -> None:
         self._files: dict[str, _File] = {}
         self._sockets: dict[str, Callable[[ServerConnection], Awaitable[None]]] = {}
+        self.links: dict[str, str] = {}
+
+    def add_link(self, path: str, title: str) -> None:
+        """Add a link to a path's page, which the page of the 3D view shows."""
+        self.links[path] = title
 
     def add_file(self, path: str, content: bytes, content_type: str) -> None:
         """Add a file at a path such as ``/drive``."""

@@ -19,6 +19,7 @@ from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_service, known_types
 from teleopctl.node import Clock, ClockType, Node, QoSProfile
 from teleopctl.tf import NamedTransformListener, Transform
+from teleopctl.viewer.html import links_html
 from teleopctl.viewer.layout import PageLayout
 from teleopctl.viewer.page_server import (
     CLEANUP_PERIOD_S,
@@ -67,6 +68,7 @@ class Viewer(Node):
         view: The ``.rviz`` file to load; None for the default displays.
         layout: Layout of the panels; None to choose one by what is there.
         cli_args: ROS arguments for this node, in addition to those of the process.
+        links: Titles of the server's other pages by path, to which the page has links.
     """
 
     def __init__(
@@ -75,6 +77,7 @@ class Viewer(Node):
         view: Path | None = None,
         layout: PageLayout | None = None,
         cli_args: Sequence[str] | None = None,
+        links: Mapping[str, str] | None = None,
     ) -> None:
         super().__init__("rviz", cli_args=cli_args)
         self.node = self
@@ -109,6 +112,8 @@ class Viewer(Node):
         self.robot_file = RobotFile(self)
         self.create_service(get_service("std_srvs/srv/Empty"), "~/reset_time", self._reset_time)
         self._robot_stop = RobotStopControl(self)
+        if links:
+            self.gui.add_html(links_html(links))
         self.workspace = PageWorkspace(server, self, layout)
         self.add_graph_callback(lambda: self.call_on_node_thread(self._on_graph_change))
         server.on_client_connect(self.on_node_thread(self._add_client))
@@ -346,7 +351,7 @@ def open_viewer(
     """
     server, address = open_page(host, port, token_file, routes=routes)
     try:
-        viewer = Viewer(server, view, layout, cli_args)
+        viewer = Viewer(server, view, layout, cli_args, None if routes is None else routes.links)
     except BaseException:
         close_server(server)
         raise

@@ -11,6 +11,7 @@ from websockets.exceptions import ConnectionClosed
 from websockets.sync.client import connect
 
 from teleopctl.interfaces import get_message
+from teleopctl.node import StopButton
 from teleopctl.testing import eventually
 from tests import ROOT
 from tests.system.browser import browser, open_page
@@ -68,6 +69,60 @@ def drive(ros):
     assert process.wait() == 0
 
 
+def look_at_the_page(ros, address, states):
+    """What a person finds on the page in a browser: words, the camera, focus, a reload."""
+    image = get_message("sensor_msgs/msg/Image")
+    pixels = image(width=8, height=6, encoding="rgb8", step=24, data=bytes(144))
+    camera = ros.node.create_publisher(image, "/front/image_raw", 1)
+    with browser() as chromium:
+        page = open_page(chromium, address)
+        page.locator("#status", has_text="the robot moves until you let go").wait_for()
+        assert page.locator("#who").text_content() == "· nobody drives"
+        # Three joints turn nothing.
+        assert not page.locator("#pad_tilt").is_visible()
+        assert not page.locator("kbd[data-key=KeyI]").is_visible()
+
+        eventually(lambda: camera.get_subscription_count() == 1)
+        picture = page.locator("#camera_picture")
+
+        def is_seen():
+            camera.publish(pixels)
+            return picture.evaluate("image => image.naturalWidth") > 0
+
+        eventually(is_seen)
+        page.locator("#camera_hide").click()
+        eventually(lambda: camera.get_subscription_count() == 0)
+        page.locator("#camera_show").click()
+        eventually(lambda: camera.get_subscription_count() == 1)
+        page.locator("#camera_hide").click()
+
+        page.get_by_role("button", name="100 %").click()
+        page.keyboard.down("ArrowUp")
+        page.locator("#status", has_text="stretched to its end: move back").wait_for()
+        assert "you drive, by keys" in str(page.locator("#who").text_content())
+        assert re.match(
+            r"forward · 0.40 m/s, 0.80 rad/s · servo: .*singularity",
+            str(page.locator("#now").text_content()),
+        )
+        # A reload is a release, which the page that goes still reports.
+        page.reload()
+        eventually(lambda: not states.last["is_moving"])
+        page.keyboard.up("ArrowUp")
+        page.locator("#status", has_text="the robot moves until you let go").wait_for()
+
+        # Space stops wherever the focus is, and presses nothing.
+        page.get_by_role("button", name="25 %").focus()
+        page.keyboard.press("Space")
+        eventually(lambda: states.last["stopped_by"] == ["/teleop_page"])
+        assert states.last["speed_step"] == 2
+        page.get_by_role("button", name="Release robot").click()
+        eventually(lambda: not states.last["stopped_by"])
+
+        page.get_by_role("link", name="3D page").click()
+        page.get_by_role("link", name="Drive", exact=True).click()
+        page.locator("#robot", has_text="Drive teleop").wait_for()
+
+
 def test_a_key_that_is_held_moves_the_gripper_until_its_release(ros, drive):
     _, address = drive
     positions: dict[str, float] = {}
@@ -107,6 +162,13 @@ def test_a_key_that_is_held_moves_the_gripper_until_its_release(ros, drive):
         eventually(lambda: states.last["stopped_by"] == ["/teleop_page"])
         page.send(json.dumps({"type": "press", "action": "release_stop"}))
         eventually(lambda: not states.last["stopped_by"])
+        # By another node, which is asked to let go.
+        stop = StopButton(ros.node)
+        stop.press()
+        eventually(lambda: states.last["stopped_by"])
+        page.send(json.dumps({"type": "press", "action": "release_stop"}))
+        eventually(lambda: not states.last["stopped_by"])
+        look_at_the_page(ros, address, states)
 
 
 @pytest.mark.parametrize(

@@ -11,13 +11,14 @@ curvature c = u_i^T (dJ/dv_i) v_i: a stretched arm retracts by bending its elbow
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
 
 from teleopctl.kinematics.group_kinematics import GroupKinematics
 from teleopctl.kinematics.poses import Array
-from teleopctl.kinematics.servo.status import Reason, StatusCode
+from teleopctl.kinematics.servo.status import FOLDED, STRETCHED, Reason, StatusCode
 from teleopctl.kinematics.solver import PoseTask
 
 # Step (rad or m) for derivatives of the Jacobian.
@@ -26,6 +27,9 @@ _STEP = 1e-4
 _NEAR_END = 0.15
 # Least curvature, m/rad² or 1/rad, that counts as a way out of a singularity.
 _LEAST_CURVATURE = 1e-3
+# Least part of a lost direction that leads away from the first joint, or towards it, at an end of
+# the arm's reach.
+_LEAST_OUTWARD = 0.5
 # Speed (rad/s or m/s) along a direction of the joints from which they move that way already.
 _MOVING = 1e-3
 
@@ -152,14 +156,16 @@ class TwistMap:
                 else:
                     gains[place] = 0.0
                     code = StatusCode.HALT_FOR_SINGULARITY
-                    text = f"no motion {_direction(u)}: the arm is at a singularity"
+                    end = self._end_of_reach(positions, jacobian, u, v, float(along[place]))
+                    text = f"no motion {_direction(u)}: the arm is at a singularity{end}"
                 reasons.append(Reason(code, text))
                 continue
             share = abs(float(along[place])) / size_of_command
             whole = min(whole, 1.0 - share * min(1.0, (condition - lower) / (middle - lower)))
             gains[place] *= min(1.0, (hard - condition) / (hard - middle))
             code = StatusCode.DECELERATE_FOR_APPROACHING_SINGULARITY
-            reasons.append(Reason(code, f"slower {_direction(u)}: a singularity is near"))
+            end = self._end_of_reach(positions, jacobian, u, v, float(along[place]))
+            reasons.append(Reason(code, f"slower {_direction(u)}: a singularity is near{end}"))
         return np.asarray(right[: len(gains)].T @ (whole * gains))
 
     def _change(self, positions: Array, jacobian: Array, direction: Array) -> Array:
@@ -168,6 +174,25 @@ class TwistMap:
         moved = self._jacobian()[: self._rows]
         self._kinematics.set(positions)
         return np.asarray((moved - jacobian) / _STEP)
+
+    def _end_of_reach(
+        self, positions: Array, jacobian: Array, u: Array, v: Array, speed: float
+    ) -> str:
+        """Return in words at which end of its reach the arm is; empty if it is at none.
+
+        At the end of the reach the tool goes back along u whichever way the joints move along v.
+        """
+        curvature = float(u @ self._change(positions, jacobian, v) @ v)
+        if math.copysign(curvature, curvature * speed) > -_LEAST_CURVATURE:
+            return ""
+        kinematics = self._kinematics
+        away = kinematics.pose()[:3, 3] - kinematics.model.joint_origin(kinematics.names[0])
+        outward = kinematics.model.twist_to_world(np.concatenate((away, np.zeros(3))))[:3]
+        part = math.copysign(1.0, speed) * float(u[:3] @ outward)
+        part /= float(np.linalg.norm(outward)) or 1.0
+        if abs(part) < _LEAST_OUTWARD:
+            return ""
+        return f" ({STRETCHED if part > 0.0 else FOLDED})"
 
     def _way_out(
         self, positions: Array, jacobian: Array, u: Array, v: Array, speed: float

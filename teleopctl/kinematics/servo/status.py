@@ -7,6 +7,9 @@ from dataclasses import dataclass
 
 from teleopctl.kinematics.poses import Array
 
+STRETCHED, FOLDED = "the arm is stretched out", "the arm is folded in"
+"""Words in the text of a singularity's reason that is an end of the arm's reach."""
+
 
 class StatusCode(enum.IntEnum):
     """Codes of ``moveit_msgs/msg/ServoStatus``."""

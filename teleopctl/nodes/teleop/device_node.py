@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import shutil
 import sys
 import time
 from collections.abc import Callable, Mapping, Sequence
@@ -30,6 +29,7 @@ from teleopctl.node import (
 from teleopctl.nodes.single_instance import require_single_instance
 from teleopctl.nodes.teleop.hand_driver import HandDriver
 from teleopctl.nodes.teleop.leader_follower import LeaderFollower
+from teleopctl.nodes.teleop.status_lines import StatusLines, who_drives
 from teleopctl.teleop import (
     ANGULAR,
     LINEAR,
@@ -81,7 +81,9 @@ class DeviceNode(Node):
         self._commanded_for: tuple[object, ...] = ()
         self._clutch = PoseClutch()
         self.leader: LeaderFollower | None = None
-        self._shown, self._shown_s = "", 0.0
+        self._shown: dict[str, str] = {}
+        self._shown_s = 0.0
+        self.lines = StatusLines()
         self.driver = HandDriver(self, name, servo, base)
         self.driver.on_action = self.act
         self.device = kind(self, self._receive)
@@ -236,24 +238,24 @@ class DeviceNode(Node):
         return (1.0,) if self._mapping is None else self._mapping.speeds
 
     def _show(self) -> None:
-        state = self.driver.state(self._speeds())
+        speeds = self._speeds()
+        state = self.driver.state(speeds)
+        steps = f", step {state['speed_step'] + 1} of {len(speeds)}" if len(speeds) > 1 else ""
         texts = {
             "doing": self._doing(state),
             "robot": str(state["robot"]),
             "problem": str(state["problem"]) or (self.leader.problem if self.leader else ""),
-            "speed": f"{state['speed_m_s']:.2f} m/s, {state['speed_rad_s']:.2f} rad/s",
+            "speed": f"{state['speed_m_s']:.2f} m/s, {state['speed_rad_s']:.2f} rad/s{steps}",
+            "words": str(state["words"]),
             "status": str(state["status"]),
             "refusal": str(state["refusal"]),
             "stopped_by": ", ".join(state["stopped_by"]),
             "holder": _holder_text(state["holder"]),
             "engaged": "true" if self.leader is not None and self.leader.is_engaged else "",
         }
-        line = f"{self.name} | {texts['doing']} | {texts['speed']}"
-        for name, before in _NOTED:
-            line += f" | {before}{texts[name]}" if texts[name] else ""
-        if line == self._shown:
+        if texts == self._shown:
             return
-        self._shown = line
+        self._shown = texts
         self._state.level = b"\x01" if texts["problem"] or texts["refusal"] else b"\x00"
         self._state.message = texts["doing"]
         self._state.values = [
@@ -261,18 +263,16 @@ class DeviceNode(Node):
         ]
         self._states.publish(self._state)
         if sys.stdout is not None and sys.stdout.isatty():
-            width = shutil.get_terminal_size().columns - 1
-            sys.stdout.write(f"\r\x1b[2K{line[:width]}")
-            sys.stdout.flush()
-
-
-_NOTED = (
-    ("status", ""),
-    ("problem", ""),
-    ("refusal", ""),
-    ("stopped_by", "stopped by "),
-    ("holder", "driven by "),
-)
+            stopped = f"The robot is stopped by {texts['stopped_by']}" * bool(texts["stopped_by"])
+            self.lines.show(
+                (
+                    f"{self.name}: {texts['doing']} | {texts['speed']}",
+                    who_drives(texts["holder"]),
+                    stopped or texts["refusal"] or texts["problem"] or texts["words"],
+                    # The sentence of a refusal is servo's own.
+                    "" if stopped or texts["status"] == texts["words"] else texts["status"],
+                )
+            )
 
 
 def _holder_text(holder: Mapping[str, Any] | None) -> str:
@@ -345,6 +345,7 @@ def drive(
                 spin(node)
         finally:
             with contextlib.suppress(Exception):
+                node.lines.end()
                 node.close()
             if node.failure is not None:
                 raise node.failure

@@ -10,9 +10,10 @@ from typing import Any
 
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message
-from teleopctl.kinematics import RobotGroups, find_groups, parse_srdf, read_srdf
+from teleopctl.kinematics import RobotGroups, StatusCode, find_groups, parse_srdf, read_srdf
 from teleopctl.node import AsyncParameterClient, NewestMessage, Node, qos_profile_latched
 from teleopctl.nodes.teleop.gripper import GripperDrive
+from teleopctl.nodes.teleop.servo_words import hand_links, words_of_status
 from teleopctl.packages import resolve_uri
 from teleopctl.robot import Joints, RobotDescription, SegmentTree
 from teleopctl.tf import Transform
@@ -20,6 +21,8 @@ from teleopctl.tf import Transform
 _SEMANTICS = ("robot_description_semantic", "srdf", "moveit_servo.move_group_name")
 # Scales of servo: m/s, rad/s, rad/s.
 _SCALES = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
+# Number of joints that place the tool.
+_PLACING = 3
 # Time without a reader after which the subscription to joint states is paused, s.
 _UNREAD_S = 2.0
 
@@ -42,6 +45,7 @@ class DrivenArm:
         tool: Pose of the tool in the frame of the tip.
         forward: Direction in which the arm reaches with all joints at 0, in quarter turns about z
             from the root link's x axis.
+        hand: Links that move with the tool: those behind the arm's last joint.
     """
 
     robot: str
@@ -52,6 +56,7 @@ class DrivenArm:
     sliding: frozenset[str]
     tool: Transform
     forward: int
+    hand: frozenset[str] = frozenset()
 
     @classmethod
     def of(cls, description: RobotDescription, groups: RobotGroups, name: str = "") -> DrivenArm:
@@ -83,7 +88,13 @@ class DrivenArm:
             frozenset(name for name in names if description.joints[name].type == "prismatic"),
             group.tool or Transform(),
             forward,
+            hand_links(description, group.tip),
         )
+
+    @property
+    def turns(self) -> bool:
+        """Whether it has joints to turn the tool, besides those that place it."""
+        return len(self.joints) > _PLACING
 
     def in_root(self, vector: tuple[float, float, float]) -> tuple[float, float, float]:
         """Return a vector whose x is forward in the axes of the root link."""
@@ -127,7 +138,7 @@ class DrivenRobot:
         self.groups: RobotGroups | None = None
         self._measured: dict[str, float] = {}
         self.problem = "no robot description has been received"
-        self._status = ""
+        self._status, self._status_code = "", int(StatusCode.NO_WARNING)
         self.answered_s = 0.0
         self.scales = dict(_SCALES)
         self.is_unitless = True
@@ -210,10 +221,21 @@ class DrivenRobot:
         self.read_status()
         return self._status
 
+    @property
+    def status_words(self) -> str:
+        """Servo's status as one sentence for people; empty if the motion is not slowed down."""
+        if not self.status:
+            return ""
+        hand = frozenset() if self.arm is None else self.arm.hand
+        return words_of_status(self._status_code, self._status, hand)
+
     def read_status(self) -> None:
         """Read servo's newest status, if one has arrived since the last call."""
         if (message := self._servo_statuses.read()) is not None:
-            self._status = message.message if message.code else ""
+            # Without a warning, too, the text may have what the arm cannot do.
+            is_news = message.code or message.message != StatusCode.NO_WARNING.text
+            self._status = message.message if is_news else ""
+            self._status_code = message.code
             self.answered_s = time.monotonic()
 
     def ask_servo(self) -> None:

@@ -7,8 +7,10 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from teleopctl.interfaces import NANOSECONDS_PER_SECOND
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_service
 from teleopctl.node import (
+    RELEASE_SERVICE,
+    RELEASE_TYPE,
     SILENCE_S,
     Clock,
     ClockType,
@@ -84,7 +86,8 @@ class HandDriver:
         self._moved_s = 0.0
         self._lock = threading.Lock()
         self._target: Transform | None = None
-        self._note = ("", 0.0)
+        # Note, servo's own text for it, and the time until which it is shown, s.
+        self._note = ("", "", 0.0)
         self._is_gripping = False
         self._speed = 1
         self._frame = "base"
@@ -99,6 +102,9 @@ class HandDriver:
         self._command = HandCommand()
         self._button = StopButton(node)
         self._stops = StopHolders(node, lambda _names: None)
+        # Clients of the other nodes that have held the robot stopped, by name.
+        self._release_type = get_service(RELEASE_TYPE)
+        self._releases: dict[str, Any] = {}
         self._timer = node.create_timer(
             _PERIOD_S, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
@@ -129,9 +135,19 @@ class HandDriver:
         """Return the measured pose of the tool in the frame of the root link; None if unknown."""
         return self.robot_state.tool()
 
-    def note(self, text: str) -> None:
-        """Display a note for some seconds."""
-        self._note = (text, time.monotonic() + _NOTE_S)
+    @property
+    def status_words(self) -> str:
+        """Servo's status as one sentence for people; empty if the motion is not slowed down."""
+        return self.robot_state.status_words
+
+    def note(self, text: str, exact: str = "") -> None:
+        """Display a note for some seconds.
+
+        Args:
+            text: The note.
+            exact: Servo's own text for it.
+        """
+        self._note = (text, exact, time.monotonic() + _NOTE_S)
 
     @property
     def robot(self) -> str:
@@ -310,8 +326,23 @@ class HandDriver:
         self._lease.release()
 
     def release_stop(self) -> None:
-        """Release the robot that was stopped here."""
+        """Release the robot, also for the other nodes that hold it stopped."""
         self._button.release()
+        for name in self._stops.names:
+            if name != self._node.get_fully_qualified_name():
+                self._release_elsewhere(name)
+
+    def _release_elsewhere(self, name: str) -> None:
+        """Call the service of another node that holds the robot stopped."""
+        client = self._releases.get(name)
+        if client is None:
+            client = self._releases[name] = self._node.create_client(
+                self._release_type, RELEASE_SERVICE.replace("~", name)
+            )
+        if client.service_is_ready():
+            client.call_async(self._release_type.Request())
+        else:
+            self.note(f"The robot is stopped by {name}: release it there")
 
     def _act(self, action: str, steps: int) -> bool:
         """Execute an action of a button; return whether the driver implements it."""
@@ -323,7 +354,7 @@ class HandDriver:
             self._lease.release()
             self._button.press()
         elif action == "release_stop":
-            self._button.release()
+            self.release_stop()
         elif action == "take":
             self._take()
         elif action.startswith(EPISODE):
@@ -455,11 +486,17 @@ class HandDriver:
         command, robot, gripper = self._command, self.robot_state, self.robot_state.gripper
         part = command.part(speeds[min(self._speed, len(speeds) - 1)])
         scales = robot.scales if self._base is None else self._base.scales
+        note, exact, until_s = self._note
+        if time.monotonic() >= until_s:
+            note = exact = ""
+        problem = gripper.problem if gripper else ""
         return {
             "robot": self.robot,
             "kind": "arm" if self._base is None else "base",
+            "turns": robot.arm is not None and robot.arm.turns,
             "problem": self.problem,
-            "status": robot.status or (gripper.problem if gripper else ""),
+            "words": robot.status_words or problem,
+            "status": robot.status or problem,
             "is_moving": self._is_moving,
             "linear": list(command.linear),
             "angular": list(command.angular),
@@ -469,7 +506,8 @@ class HandDriver:
             "speed_rad_s": part * scales["rotational"],
             "frame": self._frame,
             "stopped_by": list(self._stops.names),
-            "note": self._note[0] if time.monotonic() < self._note[1] else "",
+            "note": note,
+            "note_status": exact,
             "holder": self._holder(),
             "refusal": self._refusal,
             "episode": self.episodes.state(),

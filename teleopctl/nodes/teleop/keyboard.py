@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import argparse
 import contextlib
-import shutil
 import sys
 import time
 from collections.abc import Sequence
@@ -24,7 +23,7 @@ from teleopctl.base.keyboard import (
 )
 from teleopctl.errors import TeleopctlError
 from teleopctl.interfaces import get_message, get_service
-from teleopctl.kinematics import find_groups
+from teleopctl.kinematics import StatusCode, find_groups
 from teleopctl.node import (
     SILENCE_S,
     AsyncParameterClient,
@@ -37,6 +36,8 @@ from teleopctl.node import (
     spin,
 )
 from teleopctl.nodes.teleop.gripper import GripperDrive
+from teleopctl.nodes.teleop.servo_words import hand_links, words_of_status
+from teleopctl.nodes.teleop.status_lines import StatusLines, who_drives
 from teleopctl.robot import Joints, RobotDescription
 from teleopctl.teleop import HeldKeys
 
@@ -102,11 +103,13 @@ class KeyboardTeleop(Node):
         self._root = self._tip = ""
         self._gripper: GripperDrive | None = None
         self._measured: dict[str, float] = {}
-        self._status = ""
+        # What servo says, with its words for people, and what this node itself has to say.
+        self._status, self._words, self._fault = "", "", ""
+        self._hand: frozenset[str] = frozenset()
         self._scales = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
         self._is_unitless = True
         self._is_done = self._is_toggled = False
-        self._line = ""
+        self._lines = StatusLines()
         self._twist: Any = get_message("geometry_msgs/msg/TwistStamped")()
         self._jog: Any = get_message("control_msgs/msg/JointJog")()
         self._twists = self.create_publisher(
@@ -149,6 +152,7 @@ class KeyboardTeleop(Node):
             self.get_logger().error(f"robot_description is not used: {error.message}")
             return
         self._root, self._tip = description.root, group.tip
+        self._hand = hand_links(description, group.tip)
         self._names = tuple(name for name in group.joints if joints[name].mimic is None)
         if self._gripper is None and groups.gripper_of(group.name) is not None:
             self._gripper = GripperDrive(self, description, groups, group.name)
@@ -157,7 +161,9 @@ class KeyboardTeleop(Node):
         self._measured.update(zip(message.name, message.position, strict=False))
 
     def _on_status(self, message: Any) -> None:
-        self._status = message.message if message.code else ""
+        is_news = message.code or message.message != StatusCode.NO_WARNING.text
+        self._status = message.message if is_news else ""
+        self._words = words_of_status(message.code, self._status, self._hand) if is_news else ""
 
     def _request_scales(self) -> None:
         """Request the speed scales of the servo node, once it is available."""
@@ -185,6 +191,7 @@ class KeyboardTeleop(Node):
         """Process a key of the terminal; called on the thread that reads them."""
         name = key.name
         if not key.is_released:
+            self._fault = ""
             if name == "q":
                 self._is_done = True
                 self._keys.release_all()
@@ -216,9 +223,9 @@ class KeyboardTeleop(Node):
         """Close the gripper if it is open, else open it."""
         self._is_toggled = False
         if self._gripper is None:
-            self._status = "no gripper of the robot was found"
+            self._fault = "No gripper of the robot was found"
         elif refusal := self._lease.take("keyboard"):
-            self._status = refusal
+            self._fault = refusal
         else:
             self._held_s = time.monotonic()
             self._gripper.toggle()
@@ -229,7 +236,7 @@ class KeyboardTeleop(Node):
         self._request_scales()
         held = self._keys.held(time.monotonic())
         if held and (refusal := self._lease.take("keyboard")):
-            self._status = refusal
+            self._fault = refusal
             self._keys.release_all()
             held = frozenset()
         if held:
@@ -262,7 +269,7 @@ class KeyboardTeleop(Node):
         self._choose(_JOINT_JOG if self._mode == "joint" else _TWIST)
         if self._mode == "joint":
             if not self._joint < len(self._names):
-                self._status = f"joint {self._joint + 1} does not exist"
+                self._fault = f"Joint {self._joint + 1} does not exist"
                 return
             sign = max(-1.0, min(1.0, sum(_JOINTS.get(name, 0.0) for name in held)))
             factor = 1.0 if self._is_unitless else self._scales["joint"]
@@ -309,14 +316,21 @@ class KeyboardTeleop(Node):
         listeners = f"{count} subscriber{'' if count == 1 else 's'}"
         if not count:
             listeners = f"no subscriber: is {self._servo} running?"
-        line = f"{what} | {doing} | {speed} | {self._rate_hz:g} Hz, {listeners}"
-        if status := self._status or (self._gripper.problem if self._gripper else ""):
-            line += f" | {status}"
-        line = line[: shutil.get_terminal_size().columns - 1]
-        if line != self._line:
-            self._line = line
-            sys.stdout.write(f"\r\x1b[2K{line}")
-            sys.stdout.flush()
+        claim = self._lease.watch.holder
+        fault = self._fault or (self._gripper.problem if self._gripper else "")
+        self._lines.show(
+            (
+                f"{what} | {doing} | {speed}, step {self._speed + 1} of {len(_SPEEDS)}",
+                f"{who_drives(f'{claim.holder} ({claim.device})' if claim else '')} | "
+                f"{self._rate_hz:g} Hz, {listeners}",
+                fault or self._words,
+                "" if fault else self._status,
+            )
+        )
+
+    def leave(self) -> None:
+        """Leave the display as it is, with the cursor below it."""
+        self._lines.end()
 
 
 def main(args: Sequence[str] | None = None) -> None:
@@ -351,4 +365,5 @@ def main(args: Sequence[str] | None = None) -> None:
             finally:
                 with contextlib.suppress(Exception):
                     node.stop()
-                sys.stdout.write("\r\x1b[2KStopped.\n")
+                node.leave()
+                sys.stdout.write("Stopped.\n")

@@ -6,7 +6,7 @@ and are scaled for the page.
 
 from __future__ import annotations
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from functools import partial
 from typing import TYPE_CHECKING, Any, ClassVar
 
@@ -58,6 +58,24 @@ def image_topics(node: Node) -> dict[str, str]:
         for topic, kinds in node.get_topic_names_and_types()
         if not {RAW, COMPRESSED}.isdisjoint(kinds) and node.count_publishers(topic)
     }
+
+
+def camera_topics(types: Iterable[str]) -> list[str]:
+    """Return of image topics those that a person looks at, sorted: of each camera one.
+
+    Args:
+        types: Image topics, as `image_topics` finds them.
+    """
+    usual: dict[str, str] = {}
+    for topic in sorted(types, key=lambda topic: (base_topic(topic), topic)):
+        usual.setdefault(base_topic(topic), topic)
+    # The numbers of labels are nearly black; beside them is their picture in colours.
+    return sorted(
+        topic
+        for topic in usual.values()
+        if not topic.endswith("/labels_map")
+        or f"{topic[: -len('labels_map')]}colored_map" not in usual
+    )
 
 
 class CameraPanel(Panel):
@@ -126,17 +144,7 @@ class CameraPanel(Panel):
 
     def shown(self) -> list[str]:
         """Return the topics that are shown: of each camera one, and what was chosen."""
-        usual: dict[str, str] = {}
-        for topic in sorted(self._types, key=lambda topic: (base_topic(topic), topic)):
-            usual.setdefault(base_topic(topic), topic)
-        # The numbers of labels are nearly black; beside them is their picture in colours.
-        numbers = {
-            topic
-            for topic in usual.values()
-            if topic.endswith("/labels_map")
-            and f"{topic[: -len('labels_map')]}colored_map" in usual
-        }
-        first = {topic for topic in usual.values() if self._chosen.get(topic, topic not in numbers)}
+        first = {topic for topic in camera_topics(self._types) if self._chosen.get(topic, True)}
         extra = {topic for topic in self._types if self._chosen.get(topic, False)}
         some = sorted(first - extra)[: max(0, MOST_SHOWN - len(extra))]
         return sorted({*some, *extra})

@@ -7,6 +7,7 @@ from typing import Any
 import pytest
 
 from teleopctl.nodes.teleop.drive_page.handle import DriveHandle
+from teleopctl.nodes.teleop.servo_words import OUT_OF_REACH
 from teleopctl.tf import Transform
 
 
@@ -14,7 +15,8 @@ class Driver:
     """Driver that notes where the tool shall go, and may lose the hand."""
 
     arm = SimpleNamespace(root="world", joints=("joint_1", "joint_2", "joint_3"))
-    status = ""
+    status = "Very close to a singularity, emergency stop"
+    status_words = ""
 
     def __init__(self):
         self.pulls: list[Transform | None] = []
@@ -30,8 +32,9 @@ class Driver:
         self.is_pulled = target is not None and not self.refusal
         return self.refusal if target is not None else ""
 
-    def note(self, text):
+    def note(self, text, exact=""):
         self.notes.append(text)
+        self.exact = exact
 
 
 class Scene:
@@ -95,3 +98,19 @@ def test_a_refusal_lets_go_and_is_shown(scene):
     assert scene.driver.notes == ["another hand drives"]
     scene.driver.refusal = ""
     assert not scene.drag("update")
+
+
+@pytest.mark.parametrize(
+    "words", ["", "The arm is stretched to its end"], ids=["no reason of servo", "servo's"]
+)
+def test_a_handle_that_is_not_followed_springs_back_with_a_sentence(scene, monkeypatch, words):
+    now_s = [100.0]
+    monkeypatch.setattr("teleopctl.nodes.teleop.drive_page.handle.time.monotonic", lambda: now_s[0])
+    scene.driver.status_words = words
+    assert scene.drag("start")
+    scene.follow()
+    now_s[0] += 5.0
+    scene.follow()
+    assert scene.driver.notes == [words or OUT_OF_REACH]
+    assert scene.driver.exact == scene.driver.status
+    assert not scene.driver.is_pulled

@@ -154,6 +154,17 @@ def test_keys_and_pads_of_a_browser_act_together(page):
     assert driven(page).linear == (1.0, 0.0, 1.0)
 
 
+def test_the_pad_that_tilts_gives_other_rotations_than_the_one_that_turns(page):
+    session = DriveSession(page)
+    session.received(hands(1, pads={"right_x": 1.0, "right_y": 1.0}))
+    assert (driven(page).linear, driven(page).angular) == ((0.0, 0.0, 1.0), (0.0, 0.0, -1.0))
+    # Up on the glass tilts forward, about the axis to the left; right leans right.
+    session.received(hands(2, pads={"tilt_x": 1.0, "tilt_y": 1.0}))
+    assert (driven(page).linear, driven(page).angular) == ((0.0, 0.0, 0.0), (1.0, 1.0, 0.0))
+    session.received(hands(3, keys=["KeyU", "KeyI"]))
+    assert driven(page).angular == (-1.0, 1.0, 0.0)
+
+
 def test_the_hand_is_named_by_the_devices_that_are_held(page):
     session = DriveSession(page)
     session.received(hands(1, keys=["KeyW"]))

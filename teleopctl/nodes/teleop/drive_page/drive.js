@@ -10,7 +10,9 @@ const element = (id) => document.getElementById(id);
 // --- hands ---------------------------------------------------------------------------------------
 
 const keys = new Set();
-const pads = { left_x: 0, left_y: 0, right_x: 0, right_y: 0 };
+const pads = { left_x: 0, left_y: 0, right_x: 0, right_y: 0, tilt_x: 0, tilt_y: 0 };
+// The right pad lifts and turns, or tilts.
+let tilts = false;
 const pointers = new Map();
 let sequence = 0;
 let lastSent = 0;
@@ -98,8 +100,9 @@ function showSceneAlone(inner) {
 }
 
 function movePad(name, x, y, held) {
-  pads[`${name}_x`] = x;
-  pads[`${name}_y`] = y;
+  const axes = name === "right" && tilts ? "tilt" : name;
+  pads[`${axes}_x`] = x;
+  pads[`${axes}_y`] = y;
   const pad = element(name);
   pad.classList.toggle("held", held);
   pad.querySelector("i").style.transform = `translate(${x * 97}%, ${-y * 97}%)`;
@@ -135,6 +138,19 @@ for (const name of ["left", "right"]) {
   }
 }
 
+function choosePad(isTilt) {
+  pointers.delete("right");
+  movePad("right", 0, 0, false);
+  tilts = isTilt;
+  document.body.classList.toggle("tilting", tilts);
+  element("pad_lift").setAttribute("aria-pressed", String(!tilts));
+  element("pad_tilt").setAttribute("aria-pressed", String(tilts));
+  sendHands();
+}
+
+element("pad_lift").addEventListener("click", () => choosePad(false));
+element("pad_tilt").addEventListener("click", () => choosePad(true));
+
 function gamepads() {
   if (!navigator.getGamepads) return [];
   return [...navigator.getGamepads()].filter((pad) => pad && pad.connected).map((pad) => ({
@@ -161,6 +177,7 @@ function connect() {
   socket.onclose = () => {
     releaseAll();
     element("robot").textContent = "Not connected";
+    element("who").textContent = element("now").textContent = "";
     showStatus("The connection is lost; nothing moves. Trying again …", true);
     setTimeout(connect, RECONNECT_MS);
   };
@@ -215,11 +232,48 @@ slider.addEventListener("input", () => {
 
 // --- what is shown -------------------------------------------------------------------------------
 
-function showStatus(text, warn) {
+// Shows a sentence, and in the line below it servo's own text for it.
+function showStatus(text, warn, exact) {
   const status = element("status");
-  status.textContent = text;
-  status.title = text;
-  status.classList.toggle("warn", warn);
+  // A screen reader reads what is written here, so the same text is not written again.
+  if (status.textContent !== text) status.textContent = text;
+  status.title = exact || text;
+  status.classList.toggle("warn", Boolean(warn));
+}
+
+const DIRECTIONS = [
+  ["forward", "back"], ["left", "right"], ["up", "down"],
+  ["lean right", "lean left"], ["tilt forward", "tilt back"], ["turn left", "turn right"],
+];
+const GRIPPER_AXES = ["x", "y", "z", "about x", "about y", "about z"];
+
+// Returns what is commanded, in words: "forward, up 50 %".
+function commanded(message) {
+  const values = [...message.linear, ...message.angular];
+  const words = values.map((value, i) => {
+    if (!value) return "";
+    const name = message.frame === "tip" && message.kind !== "base"
+      ? `${value > 0 ? "+" : "−"}${GRIPPER_AXES[i]} of the gripper` : DIRECTIONS[i][value > 0 ? 0 : 1];
+    return Math.abs(value) < 0.995 ? `${name} ${Math.round(Math.abs(value) * 100)} %` : name;
+  }).filter(Boolean);
+  return words.join(", ") || (message.is_moving ? "to the handle" : "nothing held");
+}
+
+function whoDrives(message) {
+  const holder = message.holder;
+  if (!holder) return "nobody drives";
+  const device = holder.device ? `, by ${holder.device}` : "";
+  if (!holder.is_this) return `${holder.node} drives${device}`;
+  return message.is_other ? "another browser drives" : `you drive${device}`;
+}
+
+const isTouch = window.matchMedia("(pointer: coarse)").matches;
+
+function hint(isBase) {
+  const handle = isBase ? "" : "Drag the handle at the gripper, or ";
+  const held = isTouch ? "keep a finger on a pad" : "hold a key, a pad or a gamepad's left shoulder button";
+  const text = `${handle}${held}: the robot moves until you let go`;
+  return text[0].toUpperCase() + text.slice(1);
 }
 
 function show(message) {
@@ -227,21 +281,26 @@ function show(message) {
   const isBase = message.kind === "base";
   document.body.classList.toggle("of-base", isBase);
   const stoppedBy = message.stopped_by || [];
+  document.body.classList.toggle("no-turn", !isBase && message.turns === false);
+  if (tilts && (isBase || message.turns === false)) choosePad(false);
   element("robot").textContent = message.robot ? `Drive ${message.robot}` : "Drive";
+  element("who").textContent = `· ${whoDrives(message)}`;
   element("stop").textContent = stoppedBy.length ? "Release robot" : "Stop";
   element("stop").classList.toggle("held", stoppedBy.length > 0);
   element("take").hidden = !message.is_other;
-  if (stoppedBy.length) showStatus(`The robot is stopped by ${stoppedBy.join(", ")}`, true);
-  else if (message.refusal) showStatus(`Refused: ${message.refusal}`, true);
-  else if (message.note) showStatus(message.note, true);
+  const isCut = message.is_moving && Boolean(message.words);
+  if (stoppedBy.length) showStatus(`The robot is stopped by ${stoppedBy.join(", ")}: press Release robot to go on`, true);
+  else if (message.refusal) showStatus(`Not moved: ${message.refusal}`, true);
+  else if (isCut) showStatus(message.words, true, message.status);
+  else if (message.note) showStatus(message.note, true, message.note_status);
   else if (message.problem) showStatus(message.problem, true);
-  else if (message.is_moving && message.status) showStatus(message.status, true);
-  else if (message.is_moving) showStatus(isBase ? "Moving" : `Moving, axes of the ${message.frame}`, false);
-  else if (message.holder && !message.holder.is_this) showStatus(`${message.holder.node} drives (${message.holder.device})`, true);
-  else {
-    const handle = isBase ? "Hold" : "Drag the handle at the gripper, or hold";
-    showStatus(`${handle} a key, a pad, or a gamepad's left bumper`, false);
-  }
+  else if (message.is_moving) showStatus("Moving", false);
+  else if (message.holder && !message.holder.is_this) showStatus(`${whoDrives(message)}: press Take over to drive`, true);
+  else showStatus(hint(isBase), false);
+  const exact = isCut ? message.status : message.note_status;
+  const speed = `${message.speed_m_s.toFixed(2)} m/s, ${message.speed_rad_s.toFixed(2)} rad/s`;
+  const now = [commanded(message), speed, exact ? `servo: ${exact}` : ""].filter(Boolean).join(" · ");
+  element("now").textContent = element("now").title = now;
   if (message.opening !== null) {
     element("opening").textContent = `${Math.round(message.opening * 100)} %`;
     if (!sliderHeld) {
@@ -250,8 +309,7 @@ function show(message) {
     }
   }
   slider.disabled = message.opening === null;
-  element("speed").textContent =
-    `${message.speed_m_s.toFixed(2)} m/s, ${message.speed_rad_s.toFixed(2)} rad/s`;
+  element("speed").textContent = speed;
   const row = element("speeds");
   if (row.childElementCount !== message.speeds.length) {
     row.replaceChildren(...message.speeds.map((part) => {
@@ -272,6 +330,7 @@ function show(message) {
   [...row.children].forEach((button, step) => {
     button.setAttribute("aria-pressed", String(step === message.speed_step));
   });
+  window.showCameras(message.cameras || []);
   showLeader(message.leader);
   showEpisode(message.episode);
   const note = element("gamepad");
@@ -279,8 +338,8 @@ function show(message) {
   note.classList.toggle("warn", Boolean(message.gamepad_problem));
   if (message.gamepad_problem) note.textContent = message.gamepad_problem;
   else if (!navigator.getGamepads) note.textContent = "This browser has no gamepad interface; use keys or pads.";
-  else if (count) note.textContent = "Gamepad: hold the left bumper; sticks move, "
-    + (isBase ? "" : "right bumper and trigger open and close, ") + "B stops. "
+  else if (count) note.textContent = "Gamepad: hold the left shoulder button (LB); sticks move, "
+    + (isBase ? "" : "the right one (RB) opens the gripper and the trigger below it closes, ") + "B stops. "
     + (message.episode ? "Start records, Y is a success, A saves, Back discards." : "");
   else note.textContent = "Gamepad: switch it on and press a button.";
 }

@@ -8,6 +8,7 @@ from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
 from teleopctl.node import Clock, ClockType
+from teleopctl.nodes.teleop.servo_words import OUT_OF_REACH
 from teleopctl.tf import Transform
 
 if TYPE_CHECKING:
@@ -89,9 +90,10 @@ class DriveHandle:
             self._last, self._still_since_s = tool, now_s
         ahead_m = _distance(tool, _pose(self._node))
         if ahead_m > _AHEAD_M and now_s - self._still_since_s > _STILL_S:
-            reason = driver.status or "the arm does not reach it"
+            # Before the release, after which servo has no reason any more.
+            words, exact = driver.status_words or OUT_OF_REACH, driver.status
             self._release_handle(self._client)
-            driver.note(f"The handle is back at the gripper: {reason}")
+            driver.note(words, exact)
 
     def _add(self, root: str, tool: Transform, *, turns: bool) -> viser.TransformControlsHandle:
         path = f"{self._viewer.frames.node_path(root)}/drive_handle"

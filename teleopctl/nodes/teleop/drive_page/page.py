@@ -27,15 +27,19 @@ from teleopctl.teleop import EPISODE, HandCommand, HandMapping
 if TYPE_CHECKING:
     from websockets.asyncio.server import ServerConnection
 
+    from teleopctl.nodes.teleop.drive_page.cameras import DriveCameras
     from teleopctl.viewer import PageRoutes, Viewer
 
 _FOLDER = Path(__file__).parent
 _FILES = {
     "/drive": ("drive.html", "text/html; charset=utf-8"),
     "/drive.js": ("drive.js", "text/javascript; charset=utf-8"),
+    "/drive_camera.js": ("camera.js", "text/javascript; charset=utf-8"),
 }
+# Title of the link to the page on the page of the 3D view.
+_TITLE = "Drive"
 _NODE = "teleop_page"
-_SOCKET = "/drive/socket"
+_SOCKET, _PICTURES = "/drive/socket", "/drive/camera"
 _DEVICES = ("keys", "pads", "gamepad")
 _STATE_PERIOD_S = 0.1
 # Time without a motion after which another browser may drive, s.
@@ -84,16 +88,26 @@ class DrivePage:
         self._hand: DriveSession | None = None
         self._until_s = 0.0
         self._sessions: set[DriveSession] = set()
+        # Cameras of the viewer; None before `attach`.
+        self._cameras: DriveCameras | None = None
 
     def add_to(self, routes: PageRoutes) -> None:
         """Add the page, its script and its websocket to the routes of a server."""
         for path, (name, content_type) in _FILES.items():
             routes.add_file(path, (_FOLDER / name).read_bytes(), content_type)
         routes.add_socket(_SOCKET, self._serve)
+        routes.add_socket(_PICTURES, self._serve_pictures)
+        routes.add_link("/drive", _TITLE)
 
     def attach(self, viewer: Viewer) -> None:
-        """Show a handle at the gripper in a viewer's scene while a drive page is open."""
+        """Give the page a viewer's cameras, and a handle at the gripper in its scene.
+
+        The handle is there while a drive page is open.
+        """
+        from teleopctl.nodes.teleop.drive_page.cameras import DriveCameras
         from teleopctl.nodes.teleop.drive_page.handle import DriveHandle
+
+        self._cameras = DriveCameras(viewer)
 
         DriveHandle(viewer, lambda: self.driver, lambda: bool(self._sessions))
 
@@ -155,6 +169,14 @@ class DrivePage:
     def is_other(self, session: DriveSession) -> bool:
         """Return whether another browser drives."""
         return self._hand not in (None, session) and time.monotonic() < self._until_s
+
+    def cameras(self) -> list[str]:
+        """Return the image topics of the robot's cameras."""
+        return [] if self._cameras is None else self._cameras.topics()
+
+    async def _serve_pictures(self, connection: ServerConnection) -> None:
+        if self._cameras is not None:
+            await self._cameras.serve(connection)
 
     async def _serve(self, connection: ServerConnection) -> None:
         from websockets.exceptions import ConnectionClosed
@@ -282,6 +304,7 @@ class DriveSession:
             "opening": opening,
             "wanted_opening": wanted_opening,
             "speeds": list(speeds),
+            "cameras": self._page.cameras(),
             "gamepad_problem": self._gamepad_problem,
             "refusal": self._refusal or state.get("refusal", ""),
             "is_other": self._page.is_other(self) or bool(holder and not holder["is_this"]),
