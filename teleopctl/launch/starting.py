@@ -23,6 +23,7 @@ from teleopctl.launch.execution.running import (
     forget_died,
     how_to_stop,
     started_in_background,
+    stop_running,
 )
 from teleopctl.launch.execution.standby import StandbyProcess, standby_simulator
 from teleopctl.launch.execution.status import ProcessStatus
@@ -265,6 +266,8 @@ def start_in_background(
     warn: Callable[[str], None],
     timeouts: StartTimeouts,
     show: Callable[[str], None],
+    *,
+    ends_on_failure: bool = False,
 ) -> ProcessRecord:
     """Start a launch in a background process, and return its record once all is up.
 
@@ -275,6 +278,8 @@ def start_in_background(
         warn: Called with each warning of the evaluation.
         timeouts: Maximum times of the wait, in total and without progress.
         show: Called now and then with a line about the processes that are still starting.
+        ends_on_failure: Whether the launch is ended if it does not come up; otherwise the rest of
+            it runs on.
 
     Raises:
         TeleopctlError: The file cannot be evaluated, or a process died or made no progress.
@@ -293,7 +298,14 @@ def start_in_background(
             takes_interrupts=True,
         )
         with started_in_background(start) as record:
-            wait_for_launch(new_nodes, record, on_up, warn, timeouts, show)
+            try:
+                wait_for_launch(new_nodes, record, on_up, warn, timeouts, show)
+            except TeleopctlError as error:
+                if not ends_on_failure or not background.is_alive(record):
+                    raise
+                stop_running(record)
+                hint = f"All of it has been ended; see `teleopctl logs {record.name}`."
+                raise LaunchError(error.message, hint=hint) from error
     return record
 
 

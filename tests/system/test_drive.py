@@ -3,6 +3,7 @@
 import contextlib
 import json
 import re
+import socket
 import threading
 from typing import Any
 
@@ -186,6 +187,43 @@ def test_wrong_words_are_refused(ros, words, problem):
     done = ros.run(["drive", *words])
     assert done.returncode in (1, 2)
     assert problem in done.stderr
+
+
+def runs(ros):
+    """Names and texts of what runs in the background, the router aside."""
+    return [line for line in ros.run("ps").stdout.splitlines()[1:] if "router" not in line]
+
+
+def test_a_robot_that_does_not_load_leaves_nothing_behind(ros):
+    file = ros.folder / "broken.urdf"
+    file.write_text(
+        '<robot name="broken"><link name="base"/><joint name="a" type="revolute">'
+        '<parent link="base"/><child link="nowhere"/></joint></robot>',
+        encoding="utf-8",
+    )
+    done = ros.run(["drive", str(file), "--no-open", "--port", "0"])
+    assert done.returncode == 1
+    assert "Joint 'a' is of type 'revolute' but it does not specify limits" in done.stderr
+    assert runs(ros) == []
+
+
+def test_a_page_that_does_not_start_ends_all_that_was_started(ros):
+    with socket.create_server(("127.0.0.1", 0)) as taken:
+        port = taken.getsockname()[1]
+        done = ros.run(["drive", "--no-open", "--port", str(port)], 60)
+    assert done.returncode == 1
+    assert not re.search(r"Mouse:|Traceback|continues", done.stdout + done.stderr)
+    assert f"{port}: another program listens there" in done.stderr
+    assert "All of it has been ended; see `teleopctl logs drive`" in done.stderr
+    assert runs(ros) == []
+
+
+@pytest.mark.nightly
+def test_a_launch_without_a_page_is_ended(ros):
+    done = ros.run(["drive", "--no-open", "viewer:=false"], 60)
+    assert done.returncode == 1
+    assert "The launch starts no page (is it called with viewer:=false?)" in done.stderr
+    assert runs(ros) == []
 
 
 @pytest.mark.nightly

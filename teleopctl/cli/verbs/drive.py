@@ -10,7 +10,7 @@ from pathlib import Path
 from teleopctl.base.typed import TYPE_CHECKING, Annotated
 from teleopctl.cli import console
 from teleopctl.cli.verb import Argument, Option, Verb
-from teleopctl.errors import NotFoundError, UsageError
+from teleopctl.errors import LaunchError, NotFoundError, UsageError
 
 if TYPE_CHECKING:
     from teleopctl.base.background import ProcessRecord
@@ -110,7 +110,13 @@ def drive(
     """Start a robot, its controllers, servo and the drive page; Ctrl-C ends them."""
     from teleopctl.base.start_timeouts import StartTimeouts
     from teleopctl.compat import activation
-    from teleopctl.launch import LaunchRequest, addresses, find_launch_file, start_in_background
+    from teleopctl.launch import (
+        LaunchRequest,
+        addresses,
+        find_launch_file,
+        start_in_background,
+        stop_running,
+    )
 
     if devices:
         return _list_devices()
@@ -150,18 +156,38 @@ def drive(
 
     # The first start of a robot may cut its meshes for minutes, which is shown.
     timeouts = StartTimeouts(total_s=_LONGEST_START_S)
-    started = start_in_background(request, "drive", on_up, console.warn, timeouts, console.note)
-    found = addresses(running)
-    if found:
-        _print_how(found[0], lan=lan)
-        if open_page or (not no_open and _has_desktop()):
-            from teleopctl.nodes.rviz2 import open_in_browser
+    started = start_in_background(
+        request, "drive", on_up, console.warn, timeouts, console.note, ends_on_failure=True
+    )
+    keeps = False
+    try:
+        found = addresses(running)
+        if not found and not chosen:
+            raise LaunchError(
+                f"{_why_no_page(running)}, and without it nobody can drive",
+                hint=f"All of it has been ended; see `teleopctl logs {started.name}`.",
+            )
+        if found:
+            _print_how(found[0], lan=lan)
+            if open_page or (not no_open and _has_desktop()):
+                from teleopctl.nodes.rviz2 import open_in_browser
 
-            open_in_browser(_of_page(found[0]))
-    if detach:
+                open_in_browser(_of_page(found[0]))
+        if not detach:
+            return _drive_by(chosen, started) if chosen else _wait(started)
         console.out(f"To end it: teleopctl stop {started.name}")
-        return 0
-    return _drive_by(chosen, started) if chosen else _wait(started)
+        keeps = True
+    finally:
+        if not keeps:
+            stop_running(started)
+    return 0
+
+
+def _why_no_page(running: "list[ProcessStatus]") -> str:
+    """Return why a launch has no page, in words."""
+    if any(process.name.startswith("rviz2") for process in running):
+        return "The page's program has not told its address"
+    return "The launch starts no page (is it called with viewer:=false?)"
 
 
 def _list_devices() -> int:
@@ -207,21 +233,15 @@ def _device(device: str | None, mapping: str | None, leader: str | None) -> dict
 
 
 def _drive_by(parameters: dict[str, str], record: "ProcessRecord") -> int:
-    """Drive by a device until Ctrl-C, then stop the launch; return 1 if it ends by itself."""
+    """Drive by a device until Ctrl-C; return 1 if the launch ends by itself."""
     from teleopctl.base import background
-    from teleopctl.launch import stop_running
     from teleopctl.node import Parameter
     from teleopctl.nodes.teleop.device_node import drive as drive_by
 
     console.note("Ctrl-C ends it.")
     overrides = [Parameter(name, value=value) for name, value in parameters.items()]
-    try:
-        drive_by(overrides, [], lambda: background.is_alive(record))
-        if not background.is_alive(record):
-            return _wait(record)
-    finally:
-        stop_running(record)
-    return 0
+    drive_by(overrides, [], lambda: background.is_alive(record))
+    return 0 if background.is_alive(record) else _wait(record)
 
 
 def _lease(*, ends: bool) -> int:
@@ -313,9 +333,9 @@ def _has_desktop() -> bool:
 
 
 def _wait(record: "ProcessRecord") -> int:
-    """Wait for Ctrl-C, then stop the launch; return 1 if it ends by itself."""
+    """Wait for Ctrl-C; return 1 if the launch ends by itself."""
     from teleopctl.base import background
-    from teleopctl.launch import log_tail, stop_running
+    from teleopctl.launch import log_tail
 
     console.note("Ctrl-C ends it.")
     # A closed terminal and `kill` end it as well.
@@ -326,7 +346,6 @@ def _wait(record: "ProcessRecord") -> int:
         while background.is_alive(record):
             time.sleep(_PERIOD_S)
     except KeyboardInterrupt:
-        stop_running(record)
         return 0
     console.out_text(log_tail(record.log_file))
     console.note("The launch has ended by itself; above is the end of its log.")

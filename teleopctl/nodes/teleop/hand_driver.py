@@ -494,6 +494,7 @@ class HandDriver:
             "robot": self.robot,
             "kind": "arm" if self._base is None else "base",
             "turns": robot.arm is not None and robot.arm.turns,
+            "has_gripper": gripper is not None,
             "problem": self.problem,
             "words": robot.status_words or problem,
             "status": robot.status or problem,

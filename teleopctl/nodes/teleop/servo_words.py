@@ -41,7 +41,7 @@ SERVO_SENTENCES = (
     ServoSentence(
         StatusCode.HALT_FOR_COLLISION,
         _BODIES,
-        "{one} would touch {other}: move away from it",
+        "{one} would touch {other}: move the other way",
     ),
     ServoSentence(
         StatusCode.HALT_FOR_COLLISION,
@@ -51,7 +51,7 @@ SERVO_SENTENCES = (
     ServoSentence(
         StatusCode.DECELERATE_FOR_COLLISION,
         _BODIES,
-        "{one} is close to {other}, so it moves slower: move away from it",
+        "{one} is close to {other}, so the arm moves slower: move the other way",
     ),
     ServoSentence(
         StatusCode.DECELERATE_FOR_COLLISION,
@@ -80,7 +80,7 @@ SERVO_SENTENCES = (
     ServoSentence(
         StatusCode.HALT_FOR_SINGULARITY,
         r"no motion about",
-        "The gripper does not turn further that way from here: turn it another way first",
+        "The wrist does not turn further that way from here: tilt the gripper another way first",
     ),
     ServoSentence(StatusCode.HALT_FOR_SINGULARITY, "", f"{_HERE}: move another way first"),
     ServoSentence(

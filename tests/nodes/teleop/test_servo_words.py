@@ -81,10 +81,10 @@ def test_parts_of_the_gripper_are_the_gripper_and_other_bodies_have_their_names(
     tip = group.tip
     text = f"Collision detected, emergency stop: 'table' is 0.001 m from '{tip}'"
     sentence = words_of_status(StatusCode.HALT_FOR_COLLISION, text, hand)
-    assert sentence == "The gripper would touch 'table': move away from it"
+    assert sentence == "The gripper would touch 'table': move the other way"
     text = "Close to a collision, decelerating: 'base' is 0.008 m from 'forearm'"
     sentence = words_of_status(StatusCode.DECELERATE_FOR_COLLISION, text, hand)
-    assert sentence.startswith("'base' is close to 'forearm', so it moves slower")
+    assert sentence.startswith("'base' is close to 'forearm', so the arm moves slower")
 
 
 def test_the_page_of_the_manual_has_the_whole_table():

@@ -282,6 +282,7 @@ function show(message) {
   document.body.classList.toggle("of-base", isBase);
   const stoppedBy = message.stopped_by || [];
   document.body.classList.toggle("no-turn", !isBase && message.turns === false);
+  document.body.classList.toggle("no-grip", message.has_gripper === false);
   if (tilts && (isBase || message.turns === false)) choosePad(false);
   element("robot").textContent = message.robot ? `Drive ${message.robot}` : "Drive";
   element("who").textContent = `· ${whoDrives(message)}`;
