@@ -155,7 +155,10 @@ def close_session(session: zenoh.Session) -> None:
         finally:
             closing.release()
 
-    _thread.start_new_thread(close, ())
+    try:
+        _thread.start_new_thread(close, ())
+    except RuntimeError:
+        close()  # at the end of a program Python 3.12 starts no threads
     if not closing.acquire(timeout=_LONGEST_CLOSE_S):
         faults.append(f"no end after {_LONGEST_CLOSE_S:g} s")
     if faults:
