@@ -96,7 +96,9 @@ class TestResult(unittest.TextTestResult):
 
     def stopTest(self, test: unittest.TestCase) -> None:  # noqa: N802 -- unittest's name
         """Record the end of a test."""
-        self._took[test] = time.monotonic() - self._began.pop(test)
+        now_s = time.monotonic()
+        # Python 3.12.1 does not start tests that are skipped.
+        self._took[test] = now_s - self._began.pop(test, now_s)
         super().stopTest(test)
 
     def append(self, results: TestResult) -> None:
