@@ -31,6 +31,11 @@ CAMPAIGNS = (
     ("tests.faults.stops", "--count 100", "--count 2"),
     ("pytest", f"-q {_CUBE}", f"-q {_CUBE}[keys-size1]"),
 )
+# The same of those that need an environment with lerobot, whose Python is their first argument.
+OF_LEROBOT = (
+    ("tests.lerobot_programs", "", ""),
+    ("tests.lerobot_episodes", "--count 20 --hand 5", "--count 1 --hand 1"),
+)
 
 
 def main() -> None:
@@ -39,6 +44,7 @@ def main() -> None:
     parser.add_argument("names", nargs="*", metavar="NAME", help="parts of names of those to run")
     parser.add_argument("--without", action="append", default=[], metavar="NAME")
     parser.add_argument("--quick", action="store_true", help="a few trials of each")
+    parser.add_argument("--lerobot", metavar="PYTHON", help="a Python with lerobot: those, too")
     options = parser.parse_args()
     wanted = [
         campaign

@@ -244,7 +244,8 @@ class FieldReader:
         for key in value:
             if known is not None and key not in known:
                 place = f"{what}.{key}".lstrip(".")
-                raise self.error(f"{named} has no '{key}'; it has {', '.join(known)}", place)
+                problem = f"{named} has no '{key}'; it has {', '.join(known)}"
+                raise self.error(problem, place, hint=did_you_mean(str(key), known))
         return value
 
     def texts(self, value: Any, what: str, known: tuple[str, ...] | None = None) -> dict[str, str]:
@@ -281,10 +282,12 @@ class FieldReader:
             )
         return float(value)
 
-    def error(self, problem: str, where: str = "") -> InvalidFileError:
+    def error(self, problem: str, where: str = "", *, hint: str | None = None) -> InvalidFileError:
         """Return the error for a field, with the line of the file."""
         line = line_of(self._text, where.split("."))
-        return InvalidFileError(f"{self._path}{line} is no mapping of a teleop device: {problem}")
+        return InvalidFileError(
+            f"{self._path}{line} is no mapping of a teleop device: {problem}", hint=hint
+        )
 
 
 class _Reader(FieldReader):

@@ -1,13 +1,15 @@
 """Recorders of episodes that are killed at random moments: every saved episode opens.
 
-``python -m tests.faults.episodes [--count 20]`` records short episodes of a simulated arm and kills
-the recorder at a random time, also while it saves and while the data set grows. After each kill
-all saved bags and the data set must be whole. The exit status is 1 if one is not.
+``python -m tests.faults.episodes [--count 20] [--lerobot PYTHON]`` records short episodes of a
+simulated arm and kills the recorder at a random time, also while it saves and while the data set
+grows. After each kill all saved bags and the data set must be whole; at the end lerobot loads it
+if the Python of an environment with lerobot is named. The exit status is 1 if one is not.
 """
 
 from __future__ import annotations
 
 import argparse
+import os
 import random
 import subprocess
 import sys
@@ -21,6 +23,13 @@ from teleopctl.interfaces import get_service
 from teleopctl.node import open_node
 from tests.faults.isolation import own_graph
 
+LOAD = """
+import sys
+from lerobot.datasets.lerobot_dataset import LeRobotDataset
+data = LeRobotDataset("local/set", root=sys.argv[1])
+frames = sum(1 for number in range(len(data)) if data[number]["action"].isfinite().all())
+print(data.num_episodes, frames, len(data))
+"""
 TELEOPCTL = [sys.executable, "-m", "teleopctl"]
 
 
@@ -29,6 +38,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--count", type=int, default=20, help="recorders to kill")
     parser.add_argument("--seed", type=int, default=0)
+    parser.add_argument("--lerobot", metavar="PYTHON", help="a Python that has lerobot")
     options = parser.parse_args()
     source = random.Random(options.seed)
     wrong = 0
@@ -43,6 +53,8 @@ def main() -> None:
                 wrong += bool(problem)
                 count = len(list(folder.glob("episodes/*.mcap")))
                 print(f"{number}: {count} bags{f', {problem}' if problem else ''}", flush=True)
+            if options.lerobot:
+                wrong += _cannot_be_loaded(options.lerobot, folder)
         finally:
             subprocess.run([*TELEOPCTL, "stop", "--all"], check=False, stdout=subprocess.DEVNULL)
     sys.exit(1 if wrong else 0)
@@ -93,6 +105,18 @@ def _problem(folder: Path, saved: list[Path]) -> str:
     if rejected or len(rows) != len(list(folder.glob("episodes/episode_*.mcap"))):
         return f"{len(rows)} of {len(saved)} in the data set: {rejected}"
     return ""
+
+
+def _cannot_be_loaded(python: str, folder: Path) -> bool:
+    """Load all frames of the data set by lerobot; print and return whether one is missing."""
+    command = [python, "-c", LOAD, str(folder)]
+    environment = {**os.environ, "HF_HUB_OFFLINE": "1"}
+    done = subprocess.run(command, env=environment, capture_output=True, text=True, check=False)
+    found = EpisodeFolder(folder)
+    frames = sum(row.length for row in found.rows())
+    is_whole = done.stdout.split() == [str(len(found.rows())), str(frames), str(frames)]
+    print(f"lerobot: {done.stdout.strip() or done.stderr[-500:]}", flush=True)
+    return not is_whole
 
 
 if __name__ == "__main__":

@@ -5,6 +5,7 @@ from typing import Any
 
 import pytest
 
+from teleopctl.bag import EpisodeSettings
 from teleopctl.errors import RefusedError, UnavailableError
 from teleopctl.interfaces import get_message
 from teleopctl.nodes.episodes.fitting import EpisodeFitting
@@ -59,6 +60,13 @@ def test_cameras_that_are_not_those_of_the_data_set_are_refused(texts, kind, pro
 def test_a_camera_without_a_picture_is_named():
     with pytest.raises(UnavailableError, match="No image has come on /a for 10 s"):
         fitting(None, "/a").cameras(("wrist=/a",))
+
+
+def test_a_camera_that_has_ended_since_the_last_episode_is_waited_for():
+    with_cameras = EpisodeSettings(cameras=("wrist=/a", "/b"))
+    assert fitting(None, "/a", "/b").is_published(with_cameras)
+    assert not fitting(None, "/a").is_published(with_cameras)
+    assert fitting(None).is_published(EpisodeSettings(state="/joint_states/position"))
 
 
 def test_a_robot_without_a_joint_of_the_data_set_is_refused():

@@ -82,8 +82,10 @@ def test_a_wrong_file_is_refused_with_its_line(tmp_path, text, problem):
     file = tmp_path / "my.yaml"
     device = "" if text == "robot: a" else "device: stick"
     file.write_text(f"{device}\n{text}\n")
-    with pytest.raises(InvalidFileError, match=problem):
+    with pytest.raises(InvalidFileError, match=problem) as told:
         HandMapping.load(file)
+    if "linaer" in text:
+        assert "axis_linear" in str(told.value.hint)
 
 
 def test_turbo_enables_and_is_the_full_speed_and_numbers_are_names():

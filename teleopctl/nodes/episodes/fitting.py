@@ -49,6 +49,11 @@ class EpisodeFitting:
         self._node, self._simulation = node, simulation
         self._features, self._prefers_raw = features, prefers_raw
 
+    def is_published(self, settings: EpisodeSettings) -> bool:
+        """Return whether the state and all named cameras have a publisher now."""
+        topics = [settings.state, *(text.rpartition("=")[2] for text in settings.cameras)]
+        return all(self._topic_of(topic) for topic in topics)
+
     def check_state(self, state: str) -> None:
         """Raise an error unless the robot's state is published, with the data set's joints.
 

@@ -186,15 +186,18 @@ class EpisodeRecorder(Node):
             self._adding.problem = ""
             if self.get_parameter("reset").value:
                 self._simulation.reset(self._seed, number)
-            if not self._is_fitting:
-                fitting = EpisodeFitting(
-                    self,
-                    self._simulation,
-                    self._folder.dataset.features,
-                    prefers_raw=bool(self.get_parameter("raw_images").value),
-                )
-                fitting.check_state(self._settings().state)
-                self._cameras = fitting.cameras(self._settings().cameras)
+            fitting = EpisodeFitting(
+                self,
+                self._simulation,
+                self._folder.dataset.features,
+                prefers_raw=bool(self.get_parameter("raw_images").value),
+            )
+            settings = self._settings()
+            # What has ended since the last episode is waited for again.
+            if not self._is_fitting or not fitting.is_published(settings):
+                self._is_fitting = False
+                fitting.check_state(settings.state)
+                self._cameras = fitting.cameras(settings.cameras)
                 self._is_fitting = True
             draft = self._folder.draft(number)
             session = RecordingSession(

@@ -88,4 +88,5 @@ class Gamepad(TeleopDevice):
             raise
 
     def _report(self, error: TeleopctlError) -> None:
-        self.node.get_logger().warning(f"{error.message}; waiting for it")
+        hint = f" ({error.hint})" if error.hint else ""
+        self.node.get_logger().warning(f"{error.message}{hint}; waiting for it")
