@@ -106,6 +106,14 @@ def test_a_mobile_base_has_mappings_of_its_own(file):
     assert own != HandMapping.load(file.stem)
 
 
+def test_one_pad_drives_a_base_as_the_arrow_keys_do():
+    pads, keys = (HandMapping.load(name, is_base=True) for name in ("pads", "keys"))
+    ahead = pads.command(HandSample(axes={"left_x": -1.0, "left_y": 1.0}))
+    pressed = keys.command(HandSample(buttons=frozenset({"ArrowUp", "ArrowLeft"})))
+    assert (ahead.linear, ahead.angular) == (pressed.linear, pressed.angular)
+    assert pads.command(HandSample(axes={"right_x": 1.0})).linear == (0.0, -1.0, 0.0)
+
+
 def test_episodes_have_buttons():
     pad = HandMapping.load("gamepad")
     assert pad.command(HandSample(buttons=frozenset({"start"}))).actions == {"episode_start"}

@@ -137,7 +137,7 @@ class DrivenRobot:
         self.description: RobotDescription | None = None
         self.groups: RobotGroups | None = None
         self._measured: dict[str, float] = {}
-        self.problem = "no robot description has been received"
+        self.problem = "The robot is not known yet: no robot_description has been received"
         self._status, self._status_code = "", int(StatusCode.NO_WARNING)
         self.answered_s = 0.0
         self.scales = dict(_SCALES)

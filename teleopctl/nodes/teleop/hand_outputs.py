@@ -51,7 +51,10 @@ class ServoOutput:
         """Reason why nothing moves; empty if a servo node subscribes."""
         if self._twists.get_subscription_count():
             return ""
-        return f"{self._servo} does not run: teleopctl launch servo.yaml"
+        return (
+            f"Nothing moves the arm, since {self._servo} does not run: start it with "
+            "teleopctl launch servo.yaml"
+        )
 
     def _choose(self, kind: int, *, begins: bool) -> None:
         """Set servo's command type at the start of a motion; other nodes may have changed it."""

@@ -262,9 +262,8 @@ function commanded(message) {
 function whoDrives(message) {
   const holder = message.holder;
   if (!holder) return "nobody drives";
-  const device = holder.device ? `, by ${holder.device}` : "";
-  if (!holder.is_this) return `${holder.node} drives${device}`;
-  return message.is_other ? "another browser drives" : `you drive${device}`;
+  if (!holder.is_this) return `${holder.node} drives${holder.device ? `, by ${holder.device}` : ""}`;
+  return message.is_other ? "another browser drives" : "you drive";
 }
 
 const isTouch = window.matchMedia("(pointer: coarse)").matches;
@@ -339,7 +338,7 @@ function show(message) {
   note.classList.toggle("warn", Boolean(message.gamepad_problem));
   if (message.gamepad_problem) note.textContent = message.gamepad_problem;
   else if (!navigator.getGamepads) note.textContent = "This browser has no gamepad interface; use keys or pads.";
-  else if (count) note.textContent = "Gamepad: hold the left shoulder button (LB); sticks move, "
+  else if (count) note.textContent = "Gamepad: hold the left shoulder button (LB); the sticks move it, "
     + (isBase ? "" : "the right one (RB) opens the gripper and the trigger below it closes, ") + "B stops. "
     + (message.episode ? "Start records, Y is a success, A saves, Back discards." : "");
   else note.textContent = "Gamepad: switch it on and press a button.";
