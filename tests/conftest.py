@@ -192,11 +192,17 @@ def pytest_unconfigure(config: pytest.Config) -> None:
 @pytest.fixture(autouse=True)
 def _no_variables_of_other_tests() -> Iterator[None]:
     """Restore the environment variables after each test; a launch sets those of a ROS 2 setup."""
-    before = dict(os.environ)
+    # As the operating system has them: decoding all before and after each test would take seconds.
+    before = _encoded_variables().copy()
     yield
-    if os.environ != before:
+    if _encoded_variables() != before:
         os.environ.clear()
-        os.environ.update(before)
+        os.environ.update({os.fsdecode(name): os.fsdecode(value) for name, value in before.items()})
+
+
+def _encoded_variables() -> dict[bytes, bytes] | dict[str, str]:
+    variables: dict[bytes, bytes] | dict[str, str] = vars(os.environ)["_data"]
+    return variables
 
 
 @pytest.fixture(autouse=True)

@@ -326,7 +326,8 @@ def start_time_of(pid: int) -> StartTime:
 
 def is_alive(record: ProcessRecord) -> bool:
     """Return whether the recorded process still runs, and not another one with its PID."""
-    if sys.platform != "linux" or record.pid in _children:
+    child = _children.get(record.pid)
+    if sys.platform != "linux" or (child is not None and child.poll() is not None):
         return _process(record) is not None
     state, mark = _linux_state(record.pid)
     return mark == record.start.mark and state not in _ENDED_STATES

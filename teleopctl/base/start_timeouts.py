@@ -78,7 +78,9 @@ class ProgressMonitor:
         if signs != self._signs:
             self._signs = signs
             self._note_progress(now)
-        if now - self._sampled < min(_SAMPLE_EVERY_S, self._timeouts.stall_s / 4):
+        # As long as there are other signs of progress, nobody asks for the processor time.
+        quiet_s = now - max(self._sampled, self._progressed)
+        if quiet_s < min(_SAMPLE_EVERY_S, self._timeouts.stall_s / 4):
             return
         self._sampled = now
         used_s = processor_times(pids)

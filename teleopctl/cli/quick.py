@@ -1,9 +1,9 @@
 """Parser of well-formed command lines that needs no library for parsing arguments.
 
 The parser supports flags (``-t -v`` and ``-tv``), options with a separate value or
-``--name=value``, and arguments. For any other command line (``-r10``, ``--help``, an error) it
-returns None, and Typer parses the line with the same declarations. For a line that this parser
-accepts, Typer would return the same values.
+``--name=value``, options with several values (``--topics /a /b``), and arguments. For any other
+command line (``-r10``, ``--help``, an error) it returns None, and Typer parses the line with the
+same declarations. For a line that this parser accepts, Typer would return the same values.
 """
 
 from __future__ import annotations
@@ -35,18 +35,32 @@ def parse(
         parameter.name: parameter.default for parameter in declared if parameter.optional
     }
     positional: list[str] = []
+    lists: dict[str, list[str]] = {}
     remaining = iter(words)
     if verb.passes_everything_on and words[:1] not in (["-h"], ["--help"]):
         positional, remaining = list(words), iter(())
+    # Where a word without a hyphen belongs: to the arguments, or to the option before it.
+    place: list[str] = positional
     for word in remaining:
         if (
             not word.startswith("-")
             or (verb.passes_on and positional)
             or (verb.negative_numbers and _is_negative_number(word))
         ):
-            positional.append(word)
-        elif not _take_option(options, word, remaining, values):
-            return None
+            if place is not positional and word.startswith("-"):
+                return None
+            place.append(word)
+            continue
+        option = options.get(word)
+        if option is not None and _takes_words(option):
+            place = lists.setdefault(option.name, [])
+        else:
+            place = positional
+            if not _take_option(options, word, remaining, values):
+                return None
+    values.update(lists)
+    if not all(lists.values()):
+        return None
     is_whole = _take_arguments(declared, positional, values) and len(values) == len(declared)
     return values if is_whole else None
 
@@ -82,6 +96,16 @@ def _take_option(
 def _takes_rest(parameter: VerbParameter) -> bool:
     """Return whether all remaining words of the line are values of an option."""
     return isinstance(parameter.declaration, Option) and parameter.declaration.rest
+
+
+def _takes_words(parameter: VerbParameter) -> bool:
+    """Return whether all words up to the next option are values of an option, as they are."""
+    return (
+        _takes_many(parameter)
+        and not _takes_rest(parameter)
+        and parameter.type is str
+        and not parameter.declaration.choices
+    )
 
 
 def _takes_many(parameter: VerbParameter) -> bool:

@@ -34,6 +34,9 @@ if TYPE_CHECKING:
 _LOOKED_FOR_AT_START = ("sitecustomize", "usercustomize")
 """Modules that each Python imports at start-up, for which a search would be useless."""
 
+_JYTHON = "org"
+"""Package of Jython that Python's module ``copy``, loaded by almost every program, looks for."""
+
 _USUAL_ENDINGS = ("_msgs", "_srvs", "_interfaces")
 
 _searching: set[int] = set()
@@ -68,7 +71,7 @@ class _PackageFinder:
             ModuleNotFoundError: The search for definitions fails, and the name is that of a message
                 package.
         """
-        if "." in fullname or fullname in _LOOKED_FOR_AT_START:
+        if "." in fullname or fullname in _LOOKED_FOR_AT_START or _is_asked_by_python(fullname):
             return None
         from teleopctl.errors import TeleopctlError
 
@@ -142,6 +145,14 @@ def install() -> None:
         if PathFinder in sys.meta_path:
             sys.meta_path.insert(sys.meta_path.index(PathFinder), _RegularFinder())
         sys.meta_path += [_PackageFinder(), ParameterModuleFinder()]
+
+
+def _is_asked_by_python(fullname: str) -> bool:
+    """Return whether Python's library tries a module of another system: Windows', or Jython's."""
+    if fullname in sys.stdlib_module_names:
+        return True
+    copying = sys.modules.get("copy")
+    return fullname == _JYTHON and copying is not None and not hasattr(copying, "PyStringMap")
 
 
 def _interface_spec(fullname: str) -> ModuleSpec | None:

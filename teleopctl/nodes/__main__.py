@@ -7,6 +7,7 @@ teleopctl itself are searched.
 """
 
 import contextlib
+import gc
 import os
 import sys
 
@@ -22,6 +23,8 @@ _USAGE = "usage: python -m teleopctl.nodes [--builtin] [PACKAGE] EXECUTABLE [ARG
 def main() -> int:
     """Run the executable named on the command line in this process; return its exit status."""
     status = 1
+    # Imports make thousands of objects and no garbage: looking for some would be a tenth of them.
+    gc.disable()
     try:
         # A shell starts its background jobs with SIGINT ignored, but the supervisor of this
         # process stops it with SIGINT.

@@ -6,6 +6,7 @@ was never built, or a plain file. The program, and Python programs that it start
 """
 
 import errno
+import gc
 import importlib
 import os
 import signal
@@ -99,6 +100,8 @@ def _call(executable: PackageProgram, args: Sequence[str]) -> int:
     sys.argv = [executable.name, *args]
     if _is_of_teleopctl(executable):
         _limit_threads()
+    else:
+        _collect_garbage()
     try:
         module = importlib.import_module(module_name)
     except ModuleNotFoundError as error:
@@ -118,7 +121,15 @@ def _call(executable: PackageProgram, args: Sequence[str]) -> int:
             f"Executable '{executable.name}' of package '{executable.package}' names "
             f"{executable.target}, which is not a function"
         )
+    _collect_garbage()
     return _status(function())
+
+
+def _collect_garbage() -> None:
+    """Begin to look for garbage, which `teleopctl.nodes.__main__` puts off, but not in modules."""
+    if not gc.isenabled():
+        gc.freeze()
+        gc.enable()
 
 
 def _limit_threads() -> None:
@@ -128,6 +139,7 @@ def _limit_threads() -> None:
 
 
 def _run_file(file: Path, args: Sequence[str]) -> int:
+    _collect_garbage()
     if file.suffix != ".py" and not _is_python(file):
         return _run_program(file, args)
     import runpy

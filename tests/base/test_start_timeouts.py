@@ -73,13 +73,13 @@ def spinning() -> Iterator[int]:
 def test_processor_time_of_a_process_and_its_descendants_is_progress(
     clock: Clock, spinning: int
 ) -> None:
-    progress = ProgressMonitor(TIMEOUTS, clock)
+    progress = ProgressMonitor(StartTimeouts(stall_s=10.0, total_s=300.0), clock)
     progress.update(None, [spinning])
 
     def has_used(time_s: float) -> bool:
         return sum(processor_times([spinning]).values()) > time_s
 
-    for clock.now, time_s in ((131.0, 0.8), (162.0, 1.6)):
+    for clock.now, time_s in ((111.0, 0.3), (122.0, 0.6)):
         eventually(partial(has_used, time_s))
         progress.update(None, [spinning])
         assert not progress.has_stalled
@@ -94,12 +94,33 @@ def test_a_process_that_hardly_uses_the_processor_makes_no_progress(
     monkeypatch.setattr(start_timeouts, "processor_times", lambda pids: dict.fromkeys(pids, used_s))
     progress = ProgressMonitor(TIMEOUTS, clock)
     progress.update(None, [1])
-    for _ in range(30):
+    # What it had used before the first measurement, after a second, counts as of then.
+    for _ in range(31):
         # As a spawner that waits for a controller manager does.
         clock.now += 1.0
         used_s += 0.002
         progress.update(None, [1])
     assert progress.has_stalled
+
+
+def test_processor_time_is_measured_only_while_there_is_no_other_sign(
+    clock: Clock, monkeypatch: pytest.MonkeyPatch
+) -> None:
+    measured: list[float] = []
+
+    def measure(_pids: object) -> dict[int, float]:
+        measured.append(clock.now)
+        return {}
+
+    monkeypatch.setattr(start_timeouts, "processor_times", measure)
+    progress = ProgressMonitor(TIMEOUTS, clock)
+    for number in range(20):
+        clock.now += 0.5
+        progress.update(number, [1])
+    assert not measured
+    clock.now += 1.0
+    progress.update(number, [1])
+    assert measured == [clock.now]
 
 
 def test_a_process_that_has_ended_uses_nothing() -> None:

@@ -1,6 +1,6 @@
 """The quick parser reads what it accepts exactly as Typer does."""
 
-from typing import Annotated
+from typing import Annotated, Any
 
 import pytest
 import typer
@@ -8,6 +8,7 @@ from hypothesis import given, strategies as st
 from typer.main import get_command
 
 from teleopctl.cli import quick, typer_app
+from teleopctl.cli.typer_line import typer_line
 from teleopctl.cli.verb import Argument, Option, Verb
 
 seen: list[dict[str, object]] = []
@@ -54,6 +55,15 @@ def fields(
     seen.append(dict(locals()))
 
 
+def switching(
+    manager: Annotated[str | None, Argument(help="A name.")] = None,
+    stop: Annotated[list[str] | None, Option("--stop", help="Names.")] = None,
+    start: Annotated[list[str] | None, Option("-s", "--start", help="Names.")] = None,
+    strict: Annotated[bool, Option("--strict", help="A flag.")] = False,
+) -> None:
+    seen.append(dict(locals()))
+
+
 def remapped(
     name: Annotated[str, Argument(help="A name.")],
     verbose: Annotated[bool, Option("-v", help="A flag.")] = False,
@@ -86,7 +96,8 @@ def typer_reading(function, words, **options):
     typer_app._add_verb(app, "sample", verb, typer_app._typer_function(verb))
     seen.clear()
     try:
-        with get_command(app).make_context("sample", list(words)) as context:
+        command: Any = get_command(app)
+        with command.make_context("sample", typer_line(command, words)) as context:
             context.command.invoke(context)
     except (typer.TyperException, typer.Exit):
         return None
@@ -173,6 +184,25 @@ def test_each_value_of_a_repeated_option_has_its_name():
     words = ["--field", "a", "/topic", "--field=b"]
     expected = {"topic": "/topic", "field": ["a", "b"]}
     assert quick_reading(fields, words) == expected == typer_reading(fields, words)
+
+
+def test_an_option_takes_all_words_up_to_the_next_one():
+    words = ["m", "--stop", "a", "b", "--strict", "-s", "c", "--stop", "d"]
+    expected = {"manager": "m", "stop": ["a", "b", "d"], "start": ["c"], "strict": True}
+    assert quick_reading(switching, words) == expected == typer_reading(switching, words)
+
+
+@given(
+    st.lists(
+        st.sampled_from(["--stop", "--start", "-s", "--strict", "--stop=a", "--", "-1", "a", "b"]),
+        max_size=6,
+    ),
+    st.booleans(),
+)
+def test_values_of_options_that_take_several_are_those_that_typer_reads(words, negative_numbers):
+    values = quick_reading(switching, words, negative_numbers=negative_numbers)
+    if values is not None:
+        assert values == typer_reading(switching, words, negative_numbers=negative_numbers)
 
 
 def test_the_rest_of_a_line_belongs_to_the_option_that_takes_it():

@@ -135,6 +135,9 @@ def test_a_package_of_the_user_adds_to_one_that_is_known(tmp_path):
 def test_other_imports_are_left_alone():
     code = "import json, xml.dom.minidom\ntry: import org.python\nexcept ImportError: print('no')"
     assert output(code) == "no"
+    # What Python's own modules try is none of ours: packages are not looked for.
+    code = "import sys, copy, mimetypes\nprint('teleopctl.packages.source_folders' in sys.modules)"
+    assert output(code) == "False"
 
 
 def test_a_distribution_that_is_not_known_is_named_where_messages_are_wanted():

@@ -192,6 +192,7 @@ def test_a_wheel_rolls_without_slip(cart: Cart) -> None:
     assert cart.odometry == pytest.approx(cart.pose, abs=0.003)
 
 
+@pytest.mark.nightly
 def test_a_square_is_driven_within_one_percent(cart: Cart) -> None:
     corners = []
     for _ in range(4):

@@ -87,6 +87,7 @@ def test_a_replay_has_the_bits_of_the_session(answered):
     ] == run_live(set(answered))
 
 
+@pytest.mark.nightly
 def test_another_command_gives_other_bits():
     commands = {time_ns: command(time_ns) for time_ns in range(0, END_NS, PERIOD_NS)}
     states = played(commands)

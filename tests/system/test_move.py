@@ -78,6 +78,7 @@ def test_a_goal_may_be_in_a_frame_of_tf(robot, command):
     broadcast = robot.spawn(
         "tf static --frame-id world --child-frame-id table --x 0.3 --y 0.9 --z 1.0"
     )
+    broadcast.wait_for_line("Spinning until stopped - publishing transform", stream="stderr")
     command("move --to 0,0,0.4 --frame table")
     broadcast.interrupt()
     assert command.status == 0, command.errors

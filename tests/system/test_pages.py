@@ -57,9 +57,9 @@ NOT_TYPED = {
     "simulation": ["teleopctl logs camera-3", "teleopctl topic hz /image_raw"],
 }
 
-# Typed in each run. The others start robots by the dozen; what their commands do has tests of its
-# own.
-SHORT = ("README", "from_ros2")
+# Typed in each run. The others start robots by the dozen, a run of each page takes many seconds;
+# what their commands do has tests of its own.
+SHORT = ("README",)
 PAGES = [pytest.param(name, marks=() if name in SHORT else pytest.mark.nightly) for name in TYPED]
 
 # What its reader has already.

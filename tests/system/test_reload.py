@@ -59,6 +59,7 @@ def test_a_saved_description_is_the_robot_of_all_and_a_broken_one_is_told(ros, m
     eventually(lambda: radius(ros) == ["0.3"])
 
 
+@pytest.mark.nightly
 def test_in_simulation_the_page_says_that_the_robot_stays(ros, model):
     ros.launch("display.yaml", f"model:={model}", "viewer:=false")
     words = ["-p", f"robot_description_file:={model}", "-p", "use_sim_time:=true"]

@@ -160,6 +160,7 @@ def test_e_shows_the_latest_message(ros):
     on_screen(scenario)
 
 
+@pytest.mark.nightly
 def test_g_draws_fields_over_time(ros):
     async def scenario(screen):
         message = TWIST()
@@ -262,6 +263,7 @@ def texts(screen):
     return [str(table.get_row_at(index)[-1]) for index in range(table.row_count)]
 
 
+@pytest.mark.nightly
 def test_slash_narrows_the_rows(ros):
     async def scenario(screen):
         with publishing(ros, STRING(), "/left"), publishing(ros, STRING(), "/right"):
@@ -277,6 +279,7 @@ def test_slash_narrows_the_rows(ros):
     on_screen(scenario)
 
 
+@pytest.mark.nightly
 @pytest.mark.parametrize("size", sample([(40, 10), (60, 24), (200, 50)], 3))
 def test_columns_fit_the_terminal(ros, size):
     async def scenario(screen):
@@ -300,6 +303,7 @@ def names(screen, part):
     return [row for row in rows if part in row]
 
 
+@pytest.mark.nightly
 def test_controllers_are_shown_with_their_state(ros):
     ros.launch("controller.yaml")
 
