@@ -49,6 +49,8 @@ for _ in range(150):
     with_features.send_action(make_robot_action(action.unsqueeze(0), features))
     time.sleep(1 / 30)
 at = with_features.get_observation()
+# As lerobot-rollout at its end: also joints that no controller moves.
+with_features.send_action({name: value for name, value in at.items() if name.endswith(".pos")})
 with_features.disconnect()
 print(json.dumps([at[f"joint_{n}.pos"] for n in (1, 2, 3, 4)]))
 """

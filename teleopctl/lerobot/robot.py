@@ -160,14 +160,19 @@ class TeleopctlRobot(Robot):
     def send_action(self, action: dict[str, Any]) -> dict[str, Any]:
         """Send positions to the controllers; return those that were sent.
 
+        Measured joints that no controller moves are passed over, such as a gripper's second
+        finger: lerobot-rollout sends the first observation back at its end.
+
         Raises:
-            InvalidParameterError: A position is not finite, or no controller has its joint.
+            InvalidParameterError: A position is not finite, or there is no such joint.
             UnavailableError: The joint states are silent.
         """
         measured = self._positions.read()
         positions = {}
         for name, value in action.items():
             joint, wanted = name.removesuffix(_SUFFIX), float(value)
+            if name not in self.action_features and name in self.observation_features:
+                continue
             if name not in self.action_features:
                 raise InvalidParameterError(
                     f"No active controller moves '{joint}'",
