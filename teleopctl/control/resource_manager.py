@@ -124,7 +124,7 @@ class ResourceManager:
         except UnknownPluginError as error:
             raise HardwareError(
                 f"Failed to load hardware '{info.name}': plugin '{plugin}' not found",
-                hint=f"{error} {_WITHOUT_HARDWARE}",
+                hint=f"{error}\n{_WITHOUT_HARDWARE}",
             ) from error
         except BrokenPluginError as error:
             sentence = f"Failed to load hardware '{info.name}': {error.message}"
