@@ -156,6 +156,7 @@ def test_a_strangers_controller_moves_a_joint(ros, use):
         )
 
 
+@pytest.mark.nightly
 def test_a_strangers_hardware_is_driven(ros, use):
     _, listed, _ = use("hardware")
     assert "plugin name: my_servos/Servos" in listed
@@ -167,6 +168,7 @@ def test_a_strangers_hardware_is_driven(ros, use):
     assert message
 
 
+@pytest.mark.nightly
 def test_a_strangers_sensor_measures_in_the_simulation(use):
     *_, received = use("sensor")
     assert float(received.split()[1]) == pytest.approx(2.5, abs=1e-3)

@@ -94,7 +94,7 @@ lock.acquire()
 """
 WORKS_FOR_SECONDS = """
 import time
-while time.process_time() < 3.0:
+while time.process_time() < 2.5:
     pass
 import rclpy
 rclpy.init()

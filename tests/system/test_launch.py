@@ -441,6 +441,7 @@ def test_the_simulation_starts_in_a_folder_with_the_sources_of_a_controller_mana
     assert controllers(ros) == ALL_ACTIVE
 
 
+@pytest.mark.nightly
 def test_the_controllers_can_be_started_on_a_simulation_that_runs(ros):
     started = ros.run("launch -d sim.yaml camera:=false start_controllers:=false")
     assert started.returncode == 0, started.stderr

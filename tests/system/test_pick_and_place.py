@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
+import pytest
+
 from teleopctl.bag import open_bag
 from teleopctl.nodes.bag_verification.verification import verify_bag
 from tests.samples import is_nightly
 
 
+@pytest.mark.nightly
 def test_a_cube_is_taken_into_the_bin_and_is_so_again_to_the_bit(ros):
     # In a nightly run it is so again, by the same command and by its recording.
     for name in ("first", "second") if is_nightly() else ("first",):

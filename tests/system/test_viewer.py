@@ -318,6 +318,7 @@ def test_nothing_is_listened_to_while_nobody_looks(ros, tmp_path):
     eventually(lambda: not listens())
 
 
+@pytest.mark.nightly
 def test_a_view_of_rviz_is_shown_and_saved_where_it_was(ros, chromium):
     view = ros.folder / "mine.rviz"
     view.write_text(VIEW)

@@ -1,5 +1,7 @@
 """``controller_manager`` for launch tests, which look at the controllers of a robot with it."""
 
+import pytest
+
 TEST = """
 import unittest
 
@@ -92,6 +94,7 @@ class TestEnd(unittest.TestCase):
 """
 
 
+@pytest.mark.nightly
 def test_a_launch_test_sees_controllers_come_up_and_switches_them(ros):
     (ros.folder / "arm_test.py").write_text(TEST, encoding="utf-8")
     done = ros.run("test arm_test.py", timeout=90)

@@ -102,7 +102,7 @@ def publish(page: FakePage, display: Display, made: Absurd, number: int) -> None
         page.publish(topic, message)
 
 
-@pytest.mark.parametrize("rviz_class", sample(DISPLAYS, 2))
+@pytest.mark.parametrize("rviz_class", sample(DISPLAYS, 4))
 @given(seed=seeds)
 @several
 def test_no_message_ends_the_picture(
@@ -149,7 +149,7 @@ odd = (
 )
 
 
-@pytest.mark.parametrize("rviz_class", sample(DISPLAYS[::-1], 2))
+@pytest.mark.parametrize("rviz_class", sample(DISPLAYS[::-1], 4))
 @given(data=strategies.data())
 @several
 def test_no_property_of_a_file_ends_the_picture(
