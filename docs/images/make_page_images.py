@@ -13,11 +13,11 @@ import subprocess
 import sys
 import tempfile
 from collections.abc import Callable, Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
 
 from PIL import Image
-from playwright.sync_api import Page, ViewportSize, sync_playwright
+from playwright.sync_api import Error, Page, ViewportSize, sync_playwright
 
 from teleopctl.testing import RosGraph
 
@@ -194,11 +194,16 @@ def enlarge_graph(page: Page) -> None:
 
 
 def click_link(page: Page) -> None:
-    """Click the arm in the middle of the scene."""
-    page.mouse.move(560, 330)
-    page.wait_for_timeout(1_500)
-    page.mouse.click(560, 330)
-    page.get_by_text("revolute").wait_for()
+    """Click the arm above its base: the first of some points at which it is drawn."""
+    found = page.get_by_text("revolute").first
+    for x, y in ((590, 340), (575, 380), (600, 300), (560, 330)):
+        page.mouse.move(x, y)
+        page.wait_for_timeout(1_500)
+        page.mouse.click(x, y)
+        with suppress(Error):
+            found.wait_for(timeout=8_000)
+            return
+    found.wait_for()
 
 
 def show_frames(page: Page) -> None:
