@@ -271,11 +271,15 @@ class LeRobotDataset:
 
         Raises:
             NotFoundError: There is no such episode.
-            RefusedError: No episode would remain.
+            RefusedError: No episode would remain, or one would that is in the same file.
         """
         for index in indices:
             self.require(index)
         rows = [row for index, row in enumerate(self._rows) if index not in set(indices)]
+        if {_place(self._rows[index], "data") for index in indices} & {
+            _place(row, "data") for row in rows
+        }:
+            raise self._has_shared_files()
         if not rows:
             raise RefusedError(
                 f"No episode would remain in {self.folder}", hint="Remove the folder instead."
@@ -449,13 +453,16 @@ class LeRobotDataset:
 
         table = parquet.read_table(self._data(_place(row, "data")))
         if table.num_rows != row["length"]:
-            raise RefusedError(
-                f"{self.folder} has several episodes in a file, as lerobot writes them",
-                hint="lerobot-edit-dataset changes it.",
-            )
+            raise self._has_shared_files()
         for name, column in _index_columns(row["length"], indices).items():
             table = table.set_column(table.schema.get_field_index(name), name, column)
         write_table(self._data(place), table)
+
+    def _has_shared_files(self) -> RefusedError:
+        return RefusedError(
+            f"{self.folder} has several episodes in a file, as lerobot writes them",
+            hint="lerobot-edit-dataset changes it.",
+        )
 
     def _write_rows(self) -> None:
         import pyarrow as pa

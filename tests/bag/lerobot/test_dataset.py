@@ -113,6 +113,17 @@ def test_a_removed_episode_leaves_no_gap(tmp_path):
     assert_whole(tmp_path, [1.0, 9.0, 20.0])
 
 
+@pytest.mark.parametrize("index", [1, 2])
+def test_of_several_episodes_in_a_file_none_is_removed(tmp_path, index):
+    for value in (1.0, 5.0, 9.0):
+        add(tmp_path, episode(2, value))
+    theirs = LeRobotDataset(tmp_path)
+    theirs._rows[2]["data/file_index"] = theirs._rows[1]["data/file_index"]
+    with pytest.raises(RefusedError, match="has several episodes in a file, as lerobot writes"):
+        theirs.remove([index])
+    assert_whole(tmp_path, [1.0, 5.0, 9.0])
+
+
 def test_an_episode_takes_the_place_of_another(tmp_path):
     for value in (1.0, 5.0, 9.0):
         add(tmp_path, episode(2, value))
