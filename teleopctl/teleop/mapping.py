@@ -172,9 +172,20 @@ class HandMapping:
         return _Reader(path).mapping(document)
 
     def inputs(self) -> frozenset[str]:
-        """Return the names of the inputs for motion: the used axes and the enable button."""
+        """Return the names of the inputs that it cannot do without.
+
+        They are the axes of the motion, the button that enables it, and the one that stops it.
+        """
         axes = {each.axis for each in (*self._linear, *self._angular)}
-        return frozenset({*axes, self.enable_button} - {""})
+        return frozenset({*axes, self.enable_button, self._actions.get("stop", "")} - {""})
+
+    def all_inputs(self) -> frozenset[str]:
+        """Return the names of all inputs that it uses."""
+        directions = (*self._linear, *self._angular)
+        pairs = {button for each in directions for button in (each.plus, each.minus)}
+        held = {self.enable_turbo_button, self.slow_button}
+        others = {*pairs, *held, *self._gripper.values(), *self._actions.values()}
+        return self.inputs() | (others - {""})
 
     def holds(self, sample: HandSample) -> bool:
         """Return whether an enabling button is pressed, or none is needed."""

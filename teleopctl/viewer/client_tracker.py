@@ -87,7 +87,8 @@ const report = async () => {
       "Teleopctl-Embedded": window.parent !== window,
     };
     try {
-      await fetch("visibility", {headers, cache: "no-store", keepalive: true});
+      const signal = AbortSignal.timeout(5000);
+      await fetch("visibility", {headers, signal, cache: "no-store", keepalive: true});
       reported = visibility + panels;
     } catch {
       await new Promise((again) => setTimeout(again, 1000));

@@ -97,6 +97,7 @@ def test_turbo_enables_and_is_the_full_speed_and_numbers_are_names():
     assert enabled.linear == turbo.linear == (1.0, 0.0, 0.0)
     assert (enabled.part(0.5), turbo.part(0.5)) == (0.5, 1.0)
     assert stick.inputs() == {"1", "4"}
+    assert stick.all_inputs() == {"1", "4", "5"}
 
 
 @pytest.mark.parametrize("file", sorted((FOLDER / "base").glob("*.yaml")), ids=lambda it: it.stem)

@@ -302,7 +302,8 @@ def _print_how(address: "Address", *, lan: bool) -> None:
     console.out(f"Mouse:   {page.with_token}  drag the handle at the gripper")
     console.out("Keys:    on that page, or in a terminal of its own: teleopctl run teleop_keyboard")
     console.out(
-        "Gamepad: switch it on and press a button on that page; hold its left bumper to move"
+        "Gamepad: switch it on and press a button on that page; it moves while its left shoulder "
+        "button is held"
     )
     if lan:
         host, token = _own_address(), page.with_token

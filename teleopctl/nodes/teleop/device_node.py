@@ -76,6 +76,8 @@ class DeviceNode(Node):
         self.name = name
         self._mapping: HandMapping | None = None
         self._mapped_for: tuple[str, bool] | None = None
+        # What was last logged of missing inputs.
+        self._lacked = ""
         # Command of the newest sample, and what it was made from.
         self._command = HandCommand()
         self._commanded_for: tuple[object, ...] = ()
@@ -114,7 +116,9 @@ class DeviceNode(Node):
             self.create_timer(_CHECKED_S, self.leader.check, clock=steady)
 
     def _check_inputs(self) -> None:
-        """Raise an error if the device lacks what its mapping uses to move.
+        """Raise an error if the device lacks what its mapping uses to move and stop.
+
+        What it lacks beyond that is named in the log.
 
         Raises:
             DeviceError: An input is missing.
@@ -122,12 +126,21 @@ class DeviceNode(Node):
         known = self.device.inputs()
         if self._mapping is None or not known:
             return
-        if missing := sorted(self._mapping.inputs() - known):
+        missing = sorted(self._mapping.all_inputs() - known)
+        if not missing:
+            return
+        sentence = (
+            f"The {self.name} has no {', '.join(missing)}, which its mapping uses; it has "
+            f"{', '.join(sorted(known))}"
+        )
+        if self._mapping.inputs() - known:
             raise DeviceError(
-                f"The {self.name} has no {', '.join(missing)}, which its mapping uses; it has "
-                f"{', '.join(sorted(known))}",
+                sentence,
                 hint="Write a mapping for it, and name its file with the parameter mapping.",
             )
+        if sentence != self._lacked:
+            self._lacked = sentence
+            self.get_logger().warning(sentence)
 
     # --- samples ----------------------------------------------------------------------------------
 
