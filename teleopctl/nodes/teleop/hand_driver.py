@@ -25,6 +25,7 @@ from teleopctl.nodes.teleop.hand_outputs import BaseOutput, ServoOutput, no_base
 from teleopctl.teleop import EPISODE, STALE_S, HandCommand
 from teleopctl.tf import Transform
 
+_PRESS_AGAIN = "another node drove when this was pressed: let go, and press again"
 # Messages of standstill after a release: one may be lost.
 _ZEROS = 3
 # Period in which a handle's pose and the gripper's steps are sent, and in which a base is looked
@@ -83,6 +84,8 @@ class HandDriver:
         # Whether an input is held, also while samples are missing or commands refused.
         self._is_held = False
         self._refusal = ""
+        # Whether another node drove when this one began to hold something.
+        self._is_refused = False
         self._moved_s = 0.0
         self._lock = threading.Lock()
         self._target: Transform | None = None
@@ -275,8 +278,13 @@ class HandDriver:
         self._moved_s = time.monotonic()
         self._refusal = self._lease.take(self.device, by_force=True)
 
-    def _may_move(self, *, wants: bool) -> bool:
-        """Return whether this node may drive; take the lease at the beginning of a motion."""
+    def _may_move(self, *, wants: bool, holds: bool = True) -> bool:
+        """Return whether this node may drive; take the lease at the beginning of a motion.
+
+        Args:
+            wants: Whether the robot is to move.
+            holds: Whether by an input that is held, which after a refusal has to be released.
+        """
         if not wants:
             self._unanswered_since_s = None
             self._is_taken = False
@@ -284,10 +292,15 @@ class HandDriver:
             return True
         self._lease.is_lost()
         if self._is_taken:
+            if self._is_refused and self._lease.watch.holder is None:
+                self._refusal = _PRESS_AGAIN
             return False
         self._refusal = self._lease.take(self.device)
         if self._refusal:
+            # The end of another node's lease must not move the robot by what is still held.
+            self._is_taken = self._is_refused = holds
             return False
+        self._is_refused = False
         self._moved_s = time.monotonic()
         return self._moved_s >= self._ignored_until_s
 
@@ -300,6 +313,7 @@ class HandDriver:
         # Only a new press moves the robot.
         self._is_taken = self._is_moving or self._is_gripping
         self._refusal = "another node has taken over" if self._is_taken else ""
+        self._is_refused = False
         self._command = HandCommand()
         self._hold_gripper(0.0)
         self._target = None
@@ -310,7 +324,7 @@ class HandDriver:
         """Move the gripper to an opening, from 0 (closed) to 1 (open)."""
         with self._lock:
             gripper = self.robot_state.gripper
-            if gripper is not None and self._may_move(wants=True):
+            if gripper is not None and self._may_move(wants=True, holds=False):
                 gripper.wanted = max(0.0, min(1.0, opening))
                 self._hurry()
 
@@ -375,7 +389,8 @@ class HandDriver:
         """Ignore the held inputs until they are released, and show the reason."""
         self._pause()
         self._target = self._unanswered_since_s = None
-        self._is_held, self._is_taken, self._refusal = False, True, reason
+        self._is_held, self._is_taken, self._is_refused = False, True, False
+        self._refusal = reason
 
     def _check_gap(self) -> None:
         """Ignore samples for a time, or until a release, if the gap before the newest was long."""

@@ -4,6 +4,7 @@ from typing import Any
 
 import pytest
 
+from teleopctl.node.values.command_lease import LeaseClaim
 from teleopctl.nodes.teleop.hand_driver import HandDriver
 from teleopctl.teleop import HandCommand
 from teleopctl.tf import Transform
@@ -34,10 +35,21 @@ class Servo:
 
 
 class Lease:
-    """Lease that is always free."""
+    """Lease that is free.
+
+    Attributes:
+        holder: Another node that holds it, if one does.
+    """
+
+    holder: LeaseClaim | None = None
+    is_held = False
+
+    @property
+    def watch(self):
+        return self
 
     def take(self, device):
-        return ""
+        return f"{self.holder} drives the robot" if self.holder else ""
 
     def is_lost(self):
         return False
@@ -59,7 +71,8 @@ class Hand:
         self.driver = HandDriver(node, "gamepad")
         # The test itself looks, and nobody else drives.
         node.destroy_timer(self.driver._timer)
-        self.driver._lease = Lease()  # type: ignore[assignment]
+        self.lease = Lease()
+        self.driver._lease = self.lease  # type: ignore[assignment]
         self.driver._servo = self._servo = Servo()  # type: ignore[assignment]
 
     def moves(self, act, period_s=0.02, samples=1):
@@ -143,3 +156,15 @@ def test_a_hand_that_was_silent_is_pressed_again(hand, act):
     assert not hand.moves(act, samples=50)
     lets_go(hand.driver)
     assert hand.moves(act, samples=15)
+
+
+@pytest.mark.parametrize("act", [keys, handle, leader])
+def test_what_was_held_while_another_node_drove_is_pressed_again(hand, act):
+    hand.lease.holder = LeaseClaim("/other", "keys", "here")
+    assert not hand.moves(act, samples=5)
+    assert hand.driver.state(SPEEDS)["refusal"] == "/other (keys, on here) drives the robot"
+    hand.lease.holder = None
+    assert not hand.moves(act, samples=50)
+    assert "let go, and press again" in hand.driver.state(SPEEDS)["refusal"]
+    hand.driver.release()
+    assert hand.moves(act)
