@@ -102,14 +102,15 @@ class DrivePage:
     def attach(self, viewer: Viewer) -> None:
         """Give the page a viewer's cameras, and a handle at the gripper in its scene.
 
-        The handle is there while a drive page is open.
+        The handle is there while a drive page is open. The view moves with a mobile base.
         """
+        from teleopctl.nodes.teleop.drive_page.base_view import BaseView
         from teleopctl.nodes.teleop.drive_page.cameras import DriveCameras
         from teleopctl.nodes.teleop.drive_page.handle import DriveHandle
 
         self._cameras = DriveCameras(viewer)
-
-        DriveHandle(viewer, lambda: self.driver, lambda: bool(self._sessions))
+        for part in (DriveHandle, BaseView):
+            part(viewer, lambda: self.driver, lambda: bool(self._sessions))
 
     def close(self) -> None:
         """Release all inputs, and destroy the node."""

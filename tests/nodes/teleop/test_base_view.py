@@ -1,0 +1,50 @@
+"""The drive page's view moves with a mobile base; that of an arm, and other pages', stay."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from teleopctl.nodes.teleop.drive_page.base_view import BaseView
+
+DRIVE_PAGE, OTHER_PAGE = 1, 2
+
+
+class Scene:
+    """Page with two browsers, and which frame the camera of each follows."""
+
+    def __init__(self, *, is_base, is_open=True):
+        self.frames: dict[int, str] = {}
+        viewer: Any = SimpleNamespace(
+            server=SimpleNamespace(
+                get_clients=lambda: {DRIVE_PAGE: None, OTHER_PAGE: None},
+                clients=SimpleNamespace(is_embedded=lambda browser: browser == DRIVE_PAGE),
+            ),
+            scene_view=SimpleNamespace(
+                followed=lambda browser: self.frames.get(browser, ""),
+                follow=self.frames.__setitem__,
+            ),
+            create_timer=lambda _, look, clock: setattr(self, "look", look),
+        )
+        driver: Any = SimpleNamespace(
+            is_base=is_base,
+            robot_state=SimpleNamespace(description=SimpleNamespace(root="base_footprint")),
+        )
+        BaseView(viewer, lambda: driver, lambda: is_open)
+
+    look: Any
+
+
+@pytest.mark.parametrize(
+    ("is_base", "is_open", "followed"),
+    [
+        (True, True, {DRIVE_PAGE: "base_footprint"}),
+        (True, False, {}),
+        (False, True, {}),
+    ],
+)
+def test_the_view_of_a_drive_page_moves_with_a_base(is_base, is_open, followed):
+    scene = Scene(is_base=is_base, is_open=is_open)
+    for _ in range(2):
+        scene.look()
+    assert scene.frames == followed
