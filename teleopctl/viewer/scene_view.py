@@ -4,7 +4,9 @@ from __future__ import annotations
 
 import copy
 import math
+import time
 from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from itertools import product
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -57,6 +59,8 @@ VIEWS: dict[str, Vector3] = {
 _RADII = 2.0
 # A camera that follows a frame stays where it is while the frame moves by less.
 _LEAST_STEP_M = 1e-4
+# Time after which a browser has reported the last motion of its camera, s.
+_REPORTED_S = 1.0
 _SMALLEST_RADIUS_M = 0.02
 _LARGEST_RADIUS_M = 1000.0
 # viser's camera frame is OpenCV's: x right, y down, z ahead.
@@ -176,6 +180,42 @@ _SIMULATED_WORLD: tuple[str, str, dict[str, Any]] = (
 _DEFAULT_VIEW = View((1.5, -1.5, 1.1), (0.0, 0.0, 0.35))
 
 
+@dataclass(slots=True)
+class FollowedFrame:
+    """Frame that a browser's camera follows.
+
+    A slow browser reports its camera late: where the camera was some steps ago. So a step is not
+    added to what it reports, which would lose steps. The point that the camera looks at keeps its
+    offset from the frame; only direction and distance are the reported ones, which steps do not
+    change, and people do.
+
+    Attributes:
+        frame: Its name.
+        at: Where it was at the last step; None before the first one.
+        offset: From the frame's origin to the point that the camera looks at.
+        moved_s: Time of the last step, on the monotonic clock.
+    """
+
+    frame: str
+    at: Vector3 | None = None
+    offset: Vector3 = (0.0, 0.0, 0.0)
+    moved_s: float = 0.0
+
+    def move(self, camera: viser.CameraHandle, at: Vector3) -> None:
+        """Move a camera with the frame, to where the frame is now."""
+        if self.at is not None and math.dist(at, self.at) <= _LEAST_STEP_M:
+            return
+        now_s = time.monotonic()
+        if self.at is None or now_s - self.moved_s > _REPORTED_S:
+            # People may have moved the point since.
+            px, py, pz = np.subtract(camera.look_at, at if self.at is None else self.at)
+            self.offset = float(px), float(py), float(pz)
+        if self.at is not None:
+            focus = np.add(at, self.offset)
+            camera.position, camera.look_at = focus + (camera.position - camera.look_at), focus
+        self.at, self.moved_s = at, now_s
+
+
 class SceneView:
     """The 3D view of the page: list of displays, ``.rviz`` document and camera.
 
@@ -210,8 +250,8 @@ class SceneView:
         self._stage = stage
         self._drawn = False
         self._count = 0
-        # Of each browser that follows a frame: the frame, and where it was last.
-        self._followed: dict[int, tuple[str, Vector3 | None]] = {}
+        # Of each browser whose camera follows a frame.
+        self._followed: dict[int, FollowedFrame] = {}
         self._offered: set[str] = set()
         self._sensors = 0
         server.scene.set_up_direction("+z")
@@ -382,27 +422,21 @@ class SceneView:
         """
         self._followed.pop(browser, None)
         if frame:
-            self._followed[browser] = frame, None
+            self._followed[browser] = FollowedFrame(frame)
 
     def followed(self, browser: int) -> str:
         """Return the frame that a browser's camera follows; empty for none."""
-        return self._followed.get(browser, ("", None))[0]
+        followed = self._followed.get(browser)
+        return "" if followed is None else followed.frame
 
     def _follow(self, browser: int) -> None:
-        frame, before = self._followed[browser]
+        followed = self._followed[browser]
         client = self._server.get_clients().get(browser)
-        found = self._stage.frames.by_name.get(frame)
+        found = self._stage.frames.by_name.get(followed.frame)
         if client is None:
             del self._followed[browser]
         elif found is not None and found.pose is not None:
-            now = found.pose.translation
-            if before is None or math.dist(now, before) > _LEAST_STEP_M:
-                step = np.subtract(now, now if before is None else before)
-                camera = client.camera
-                focus = camera.look_at + step
-                camera.position = camera.position + step
-                camera.look_at = focus
-                self._followed[browser] = frame, now
+            followed.move(client.camera, found.pose.translation)
 
     def _frame(self) -> None:
         """Once a robot is loaded, set camera, grid and axes by its size; only once."""

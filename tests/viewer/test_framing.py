@@ -4,6 +4,7 @@ import math
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 from hypothesis import given, strategies
 
@@ -12,7 +13,12 @@ from teleopctl.robot import RobotDescription, expand_xacro
 from teleopctl.tf import Transform
 from teleopctl.viewer.scene.assets import load_mesh
 from teleopctl.viewer.scene.shapes import mesh_uris
-from teleopctl.viewer.scene_view import last_camera_pose, robot_view, round_down
+from teleopctl.viewer.scene_view import (
+    FollowedFrame,
+    last_camera_pose,
+    robot_view,
+    round_down,
+)
 
 
 def chain(length):
@@ -77,3 +83,43 @@ def test_of_several_who_look_the_one_who_moved_last_is_the_one_seen_from():
     assert seen.translation == (1.0, 0.0, 0.0)
     assert (seen @ Transform((1.0, 0.0, 0.0))).translation == (2.0, 0.0, 0.0)
     assert (seen @ Transform((0.0, 0.0, 1.0))).translation == (1.0, 0.0, 1.0)
+
+
+class ReportingCamera:
+    """Camera of a browser; `report` sets what a slow browser says of it."""
+
+    def __init__(self):
+        self.report((4.0, 3.0, 2.0), (1.0, 0.0, 0.0))
+
+    def report(self, position, look_at):
+        self.position, self.look_at = np.array(position), np.array(look_at)
+
+
+def test_a_camera_follows_a_frame_though_the_browser_reports_it_late():
+    camera: Any = ReportingCamera()
+    followed = FollowedFrame("base")
+    late = [(camera.position, camera.look_at)]
+    for step in range(50):
+        followed.move(camera, (0.1 * step, 0.0, 0.0))
+        late.append((camera.position, camera.look_at))
+        camera.report(*late[max(0, step - 5)])
+    assert late[-1][1] == pytest.approx((5.9, 0.0, 0.0))
+    assert late[-1][0] == pytest.approx((8.9, 3.0, 2.0))
+
+
+def test_a_camera_that_follows_is_turned_and_moved_by_hand(monkeypatch):
+    now_s = [100.0]
+    monkeypatch.setattr("teleopctl.viewer.scene_view.time.monotonic", lambda: now_s[0])
+    camera: Any = ReportingCamera()
+    followed = FollowedFrame("base")
+    for x in (0.0, 0.1):
+        followed.move(camera, (x, 0.0, 0.0))
+    # Turned about the point, in motion: it stays turned.
+    camera.report((1.1, 5.0, 0.0), (1.1, 0.0, 0.0))
+    followed.move(camera, (0.2, 0.0, 0.0))
+    assert camera.position == pytest.approx((1.2, 5.0, 0.0))
+    # Moved sideways while the frame is at rest: it stays there.
+    now_s[0] += 5.0
+    camera.report((1.2, 6.0, 0.0), (1.2, 1.0, 0.0))
+    followed.move(camera, (0.3, 0.0, 0.0))
+    assert camera.look_at == pytest.approx((1.3, 1.0, 0.0))

@@ -179,12 +179,12 @@ class DrivenRobot:
             else:
                 groups = find_groups(description, joints)
             self.name = description.name
+            self.description, self.groups = description, groups
             arm = DrivenArm.of(description, groups, name)
         except TeleopctlError as error:
             self.problem = error.message
             return
         self.problem = ""
-        self.description, self.groups = description, groups
         self._segments = SegmentTree(description, joints)
         self.arm = arm
         if not self._drives_gripper or self.gripper is not None:
