@@ -16,7 +16,7 @@ import numpy as np
 from teleopctl import plugins
 from teleopctl.base.printable import printable_line
 from teleopctl.robot import Joints, JointSet, RobotDescription, SegmentTree
-from teleopctl.tf import Transform, Vector3, quaternion_from_rpy
+from teleopctl.tf import Transform, Vector3, quaternion_from_rpy, rpy_from_quaternion
 from teleopctl.viewer.displays.base import Display, Stage
 from teleopctl.viewer.displays.robot_model import RobotModelDisplay
 from teleopctl.viewer.rviz_file import RvizFile, View, unsupported_text
@@ -476,8 +476,19 @@ class SceneView:
         if model is None or model.description is None:
             return False
         view, radius = robot_view(model.description, model.meshes, direction)
+        view = self._at_robot(view, model.description.root)
         camera.position, camera.look_at = fitted(view, radius, camera)
         return True
+
+    def _at_robot(self, view: View, root: str) -> View:
+        """Return a view of a robot at the origin as one of it where it is, by its heading."""
+        frame = self._stage.frames.by_name.get(root)
+        if frame is None or frame.pose is None:
+            return view
+        yaw = rpy_from_quaternion(frame.pose.rotation)[2]
+        place = Transform(frame.pose.translation, quaternion_from_rpy(0.0, 0.0, yaw))
+        eye, focus = (place @ Transform(point) for point in view)
+        return View(eye.translation, focus.translation)
 
     def set_initial_view(self, view: View) -> None:
         """Set the camera's position and focal point for browsers that open the page later."""

@@ -10,11 +10,13 @@ from hypothesis import given, strategies
 
 from teleopctl.packages import package_share
 from teleopctl.robot import RobotDescription, expand_xacro
-from teleopctl.tf import Transform
+from teleopctl.tf import Transform, quaternion_from_rpy
+from teleopctl.viewer.rviz_file import View
 from teleopctl.viewer.scene.assets import load_mesh
 from teleopctl.viewer.scene.shapes import mesh_uris
 from teleopctl.viewer.scene_view import (
     FollowedFrame,
+    SceneView,
     last_camera_pose,
     robot_view,
     round_down,
@@ -123,3 +125,12 @@ def test_a_camera_that_follows_is_turned_and_moved_by_hand(monkeypatch):
     camera.report((1.2, 6.0, 0.0), (1.2, 1.0, 0.0))
     followed.move(camera, (0.3, 0.0, 0.0))
     assert camera.look_at == pytest.approx((1.3, 1.0, 0.0))
+
+
+def test_a_robot_that_has_moved_is_seen_where_it_is_by_its_heading():
+    at = Transform((5.0, 0.0, 0.0), quaternion_from_rpy(0.3, 0.0, math.pi / 2))
+    frames = SimpleNamespace(by_name={"base": SimpleNamespace(pose=at)})
+    scene: Any = SimpleNamespace(_stage=SimpleNamespace(frames=frames))
+    view = SceneView._at_robot(scene, View((-2.0, 0.0, 1.0), (0.0, 0.0, 0.5)), "base")
+    assert view.eye == pytest.approx((5.0, -2.0, 1.0))
+    assert view.focus == pytest.approx((5.0, 0.0, 0.5))

@@ -13,16 +13,21 @@ DRIVE_PAGE, OTHER_PAGE = 1, 2
 class Scene:
     """Page with two browsers, and which frame the camera of each follows."""
 
-    def __init__(self, *, is_base, is_open=True):
+    def __init__(self, *, is_base, is_open=True, path=None):
         self.frames: dict[int, str] = {}
+        self.behind: list[tuple[int, float]] = []
         viewer: Any = SimpleNamespace(
             server=SimpleNamespace(
-                get_clients=lambda: {DRIVE_PAGE: None, OTHER_PAGE: None},
+                get_clients=lambda: {
+                    browser: SimpleNamespace(camera=browser) for browser in (DRIVE_PAGE, OTHER_PAGE)
+                },
                 clients=SimpleNamespace(is_embedded=lambda browser: browser == DRIVE_PAGE),
             ),
             scene_view=SimpleNamespace(
                 followed=lambda browser: self.frames.get(browser, ""),
                 follow=self.frames.__setitem__,
+                path=path,
+                frame_robot=lambda camera, direction: self.behind.append((camera, direction[0])),
             ),
             create_timer=lambda _, look, clock: setattr(self, "look", look),
         )
@@ -48,3 +53,12 @@ def test_the_view_of_a_drive_page_moves_with_a_base(is_base, is_open, followed):
     for _ in range(2):
         scene.look()
     assert scene.frames == followed
+    # The camera is behind the base, whose x axis is forward.
+    assert scene.behind == [(browser, -1.0) for browser in followed]
+
+
+def test_the_view_of_an_rviz_file_stays_and_moves_with_the_base():
+    scene = Scene(is_base=True, path="mine.rviz")
+    scene.look()
+    assert scene.frames == {DRIVE_PAGE: "base_footprint"}
+    assert not scene.behind

@@ -9,6 +9,8 @@ from teleopctl.nodes.teleop.hand_driver import HandDriver
 from teleopctl.viewer import Viewer
 
 _PERIOD_S = 0.5
+# Direction from a base to the camera behind it, whose x axis is forward (REP 103).
+_BEHIND = (-1.0, 0.35, 0.6)
 
 
 class BaseView:
@@ -35,6 +37,9 @@ class BaseView:
         if description is None or not driver.is_base:
             return
         server, scene = self._viewer.server, self._viewer.scene_view
-        for browser in server.get_clients():
+        for browser, client in server.get_clients().items():
             if server.clients.is_embedded(browser) and not scene.followed(browser):
+                # An .rviz file's own view stays.
+                if scene.path is None:
+                    scene.frame_robot(client.camera, _BEHIND)
                 scene.follow(browser, description.root)
