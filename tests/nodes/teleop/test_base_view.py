@@ -16,6 +16,7 @@ class Scene:
     def __init__(self, *, is_base, is_open=True, path=None):
         self.frames: dict[int, str] = {}
         self.behind: list[tuple[int, float]] = []
+        self.set: list[tuple[str, int]] = []
         viewer: Any = SimpleNamespace(
             server=SimpleNamespace(
                 get_clients=lambda: {
@@ -27,6 +28,10 @@ class Scene:
                 followed=lambda browser: self.frames.get(browser, ""),
                 follow=self.frames.__setitem__,
                 path=path,
+                displays=[
+                    SimpleNamespace(rviz_class=kind, set=lambda *value: self.set.append(value))
+                    for kind in ("Grid", "RobotModel")
+                ],
                 frame_robot=lambda camera, direction: self.behind.append((camera, direction[0])),
             ),
             create_timer=lambda _, look, clock: setattr(self, "look", look),
@@ -55,6 +60,7 @@ def test_the_view_of_a_drive_page_moves_with_a_base(is_base, is_open, followed):
     assert scene.frames == followed
     # The camera is behind the base, whose x axis is forward.
     assert scene.behind == [(browser, -1.0) for browser in followed]
+    assert scene.set == [("Plane Cell Count", 200) for _ in followed]
 
 
 def test_the_view_of_an_rviz_file_stays_and_moves_with_the_base():
@@ -62,3 +68,4 @@ def test_the_view_of_an_rviz_file_stays_and_moves_with_the_base():
     scene.look()
     assert scene.frames == {DRIVE_PAGE: "base_footprint"}
     assert not scene.behind
+    assert not scene.set
