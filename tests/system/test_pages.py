@@ -31,6 +31,14 @@ NOT_TYPED = {
         "--dataset.repo_id=me/wave --dataset.single_task=wave --dataset.push_to_hub=false",
         f"lerobot-replay {LEROBOT.format('robot')}     "
         "--dataset.repo_id=me/wave --dataset.episode=0",
+        "lerobot-train --dataset.repo_id=me/cube --dataset.root=cube --policy.type=act     "
+        "--policy.push_to_hub=false --output_dir=act --steps=100000",
+        "teleopctl launch sim.yaml -d world:=package://teleopctl/worlds/pick_and_place.yaml "
+        "camera_width:=640 camera_height:=360",
+        f"lerobot-rollout {LEROBOT.format('robot')}     "
+        '--policy.path=act/checkpoints/last/pretrained_model --task="Put the cube into the bin" '
+        "--duration=20",
+        "teleopctl stop sim",
     ],
     "page": [
         "teleopctl view                          # the running robot: "

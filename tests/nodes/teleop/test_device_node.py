@@ -55,6 +55,12 @@ def test_a_gamepad_without_an_axis_or_the_stop_button_of_its_mapping_is_refused(
 
 def test_a_gamepad_without_other_buttons_of_its_mapping_is_used_and_they_are_named(check, capfd):
     check("actions: {stop: b, slower: cc}\ngripper: {toggle: dd}")
-    text = capfd.readouterr().err
+    text = ""
+
+    def is_named() -> bool:
+        nonlocal text
+        text += capfd.readouterr().err
+        return "The gamepad has no cc, dd, which its mapping uses; it has a, b, back" in text
+
+    eventually(is_named)
     assert "[WARN]" in text
-    assert "The gamepad has no cc, dd, which its mapping uses; it has a, b, back" in text
