@@ -107,8 +107,13 @@ def look_at_the_page(ros, address, states):
         page.locator("#camera_hide").click()
 
         page.get_by_role("button", name="100 %").click()
+        view = page.locator("#view").bounding_box()
         page.keyboard.down("ArrowUp")
+        page.locator("#status", has_text="Moving").wait_for()
+        # What a hand drags stays below it.
+        assert page.locator("#view").bounding_box() == view
         page.locator("#status", has_text="stretched to its end: move back").wait_for()
+        assert page.locator("#view").bounding_box() == view
         assert page.locator("#who").text_content() == "· you drive"
         assert re.match(
             r"forward · 0.40 m/s, 0.80 rad/s · servo: .*singularity",
