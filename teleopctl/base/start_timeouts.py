@@ -78,7 +78,7 @@ class ProgressMonitor:
         if signs != self._signs:
             self._signs = signs
             self._note_progress(now)
-        # As long as there are other signs of progress, nobody asks for the processor time.
+        # Processor times take long to read: only while nothing else shows progress.
         quiet_s = now - max(self._sampled, self._progressed)
         if quiet_s < min(_SAMPLE_EVERY_S, self._timeouts.stall_s / 4):
             return

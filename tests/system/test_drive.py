@@ -87,7 +87,7 @@ def look_at_the_page(ros, address, states):
         page.route(is_3d_page, lambda route: route.abort())
         page.goto(address)
         page.locator("#status", has_text="the robot moves until you let go").wait_for()
-        assert page.locator("#who").text_content() == "· nobody drives"
+        assert page.locator("#who").text_content() == "· not driven"
         # Three joints turn nothing.
         assert not page.locator("#pad_tilt").is_visible()
         assert not page.locator("kbd[data-key=KeyI]").is_visible()

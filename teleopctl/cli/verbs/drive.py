@@ -164,7 +164,7 @@ def drive(
         found = addresses(running)
         if not found and not chosen:
             raise LaunchError(
-                f"{_why_no_page(running)}, and without it nobody can drive",
+                f"{_why_no_page(running)}; the robot is driven from the page",
                 hint=f"All of it has been ended; see `teleopctl logs {started.name}`.",
             )
         if found:
@@ -186,7 +186,7 @@ def drive(
 def _why_no_page(running: "list[ProcessStatus]") -> str:
     """Return why a launch has no page, in words."""
     if any(process.name.startswith("rviz2") for process in running):
-        return "The page's program has not told its address"
+        return "The page has not printed its address"
     return "The launch starts no page (is it called with viewer:=false?)"
 
 

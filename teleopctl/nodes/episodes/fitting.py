@@ -87,8 +87,8 @@ class EpisodeFitting:
     def cameras(self, texts: tuple[str, ...]) -> dict[str, str]:
         """Return the topics of the images in the graph by the cameras' names.
 
-        Waits for cameras of the data set, and for a first image of each: a camera may draw only
-        what somebody subscribes to, and begins with that when an episode does.
+        Waits for cameras of the data set, and for a first image of each: a simulated
+        camera renders only while it has a subscriber, so its first image is late.
 
         Args:
             texts: Cameras that the user has named, ``TOPIC`` or ``NAME=TOPIC``; empty for all.

@@ -21,8 +21,8 @@ from teleopctl.tf import Transform
 _SEMANTICS = ("robot_description_semantic", "srdf", "moveit_servo.move_group_name")
 # Scales of servo: m/s, rad/s, rad/s.
 _SCALES = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
-# Number of joints that place the tool.
-_PLACING = 3
+# Number of joints that position the tool, and least number that orient it freely, too.
+_PLACING, _ORIENTING = 3, 6
 # Time without a reader after which the subscription to joint states is paused, s.
 _UNREAD_S = 2.0
 
@@ -93,8 +93,13 @@ class DrivenArm:
 
     @property
     def turns(self) -> bool:
-        """Whether it has joints to turn the tool, besides those that place it."""
+        """Whether it has more joints than the three that position the tool, to turn it by."""
         return len(self.joints) > _PLACING
+
+    @property
+    def orients_freely(self) -> bool:
+        """Whether it has enough joints for any orientation of the tool at a position."""
+        return len(self.joints) >= _ORIENTING
 
     def in_root(self, vector: tuple[float, float, float]) -> tuple[float, float, float]:
         """Return a vector whose x is forward in the axes of the root link."""

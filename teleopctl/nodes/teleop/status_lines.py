@@ -51,4 +51,4 @@ def who_drives(claim: str) -> str:
     Args:
         claim: The node and its device; empty if none has the command lease.
     """
-    return f"driven by {claim}" if claim else "nobody drives"
+    return f"driven by {claim}" if claim else "no node drives"

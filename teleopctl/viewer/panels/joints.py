@@ -216,7 +216,7 @@ class JointsPanel(Panel):
         self._received_s = time.monotonic()
         self._show_mover()
         self._take_over.visible = self._selector.can_take_over
-        # Randomize moves to positions that nobody has checked: not with a real robot's controllers.
+        # Positions of Randomize are not checked for collisions: not for a real robot's controllers.
         is_real = isinstance(mover, ControllerMover) and not self._is_simulated
         self._all.options = (_CENTER,) if is_real else _ALL_MOVES
         self._disable()

@@ -14,7 +14,7 @@ from teleopctl.tf import Transform
 class Driver:
     """Driver that notes where the tool shall go, and may lose the hand."""
 
-    arm = SimpleNamespace(root="world", joints=("joint_1", "joint_2", "joint_3"))
+    arm = SimpleNamespace(root="world", orients_freely=False)
     status = "Very close to a singularity, emergency stop"
     status_words = ""
 

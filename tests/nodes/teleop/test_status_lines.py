@@ -48,8 +48,8 @@ def screen(monkeypatch):
 
 def test_each_part_has_its_lines_and_takes_the_place_of_the_former(screen):
     lines = StatusLines()
-    lines.show(("keyboard: still", "nobody drives", "", ""))
-    assert screen.rows == ["keyboard: still", "nobody drives"]
+    lines.show(("keyboard: still", "no node drives", "", ""))
+    assert screen.rows == ["keyboard: still", "no node drives"]
     sentence = "The arm is stretched to its end: move back towards its base"
     exact = (
         "Very close to a singularity, emergency stop: no motion along (0.65, 0.00, 0.76): the arm "
@@ -62,8 +62,8 @@ def test_each_part_has_its_lines_and_takes_the_place_of_the_former(screen):
         sentence,
     ]
     assert " ".join(screen.rows[3:]) == exact
-    lines.show(("keyboard: still", "nobody drives", "", ""))
-    assert screen.rows == ["keyboard: still", "nobody drives"]
+    lines.show(("keyboard: still", "no node drives", "", ""))
+    assert screen.rows == ["keyboard: still", "no node drives"]
 
 
 def test_what_is_too_long_for_two_lines_is_cut_at_a_word(screen):

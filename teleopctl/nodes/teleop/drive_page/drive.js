@@ -261,7 +261,7 @@ function commanded(message) {
 
 function whoDrives(message) {
   const holder = message.holder;
-  if (!holder) return "nobody drives";
+  if (!holder) return "not driven";
   if (!holder.is_this) return `${holder.node} drives${holder.device ? `, by ${holder.device}` : ""}`;
   return message.is_other ? "another browser drives" : "you drive";
 }

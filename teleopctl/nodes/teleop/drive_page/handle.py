@@ -14,7 +14,6 @@ from teleopctl.tf import Transform
 if TYPE_CHECKING:
     import viser
 
-    from teleopctl.nodes.teleop.driven_robot import DrivenArm
     from teleopctl.nodes.teleop.hand_driver import HandDriver
     from teleopctl.viewer import Viewer
 
@@ -23,8 +22,6 @@ _PERIOD_S = 0.05
 _SAME = 1e-5
 # Size as part of the distance of the tool from the root link, and its range, m.
 _SIZE, _LEAST_M, _MOST_M = 0.16, 0.05, 0.3
-# Least number of joints with which an arm can orient its tool freely.
-_TURNING = 6
 # The arm does not follow if the handle is this far ahead, m, and the tool has moved less than that
 # for that time, m and s.
 _AHEAD_M, _STILL_M, _STILL_S = 0.04, 0.004, 0.8
@@ -75,7 +72,7 @@ class DriveHandle:
         if tool is None or arm is None:
             return
         if self._node is None:
-            self._node = self._add(arm.root, tool, turns=self._turns(arm))
+            self._node = self._add(arm.root, tool, turns=arm.orients_freely)
             self._shown = ()
         if self._client is not None and not self._is_first and not driver.is_pulled:
             # Samples were missing, or another node drives: only a new press moves the arm.
@@ -83,7 +80,7 @@ class DriveHandle:
         if self._client is None:
             # Arrows of an arm that does not turn its tool keep their directions in the room: those
             # of the tool may point at the eye, and a drag along them is no motion on the screen.
-            self._move(tool if self._turns(arm) else Transform(tool.translation))
+            self._move(tool if arm.orients_freely else Transform(tool.translation))
             return
         now_s = time.monotonic()
         if _distance(tool, self._last) > _STILL_M:
@@ -129,17 +126,13 @@ class DriveHandle:
             return
         wanted = _pose(self._node)
         arm = self._driver().arm
-        if arm is None or not self._turns(arm):
+        if arm is None or not arm.orients_freely:
             wanted = Transform(wanted.translation, self._begin.rotation)
         refusal = self._driver().pull(wanted)
         self._is_first = False
         if refusal:
             self._release_handle(event.client_id)
             self._driver().note(refusal)
-
-    @staticmethod
-    def _turns(arm: DrivenArm) -> bool:
-        return len(arm.joints) >= _TURNING
 
     def _release_handle(self, client: int | None) -> None:
         if client is not None and client == self._client:
