@@ -5,8 +5,12 @@ from __future__ import annotations
 import signal
 import subprocess
 import sys
+from typing import TYPE_CHECKING
 
 import pytest
+
+if TYPE_CHECKING:
+    from pathlib import Path
 
 # Sends the signal when a module is looked for, as a hurried person does by chance.
 _COMMAND = """
@@ -115,8 +119,10 @@ _SWALLOWED = _COMMAND.replace(
             Gone()
 """,
 )
+# A user's node without a handler of its own, which has to be waiting when the signal comes again.
+_NODE = "import colorsys, threading\nthreading.Event().wait(20)\n"
 _OF_A_NODE = (
-    _SWALLOWED.replace('["topic", "list"]', '["teleop_py_pkg", "simple_subscriber"]')
+    _SWALLOWED.replace('["topic", "list"]', "[{node!r}]")
     .replace("teleopctl.__main__", "teleopctl.nodes.__main__")
     .replace("\nmain()", "\nsys.exit(main())")
 )
@@ -125,12 +131,16 @@ _OF_A_NODE = (
 @pytest.mark.skipif(sys.platform == "win32", reason="os.kill ends a process there")
 @pytest.mark.parametrize(
     ("program", "module"),
-    [(_SWALLOWED, "teleopctl.cli.quick"), (_OF_A_NODE, "teleopctl.nodes.demos.simple_nodes")],
+    [(_SWALLOWED, "teleopctl.cli.quick"), (_OF_A_NODE, "colorsys")],
     ids=["command", "node"],
 )
-def test_an_interrupt_that_python_swallows_comes_again(program: str, module: str) -> None:
+def test_an_interrupt_that_python_swallows_comes_again(
+    program: str, module: str, tmp_path: Path
+) -> None:
+    node = tmp_path / "node.py"
+    node.write_text(_NODE)
     done = subprocess.run(
-        [sys.executable, "-c", program.format(module=module)],
+        [sys.executable, "-c", program.format(module=module, node=str(node))],
         capture_output=True,
         text=True,
         timeout=30,
