@@ -103,7 +103,7 @@ def main() -> None:
             browser = playwright.chromium.launch(
                 executable_path=chromium_program(), args=["--no-sandbox", *SOFTWARE_GL]
             )
-            page = open_page(browser, address, *SIZE)
+            page = open_page(browser, address, *SIZE, draws=True)
             page.wait_for_function("document.getElementById('robot').textContent == 'Drive teleop'")
             person.wait()
             say("the robot can be driven")

@@ -79,6 +79,14 @@ class TeleopDevice(ABC):
         self.node = node
         self.emit = emit
 
+    @classmethod  # noqa: B027 -- a device may be there at all times
+    def check(cls) -> None:
+        """Check that the device is there, before a robot is started for it.
+
+        Raises:
+            DeviceError: There is no such device, or it cannot be chosen without parameters.
+        """
+
     @abstractmethod
     def start(self) -> None:
         """Open the device and begin to emit samples.

@@ -343,7 +343,7 @@ def choose_joystick(number: int | None = None, name: str = "") -> JoystickInfo:
     """
     found = find_joysticks()
     names = [each.name for each in found]
-    listed = ", ".join(f"{each.number}: {each.name or each.path}" for each in found)
+    listed = _listed(found)
     if not found:
         hint = "Switch it on, or plug it in. Without one, `teleopctl drive` has keys and pads."
         if any(_FOLDER.glob("by-*/*-event-joystick")):
@@ -360,7 +360,7 @@ def choose_joystick(number: int | None = None, name: str = "") -> JoystickInfo:
     if number is None:
         if len(found) > 1:
             raise DeviceError(
-                f"{len(found)} gamepads are attached ({listed})",
+                several(found),
                 hint="Choose one with the parameter device_id or device_name.",
             )
         return found[0]
@@ -368,6 +368,15 @@ def choose_joystick(number: int | None = None, name: str = "") -> JoystickInfo:
     if chosen is None:
         raise DeviceError(f"There is no gamepad {number}; there is {listed}")
     return chosen
+
+
+def several(found: Sequence[JoystickInfo]) -> str:
+    """Return the error text for several joysticks where one is needed."""
+    return f"{len(found)} gamepads are attached ({_listed(found)})"
+
+
+def _listed(found: Sequence[JoystickInfo]) -> str:
+    return ", ".join(f"{each.number}: {each.name or each.path}" for each in found)
 
 
 def open_joystick(number: int | None = None, name: str = "", path: str = "") -> Joystick:

@@ -12,6 +12,8 @@ from playwright.sync_api import Browser, Page, sync_playwright
 _NAMES = ("chromium", "chromium-browser", "google-chrome", "google-chrome-stable", "msedge")
 # WebGL without a graphics card.
 SOFTWARE_GL = ["--use-gl=angle", "--use-angle=swiftshader", "--enable-unsafe-swiftshader"]
+# The page around the WebGL picture is not drawn by the emulated graphics card, which takes longer.
+LITTLE_TO_COMPOSE = ["--disable-gpu-compositing"]
 
 
 def chromium_program() -> str:
@@ -28,7 +30,7 @@ def browser() -> Iterator[Browser]:
     program = chromium_program()
     with sync_playwright() as playwright:
         started = playwright.chromium.launch(
-            executable_path=program, args=["--no-sandbox", *SOFTWARE_GL]
+            executable_path=program, args=["--no-sandbox", *SOFTWARE_GL, *LITTLE_TO_COMPOSE]
         )
         try:
             yield started
@@ -47,13 +49,39 @@ const small = {resizeWidth: 16, resizeHeight: 8};
 window.createImageBitmap = (image, ...options) =>
   image instanceof Blob ? decode(image, small) : decode(image, ...options);
 """
+# Compiling the shaders takes seconds. With these the picture stays empty; where the mouse points
+# is not computed from the picture.
+_NOTHING_TO_DRAW = """
+const compile = WebGL2RenderingContext.prototype.shaderSource;
+WebGL2RenderingContext.prototype.shaderSource = function (shader) {
+  const isVertex = this.getShaderParameter(shader, this.SHADER_TYPE) === this.VERTEX_SHADER;
+  compile.call(this, shader, "#version 300 es\\n" + (isVertex
+    ? "void main() { gl_Position = vec4(0); }"
+    : "precision lowp float; out vec4 colour; void main() { colour = vec4(0); }"));
+};
+"""
 
 
 def open_page(
-    browser: Browser, address: str, width: int = 900, height: int = 640, script: str = ""
+    browser: Browser,
+    address: str,
+    width: int = 900,
+    height: int = 640,
+    script: str = "",
+    *,
+    draws: bool = False,
 ) -> Page:
-    """Open a page of the viewer that renders a few pictures per second, after a script."""
+    """Open a page of the viewer that is drawn a few times per second, after a script.
+
+    Args:
+        browser: The browser.
+        address: URL of the page.
+        width: Width of the page in pixels.
+        height: Its height in pixels.
+        script: JavaScript that the page runs first.
+        draws: Whether the 3D view is drawn; otherwise it stays empty.
+    """
     page = browser.new_page(viewport={"width": width, "height": height}, has_touch=width < 500)
-    page.add_init_script(_LITTLE_TO_DRAW + script)
+    page.add_init_script(_LITTLE_TO_DRAW + ("" if draws else _NOTHING_TO_DRAW) + script)
     page.goto(address)
     return page

@@ -31,6 +31,7 @@ from tests.system.recording import (
     say,
     select,
     wait_for_count,
+    wait_until_written,
 )
 
 
@@ -327,8 +328,7 @@ def test_a_full_disk_ends_it_with_an_error_and_a_bag_that_can_be_read(ros, monke
         Recorder(ros.folder / "bag", select("/chatter")) as recorder,
     ):
         publisher = say(ros, "/chatter", ["there"])
-        wait_for_count(recorder, 1)
-        recorder.flush()
+        wait_until_written(ros.folder / "bag", 1)
 
         def full(*_):
             raise SystemFailureError("Cannot write: No space left on device")

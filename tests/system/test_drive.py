@@ -4,7 +4,9 @@ import contextlib
 import json
 import re
 import socket
+import sys
 import threading
+from pathlib import Path
 from typing import Any
 from urllib.parse import urlsplit
 
@@ -196,6 +198,15 @@ def test_a_key_that_is_held_moves_the_gripper_until_its_release(ros, drive):
         ([MODEL, MODEL], "is a second robot"),
         (["--open", "--no-open"], "--open and --no-open exclude each other"),
         (["--device", "gamepat"], "There is no teleop device 'gamepat'"),
+        pytest.param(
+            ["--device", "gamepad"],
+            "No gamepad is attached",
+            marks=pytest.mark.skipif(
+                sys.platform != "linux" or any(Path("/dev/input").glob("js*")),
+                reason="a gamepad is attached, or pygame looks for one",
+            ),
+        ),
+        (["--device", "joy", "--mapping", "mine.yaml"], "mine.yaml"),
         (["--mapping", "mine.yaml"], "--mapping is for --device"),
         (["--leader", "/leader", "-d"], "--device shows its state in this terminal"),
     ],
@@ -204,6 +215,7 @@ def test_wrong_words_are_refused(ros, words, problem):
     done = ros.run(["drive", *words])
     assert done.returncode in (1, 2)
     assert problem in done.stderr
+    assert "Mouse:" not in done.stdout
 
 
 def runs(ros):

@@ -14,7 +14,7 @@ from websockets.sync.client import connect
 from websockets.sync.connection import Connection
 
 from teleopctl.testing import LONGEST_WAIT_S, eventually
-from tests.system.browser import SOFTWARE_GL, chromium_program
+from tests.system.browser import LITTLE_TO_COMPOSE, SOFTWARE_GL, chromium_program
 
 
 class Window:
@@ -53,6 +53,7 @@ def window(address: str, folder: Path) -> Iterator[Window]:
         folder: Folder for the browser's profile.
     """
     words = ["--headless=new", "--no-sandbox", "--window-size=400,300", *SOFTWARE_GL]
+    words += LITTLE_TO_COMPOSE
     words += ["--remote-debugging-port=0", f"--user-data-dir={folder}", address]
     with subprocess.Popen([chromium_program(), *words], stderr=subprocess.DEVNULL) as browser:
         try:

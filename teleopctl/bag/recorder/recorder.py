@@ -240,6 +240,8 @@ class Recorder:
     def flush(self) -> None:
         """Wait until all received messages are written to the bag or the snapshot buffer.
 
+        Those of a topic whose type definition is still requested are written once it is known.
+
         Raises:
             SystemFailureError: Writing failed.
         """

@@ -218,6 +218,9 @@ def _device(device: str | None, mapping: str | None, leader: str | None) -> dict
         UsageError: The options contradict each other.
         UnknownPluginError: There is no such device.
         BrokenPluginError: The device cannot be imported.
+        DeviceError: The device is not there.
+        NotFoundError: There is no such mapping.
+        InvalidFileError: The mapping's file cannot be read, or is no mapping.
     """
     if leader is not None:
         device = device or "leader"
@@ -226,8 +229,13 @@ def _device(device: str | None, mapping: str | None, leader: str | None) -> dict
             raise UsageError("--mapping is for --device")
         return {}
     from teleopctl import plugins
+    from teleopctl.teleop import HandMapping, LeaderMapping
 
-    plugins.load(plugins.TELEOP_DEVICES, device)
+    kind = plugins.load(plugins.TELEOP_DEVICES, device)
+    # Before a robot is started in vain.
+    kind.check()
+    if mapping is not None:
+        (LeaderMapping if kind.gives_joints else HandMapping).load(mapping)
     given = {"device": device, "mapping": mapping, "leader": leader}
     return {name: value for name, value in given.items() if value is not None}
 

@@ -21,7 +21,7 @@ from teleopctl.node import Future
 
 # Time limit in seconds of wall time: Python itself starts in 0.02 to 0.1 s, and on a busy machine
 # in some seconds.
-_LONGEST_S = 5.0
+_LONGEST_S = 2.0
 _LONGEST_PATTERN = 10_000
 # A pattern with at most _FEW of these operators and _SHORT characters takes at most the cube of a
 # name's length.

@@ -8,7 +8,14 @@ from collections.abc import Callable
 from teleopctl.errors import TeleopctlError
 from teleopctl.node import Node
 from teleopctl.teleop.device import DeviceError, HandSample, TeleopDevice
-from teleopctl.teleop.joystick import Joystick, keep_open, open_joystick
+from teleopctl.teleop.joystick import (
+    Joystick,
+    choose_joystick,
+    find_joysticks,
+    keep_open,
+    open_joystick,
+    several,
+)
 
 # Time between two samples while something is held, and while nothing is, s.
 _HELD_S, _IDLE_S = 0.02, 0.2
@@ -35,6 +42,24 @@ class Gamepad(TeleopDevice):
         self._sequence = 0
         self._ending = threading.Event()
         self._thread: threading.Thread | None = None
+
+    @classmethod
+    def check(cls) -> None:
+        """Check that one gamepad is attached.
+
+        Raises:
+            DeviceError: There is none, or there are several.
+            MissingExtraError: This system needs pygame, which is not installed.
+        """
+        found = find_joysticks()
+        if len(found) > 1:
+            raise DeviceError(
+                several(found),
+                hint="Start `teleopctl drive` without it, and choose one in another terminal: "
+                "teleopctl run teleop_device teleop_device gamepad "
+                f"--ros-args -p device_id:={found[0].number}",
+            )
+        choose_joystick()
 
     def start(self) -> None:
         """Open the gamepad.
