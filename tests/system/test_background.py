@@ -119,9 +119,9 @@ def test_a_program_that_hangs_is_given_up_after_the_time_without_progress(ros):
 
 def test_a_program_that_spins_is_given_up_after_the_time_in_all(ros):
     (ros.folder / "spins.py").write_text("while True:\n    pass\n")
-    result = ros.run("run -d --stall-timeout 1 --timeout 2 ./spins.py")
+    result = ros.run("run -d --stall-timeout 1 --timeout 1.3 ./spins.py")
     assert (result.returncode, result.stdout) == (1, "")
-    assert "Not up within 2 s: spins (its node has not appeared in the graph)" in result.stderr
+    assert "Not up within 1.3 s: spins (its node has not appeared in the graph)" in result.stderr
 
 
 def test_a_program_that_works_is_waited_for_and_shown(ros):

@@ -256,6 +256,7 @@ print(counts["most"], counts["alive"], counts["models"], flush=True)
 """
 
 
+@pytest.mark.nightly
 def test_all_cameras_are_drawn_from_one_model_with_one_context(
     ros: RosGraph, viewer: Viewer
 ) -> None:

@@ -71,6 +71,7 @@ def test_the_lists_tell_the_chain_in_the_order_of_updates(ros, file):
     ) in refused.stderr
 
 
+@pytest.mark.nightly
 def test_who_commands_may_come_and_go(ros, file):
     ros.launch(
         "controller.yaml",

@@ -524,6 +524,7 @@ class TestSpawner:
         )
 
 
+@pytest.mark.nightly
 def test_statistics_and_diagnostics_come_for_those_who_listen(ros):
     ros.launch("controller.yaml", "hardware:=mock")
     named = ros.wait_for_message(

@@ -181,6 +181,7 @@ def test_a_simulator_with_another_rate_is_told(ros, urdf):
     operator.close()
 
 
+@pytest.mark.nightly
 def test_a_manager_that_begins_anew_takes_the_arm_over_where_it_is(ros, urdf):
     operator = Operator(ros, urdf)
     assert ros.run_module("teleopctl.nodes", f"controller_manager spawner {ALL}").returncode == 0

@@ -4,6 +4,8 @@ import threading
 from itertools import pairwise
 from typing import Any
 
+import pytest
+
 from teleopctl.interfaces import get_action, get_message, to_nanoseconds
 from teleopctl.node import ActionClient, GoalState
 from teleopctl.testing import LONGEST_WAIT_S, eventually
@@ -98,6 +100,7 @@ def outcome(future: Any) -> Any:
     return future.result()
 
 
+@pytest.mark.nightly
 def test_a_goal_goes_on_in_changed_code_and_no_cycle_is_missed(ros):
     code = ros.folder / "my_follow.py"
     code.write_text(CODE)

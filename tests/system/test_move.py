@@ -248,6 +248,7 @@ class TestProgram:
         assert type(caught.value).__name__ == error
 
 
+@pytest.mark.nightly
 def test_where_move_group_runs_it_is_asked_with_its_scene(robot, command):
     up = robot.run("run --detach moveit_ros_move_group move_group", timeout=60)
     assert up.returncode == 0, up.stderr

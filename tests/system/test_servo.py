@@ -275,6 +275,7 @@ def test_a_forward_controller_that_is_active_instead_takes_the_commands(arm, sha
     assert client.switch_controllers(["arm_controller"], ["forward"])[0]
 
 
+@pytest.mark.nightly
 def test_an_obstacle_of_the_planning_scene_stops_the_gripper(arm, shared_ros):
     moving = shared_ros.launch("move.yaml", "servo:=false")
     objects = shared_ros.node.create_publisher(CollisionObject, "/collision_object", 10)

@@ -290,6 +290,7 @@ def test_a_parameter_that_makes_no_sense_ends_with_one_sentence(
     assert "Traceback" not in sim.stderr
 
 
+@pytest.mark.nightly
 def test_a_second_simulator_is_refused(ros: RosGraph, partner: Partner) -> None:
     first = ros.spawn_module("teleopctl.nodes", ["mujoco_sim", "mujoco_sim"])
     first.wait_for_line("Simulation is running")
@@ -521,6 +522,7 @@ def xyz(message) -> tuple[float, float, float]:
     return acceleration.x, acceleration.y, acceleration.z
 
 
+@pytest.mark.nightly
 def test_what_is_killed_in_motion_comes_back_to_work_where_that_is_asked(ros: RosGraph) -> None:
     """The manager, the publisher of frames and the spawner, while the arm is on its way."""
     ros.launch("sim.yaml", "camera:=false", "world:=", "respawn:=true")

@@ -12,6 +12,7 @@ from teleopctl.testing import eventually
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="a pseudo-terminal")
 
 
+@pytest.mark.nightly
 def test_the_turtle_is_driven_turned_and_gets_company(shared_ros):
     from tests.system.terminal import Terminal
 

@@ -178,7 +178,7 @@ right: {panels: [[camera, log, topics, plot]]}
 """
 
 
-def test_a_camera_is_shown_while_it_is_seen_and_each_browser_finds_its_panels_again(ros, chromium):
+def test_a_camera_is_shown_while_it_is_seen(ros, chromium):
     layout = ros.folder / "mine.yaml"
     layout.write_text(LAYOUT)
     pictures = ros.node.create_publisher(Image, "/cam/image_raw", 1)
@@ -196,6 +196,13 @@ def test_a_camera_is_shown_while_it_is_seen_and_each_browser_finds_its_panels_ag
     page.get_by_role("tab", name="Camera").click()
     eventually(lambda: ros.node.count_subscribers("/cam/image_raw") == 1)
 
+
+@pytest.mark.nightly
+def test_each_browser_finds_its_panels_again(ros, chromium):
+    ros.node.create_publisher(Image, "/cam/image_raw", 1)
+    layout = ros.folder / "mine.yaml"
+    layout.write_text(LAYOUT)
+    page = opened(chromium, run_page(ros, "--layout", str(layout)))
     page.get_by_role("button", name="Layout", exact=True).click()
     box = page.get_by_text("Topics", exact=True).last.locator("xpath=ancestor::div[3]")
     box.get_by_role("checkbox").first.click()

@@ -253,6 +253,7 @@ def test_a_robot_of_ones_own_stands_in_an_empty_world_unless_it_is_given_one(
         assert ros.run("stop --all").returncode == 0
 
 
+@pytest.mark.nightly
 def test_a_free_robot_starts_where_it_is_asked_to(ros: RosGraph) -> None:
     crate = (
         '<robot name="crate"><link name="crate"><inertial><mass value="1"/><inertia ixx="0.1" '
