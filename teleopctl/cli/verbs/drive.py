@@ -228,14 +228,9 @@ def _device(device: str | None, mapping: str | None, leader: str | None) -> dict
         if mapping is not None:
             raise UsageError("--mapping is for --device")
         return {}
-    from teleopctl import plugins
-    from teleopctl.teleop import HandMapping, LeaderMapping
+    from teleopctl.nodes.teleop.device_node import check_device
 
-    kind = plugins.load(plugins.TELEOP_DEVICES, device)
-    # Before a robot is started in vain.
-    kind.check()
-    if mapping is not None:
-        (LeaderMapping if kind.gives_joints else HandMapping).load(mapping)
+    check_device(device, mapping)
     given = {"device": device, "mapping": mapping, "leader": leader}
     return {name: value for name, value in given.items() if value is not None}
 

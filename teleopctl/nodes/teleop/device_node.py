@@ -292,6 +292,26 @@ def _holder_text(holder: Mapping[str, Any] | None) -> str:
     return "" if holder is None else f"{holder['node']} ({holder['device']})"
 
 
+def check_device(name: str, mapping: str | None = None) -> None:
+    """Check that a device and its mapping are there, before a robot is started for them.
+
+    Args:
+        name: Name of the device.
+        mapping: Name or file of the mapping; None for the device's own.
+
+    Raises:
+        UnknownPluginError: There is no such device.
+        BrokenPluginError: The device cannot be imported.
+        DeviceError: The device is not there.
+        NotFoundError: There is no such mapping.
+        InvalidFileError: The mapping's file cannot be read, or is no mapping.
+    """
+    kind: type[TeleopDevice] = plugins.load(plugins.TELEOP_DEVICES, name)
+    kind.check()
+    if mapping is not None:
+        (LeaderMapping if kind.gives_joints else HandMapping).load(mapping)
+
+
 def main(args: Sequence[str] | None = None) -> None:
     """Drive a robot by a device until Ctrl-C.
 
