@@ -47,6 +47,7 @@ DETERMINED = (
 )
 
 
+@pytest.mark.nightly
 def test_another_robot_is_refused(ros):
     robot = ros.folder / "pole.urdf"
     robot.write_text('<robot name="pole"><link name="base"/></robot>')

@@ -199,6 +199,7 @@ def test_a_command_that_cannot_be_obeyed_moves_nothing_and_says_why(
     arm.stop()
 
 
+@pytest.mark.nightly
 def test_a_trajectory_that_runs_wins(arm, shared_ros):
     goal = shared_ros.spawn(
         "action send_goal /arm_controller/follow_joint_trajectory "

@@ -85,6 +85,7 @@ def test_two_runs_with_the_same_commands_are_identical(ros: RosGraph, urdf: str)
     assert runs[0] == runs[1]
 
 
+@pytest.mark.nightly
 def test_a_controller_that_stops_answering_is_reported_once_and_taken_back(
     ros: RosGraph, partner: Partner
 ) -> None:

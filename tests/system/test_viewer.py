@@ -10,7 +10,7 @@ import yaml
 from playwright.sync_api import Browser, Locator, Page, expect
 
 from teleopctl.interfaces import get_action, get_message, get_service
-from teleopctl.node import ActionServer
+from teleopctl.node import ActionServer, Publisher
 from teleopctl.packages import package_share
 from teleopctl.robot import Joints, RobotDescription, SegmentTree, expand_xacro
 from teleopctl.testing import RosGraph, eventually
@@ -135,7 +135,8 @@ def position_of(message, joint: str) -> float:
     return float(dict(zip(message.name, message.position, strict=False)).get(joint, 0.0))
 
 
-def test_the_page_shows_the_joints_of_the_robot_and_a_slider_moves_it(ros, chromium):
+def test_the_page_shows_joints_and_camera_of_the_robot_and_a_slider_moves_it(ros, chromium):
+    pictures = ros.node.create_publisher(Image, "/cam/image_raw", 1)
     address = launched(ros, "display.yaml")
     assert "/rviz" in ros.run("node list").stdout.split()
     assert "rviz" in ros.run("ps").stdout
@@ -162,12 +163,19 @@ def test_the_page_shows_the_joints_of_the_robot_and_a_slider_moves_it(ros, chrom
         )
 
     ros.wait_for_message(TFMessage, "/tf", matching=is_where_it_should_be)
+    eventually(lambda: is_shown(page, pictures))
     # A click on a node of the graph leads to its parameters.
     page.get_by_role("tab", name="Graph").click()
     node = page.locator('[data-teleopctl-click="graph node /robot_state_publisher"]')
     node.first.dispatch_event("click")
     page.get_by_role("button", name="Parameters", exact=True).click()
     expect(page.get_by_text("publish_frequency")).to_be_visible(timeout=PAGE_WITHIN_MS)
+
+
+def is_shown(page: Page, pictures: Publisher) -> bool:
+    """Publish a picture; return whether the page has shown one."""
+    pictures.publish(Image(width=64, height=48, encoding="mono8", step=64, data=bytes(64 * 48)))
+    return page.get_by_text("/cam/image_raw · 64 x 48").count() > 0
 
 
 LAYOUT = """
@@ -178,18 +186,13 @@ right: {panels: [[camera, log, topics, plot]]}
 """
 
 
+@pytest.mark.nightly
 def test_a_camera_is_shown_while_it_is_seen(ros, chromium):
     layout = ros.folder / "mine.yaml"
     layout.write_text(LAYOUT)
     pictures = ros.node.create_publisher(Image, "/cam/image_raw", 1)
     page = opened(chromium, run_page(ros, "--layout", str(layout)))
-    picture = Image(width=64, height=48, encoding="mono8", step=64, data=bytes(64 * 48))
-
-    def is_shown() -> bool:
-        pictures.publish(picture)
-        return page.get_by_text("/cam/image_raw · 64 x 48").count() > 0
-
-    eventually(is_shown, PAGE_WITHIN_MS / 1000)
+    eventually(lambda: is_shown(page, pictures), PAGE_WITHIN_MS / 1000)
     page.get_by_role("tab", name="Log").click()
     expect(page.get_by_role("tab", name="Log")).to_have_attribute("aria-selected", "true")
     eventually(lambda: ros.node.count_subscribers("/cam/image_raw") == 0)

@@ -168,6 +168,7 @@ def test_a_terminal_gets_what_is_up_of_a_builtin_launch_and_the_log_the_rest(ros
     assert "got segment base_link" in log.read_text()
 
 
+@pytest.mark.nightly
 def test_our_own_configuration_warns_of_nothing(ros):
     launch = ros.spawn("launch sim.yaml camera:=false")
     launch.wait_for_line(r"\[spawner-\d\]: process has finished cleanly")
