@@ -38,6 +38,8 @@ _LATE_S = 1.0
 # Gap between samples, s, after which samples are ignored for a time, s, since they may have waited
 # in a queue. A slow browser has shorter gaps.
 _LONG_S, _IGNORED_S = 0.4, 0.25
+# Time in which the service of a node that has stopped the robot is found in the graph, s.
+_FOUND_S = 1.0
 # Time for which a note is shown, s.
 _NOTE_S = 5.0
 
@@ -108,6 +110,8 @@ class HandDriver:
         # Clients of the other nodes that have held the robot stopped, by name.
         self._release_type = get_service(RELEASE_TYPE)
         self._releases: dict[str, Any] = {}
+        # Nodes that are to be asked once their service is known, and until when, s.
+        self._unasked: dict[str, float] = {}
         self._timer = node.create_timer(
             _PERIOD_S, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
@@ -342,21 +346,29 @@ class HandDriver:
     def release_stop(self) -> None:
         """Release the robot, also for the other nodes that hold it stopped."""
         self._button.release()
+        until_s = time.monotonic() + _FOUND_S
         for name in self._stops.names:
             if name != self._node.get_fully_qualified_name():
-                self._release_elsewhere(name)
+                self._unasked[name] = until_s
+        self._release_elsewhere()
 
-    def _release_elsewhere(self, name: str) -> None:
-        """Call the service of another node that holds the robot stopped."""
-        client = self._releases.get(name)
-        if client is None:
-            client = self._releases[name] = self._node.create_client(
-                self._release_type, RELEASE_SERVICE.replace("~", name)
-            )
-        if client.service_is_ready():
-            client.call_async(self._release_type.Request())
-        else:
-            self.note(f"The robot is stopped by {name}: release it there")
+    def _release_elsewhere(self) -> None:
+        """Call the services of the other nodes that hold the robot stopped, once they are known."""
+        for name, until_s in tuple(self._unasked.items()):
+            client = self._releases.get(name)
+            if client is None:
+                client = self._releases[name] = self._node.create_client(
+                    self._release_type, RELEASE_SERVICE.replace("~", name)
+                )
+            is_ready = client.service_is_ready()
+            if not is_ready and time.monotonic() < until_s:
+                continue
+            if self._unasked.pop(name, None) is None:
+                continue  # another thread has asked it
+            if is_ready:
+                client.call_async(self._release_type.Request())
+            else:
+                self.note(f"The robot is stopped by {name}: release it there")
 
     def _act(self, action: str, steps: int) -> bool:
         """Execute an action of a button; return whether the driver implements it."""
@@ -425,6 +437,8 @@ class HandDriver:
         self.robot_state.ask_servo()
         self.robot_state.forget_states()
         self._find_base()
+        if self._unasked:
+            self._release_elsewhere()
         with self._lock:
             self._lose_silent()
             silent_s = time.monotonic() - self._applied_s

@@ -4,13 +4,18 @@ from typing import Any
 
 import pytest
 
+from teleopctl.interfaces import get_service
 from teleopctl.node.values.command_lease import LeaseClaim
 from teleopctl.nodes.teleop.hand_driver import HandDriver
 from teleopctl.teleop import HandCommand
+from teleopctl.testing import eventually
 from teleopctl.tf import Transform
 
 HELD, RELEASED = HandCommand(linear=(1.0, 0.0, 0.0), is_held=True), HandCommand()
 SPEEDS = (1.0,)
+
+
+Trigger = get_service("std_srvs/srv/Trigger")
 
 
 class Servo:
@@ -168,3 +173,31 @@ def test_what_was_held_while_another_node_drove_is_pressed_again(hand, act):
     assert "let go, and press again" in hand.driver.state(SPEEDS)["refusal"]
     hand.driver.release()
     assert hand.moves(act)
+
+
+def test_a_node_that_has_just_stopped_the_robot_is_asked_once_its_service_is_known(
+    hand, shared_ros
+):
+    hand.driver._stops.names = ("/panel",)
+    hand.driver.release_stop()
+    asked: list[object] = []
+
+    def release(request, response):
+        asked.append(request)
+        return response
+
+    service = shared_ros.node.create_service(Trigger, "/panel/release", release)
+
+    def is_asked():
+        hand.driver._watch()
+        return asked
+
+    eventually(is_asked)
+    shared_ros.node.destroy_service(service)
+    assert len(asked) == 1
+    hand.driver._stops.names = ("/other_panel",)
+    hand.driver.release_stop()
+    assert not hand.driver.state(SPEEDS)["note"]
+    hand.is_silent(1.1)
+    note = hand.driver.state(SPEEDS)["note"]
+    assert note == "The robot is stopped by /other_panel: release it there"
