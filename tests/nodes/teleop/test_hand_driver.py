@@ -1,5 +1,6 @@
 """When a hand moves the robot: not from samples that have waited, nor again by itself."""
 
+import threading
 from typing import Any
 
 import pytest
@@ -8,7 +9,6 @@ from teleopctl.interfaces import get_service
 from teleopctl.node.values.command_lease import LeaseClaim
 from teleopctl.nodes.teleop.hand_driver import HandDriver
 from teleopctl.teleop import HandCommand
-from teleopctl.testing import eventually
 from teleopctl.tf import Transform
 
 HELD, RELEASED = HandCommand(linear=(1.0, 0.0, 0.0), is_held=True), HandCommand()
@@ -180,21 +180,21 @@ def test_a_node_that_has_just_stopped_the_robot_is_asked_once_its_service_is_kno
 ):
     hand.driver._stops.names = ("/panel",)
     hand.driver.release_stop()
-    asked: list[object] = []
+    asked = threading.Semaphore(0)
 
     def release(request, response):
-        asked.append(request)
+        asked.release()
         return response
 
     service = shared_ros.node.create_service(Trigger, "/panel/release", release)
-
-    def is_asked():
+    for _ in range(1000):  # the clock of this test stands still
         hand.driver._watch()
-        return asked
-
-    eventually(is_asked)
+        if asked.acquire(timeout=0.01):
+            break
+    else:
+        raise AssertionError("the service is not called")
+    assert not asked.acquire(timeout=0.01), "it is called once"
     shared_ros.node.destroy_service(service)
-    assert len(asked) == 1
     hand.driver._stops.names = ("/other_panel",)
     hand.driver.release_stop()
     assert not hand.driver.state(SPEEDS)["note"]
