@@ -55,8 +55,9 @@ class HandSample:
 class TeleopDevice(ABC):
     """Base class of teleoperation devices; plug-ins of ``teleopctl.teleop_devices``.
 
-    A device calls `emit` with each sample, at 50 Hz or more while something is held. A device that
-    falls silent counts as released after `STALE_S`.
+    A device calls `emit` with each sample, at 50 Hz or more while something is held. It may emit
+    the same object again while its inputs stay as they are. A device that falls silent counts as
+    released after `STALE_S`.
 
     Args:
         node: Node in which the device runs, for its parameters, logger and subscriptions.

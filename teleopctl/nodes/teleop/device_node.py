@@ -78,9 +78,9 @@ class DeviceNode(Node):
         self._mapped_for: tuple[str, bool] | None = None
         # What was last logged of missing inputs.
         self._lacked = ""
-        # Command of the newest sample, and what it was made from.
+        # Newest sample with its mapping, and its command.
+        self._mapped: tuple[HandSample, HandMapping] | None = None
         self._command = HandCommand()
-        self._commanded_for: tuple[object, ...] = ()
         self._clutch = PoseClutch()
         self.leader: LeaderFollower | None = None
         self._shown: dict[str, str] = {}
@@ -156,10 +156,12 @@ class DeviceNode(Node):
             return
         assert self._mapping is not None
         mapping = self._mapping
-        if (mapping, sample.axes, sample.buttons) != self._commanded_for:
-            # A copy: a device may change its axes in place.
-            self._commanded_for = (mapping, dict(sample.axes), sample.buttons)
-            self._command = mapping.command(sample)
+        mapped = self._mapped
+        if mapped is None or sample is not mapped[0] or mapping is not mapped[1]:
+            self._mapped, command = (sample, mapping), mapping.command(sample)
+            # The driver knows a command that comes again by its identity.
+            if command != self._command:
+                self._command = command
         if sample.pose and self._pull(sample.pose, is_held=mapping.holds(sample)):
             return
         self.driver.apply(self._command, mapping.speeds)

@@ -7,10 +7,8 @@ import time
 from collections.abc import Callable, Mapping
 from typing import Any
 
-from teleopctl.interfaces import NANOSECONDS_PER_SECOND, get_service
+from teleopctl.interfaces import NANOSECONDS_PER_SECOND
 from teleopctl.node import (
-    RELEASE_SERVICE,
-    RELEASE_TYPE,
     SILENCE_S,
     Clock,
     ClockType,
@@ -22,6 +20,7 @@ from teleopctl.node import (
 from teleopctl.nodes.teleop.driven_robot import DrivenArm, DrivenRobot
 from teleopctl.nodes.teleop.episode_buttons import EpisodeButtons
 from teleopctl.nodes.teleop.hand_outputs import BaseOutput, ServoOutput, no_base
+from teleopctl.nodes.teleop.stop_releaser import StopReleaser
 from teleopctl.teleop import EPISODE, STALE_S, HandCommand
 from teleopctl.tf import Transform
 
@@ -38,8 +37,9 @@ _LATE_S = 1.0
 # Gap between samples, s, after which samples are ignored for a time, s, since they may have waited
 # in a queue. A slow browser has shorter gaps.
 _LONG_S, _IGNORED_S = 0.4, 0.25
-# Time in which the service of a node that has stopped the robot is found in the graph, s.
-_FOUND_S = 1.0
+# Time for which a command that comes again is published again without a new look at lease, gripper
+# and stop, and for which servo and display are not looked at while it comes, s.
+_REPEATED_S, _UNWATCHED_S = 0.1, 0.2
 # Time for which a note is shown, s.
 _NOTE_S = 5.0
 
@@ -64,7 +64,7 @@ class HandDriver:
         robot_state: The robot.
         episodes: Buttons for episodes.
         on_action: Called with each action that begins and that the driver does not execute itself.
-        on_watch: Called at least ten times a second by the executor, without a timer of its own.
+        on_watch: Called at least three times a second by the executor, without a timer of its own.
     """
 
     def __init__(self, node: Node, device: str, servo: str = "servo_node", base: str = "") -> None:
@@ -100,6 +100,10 @@ class HandDriver:
         self._has_toggled = False
         self._is_moving = False
         self._applied_s = 0.0
+        # Command that is published again while the same object comes again, and until when, s.
+        self._repeated: HandCommand | None = None
+        self._repeated_until_s = 0.0
+        self._watched_s = 0.0
         # Time of the first command since servo's newest status, s; None if it has answered.
         self._unanswered_since_s: float | None = None
         # Time until which samples are ignored after a gap, s.
@@ -107,11 +111,7 @@ class HandDriver:
         self._command = HandCommand()
         self._button = StopButton(node)
         self._stops = StopHolders(node, lambda _names: None)
-        # Clients of the other nodes that have held the robot stopped, by name.
-        self._release_type = get_service(RELEASE_TYPE)
-        self._releases: dict[str, Any] = {}
-        # Nodes that are to be asked once their service is known, and until when, s.
-        self._unasked: dict[str, float] = {}
+        self._releaser = StopReleaser(node, self.note)
         self._timer = node.create_timer(
             _PERIOD_S, self._watch, clock=Clock(clock_type=ClockType.STEADY_TIME)
         )
@@ -171,6 +171,8 @@ class HandDriver:
             speeds: Speed steps of its mapping.
         """
         with self._lock:
+            if self._repeat(command):
+                return
             self._check_gap()
             if self._target is None or command.drags:
                 self._applied_s = time.monotonic()
@@ -202,10 +204,27 @@ class HandDriver:
                 else:
                     self._servo.move(command, part, self._frame, begins=not self._is_moving)
                 self._note_command()
+                if not command.actions:
+                    self._repeated = command
+                    self._repeated_until_s = self._applied_s + _REPEATED_S
             elif self._is_moving:
                 self._stop_moving()
         for action in others:
             self.on_action(action)
+
+    def _repeat(self, command: HandCommand) -> bool:
+        """Publish a command again if it is the last one; return whether it is done.
+
+        A device at 100 Hz gives the same command again and again.
+        """
+        now_s = time.monotonic()
+        if command is not self._repeated or now_s > self._repeated_until_s or not self._is_moving:
+            self._repeated = None
+            return False
+        self._applied_s = self._moved_s = now_s
+        output = self._servo if self._base is None else self._base
+        output.repeat()
+        return True
 
     def release(self) -> None:
         """Release all inputs: publish zero motion."""
@@ -235,6 +254,7 @@ class HandDriver:
             target: Pose in the frame of the root link; None ends the motion.
         """
         with self._lock:
+            self._repeated = None
             if target is None:
                 self._target, self._is_held = None, False
                 self._unanswered_since_s = None
@@ -262,6 +282,7 @@ class HandDriver:
             displacements: Displacements by joint, rad or m; empty to hold the arm as it is.
         """
         with self._lock:
+            self._repeated = None
             self._check_gap()
             may_move = self._may_move(wants=True)
             if not may_move and self._refusal:
@@ -346,29 +367,8 @@ class HandDriver:
     def release_stop(self) -> None:
         """Release the robot, also for the other nodes that hold it stopped."""
         self._button.release()
-        until_s = time.monotonic() + _FOUND_S
-        for name in self._stops.names:
-            if name != self._node.get_fully_qualified_name():
-                self._unasked[name] = until_s
-        self._release_elsewhere()
-
-    def _release_elsewhere(self) -> None:
-        """Call the services of the other nodes that hold the robot stopped, once they are known."""
-        for name, until_s in tuple(self._unasked.items()):
-            client = self._releases.get(name)
-            if client is None:
-                client = self._releases[name] = self._node.create_client(
-                    self._release_type, RELEASE_SERVICE.replace("~", name)
-                )
-            is_ready = client.service_is_ready()
-            if not is_ready and time.monotonic() < until_s:
-                continue
-            if self._unasked.pop(name, None) is None:
-                continue  # another thread has asked it
-            if is_ready:
-                client.call_async(self._release_type.Request())
-            else:
-                self.note(f"The robot is stopped by {name}: release it there")
+        own = self._node.get_fully_qualified_name()
+        self._releaser.ask([name for name in self._stops.names if name != own])
 
     def _act(self, action: str, steps: int) -> bool:
         """Execute an action of a button; return whether the driver implements it."""
@@ -434,11 +434,21 @@ class HandDriver:
 
     def _watch(self) -> None:
         """Release inputs without new samples, and continue the gripper's motion."""
+        now_s = time.monotonic()
+        silent_s = now_s - self._applied_s
+        if (
+            self._repeated is not None
+            and silent_s < STALE_S
+            and now_s - self._watched_s < _UNWATCHED_S
+            and not (self._stops.names or self._has_gripper_steps())
+        ):
+            self._schedule_watch(silent_s)
+            return
+        self._watched_s = now_s
         self.robot_state.ask_servo()
         self.robot_state.forget_states()
         self._find_base()
-        if self._unasked:
-            self._release_elsewhere()
+        self._releaser.ask_again()
         with self._lock:
             self._lose_silent()
             silent_s = time.monotonic() - self._applied_s
@@ -463,11 +473,13 @@ class HandDriver:
             self._schedule_watch(silent_s)
         self.on_watch()
 
+    def _has_gripper_steps(self) -> bool:
+        gripper = self.robot_state.gripper
+        return gripper is not None and (self._is_gripping or not gripper.is_done)
+
     def _schedule_watch(self, silent_s: float) -> None:
         """Schedule the next call of `_watch`, as late as it notices a silent device in time."""
-        gripper = self.robot_state.gripper
-        steps = gripper is not None and (self._is_gripping or not gripper.is_done)
-        if self._target is not None or steps:
+        if self._target is not None or self._has_gripper_steps():
             period_s = _PERIOD_S
         elif self._is_moving:
             period_s = max(STALE_S - silent_s, _PERIOD_S)

@@ -92,6 +92,10 @@ class ServoOutput:
             self._twist.header.frame_id = arm.root if frame == "base" else arm.tip
             _fill(self._twist.twist.linear, linear, of_linear)
             _fill(self._twist.twist.angular, angular, of_angular)
+        self.repeat()
+
+    def repeat(self) -> None:
+        """Publish the last twist again, with a new stamp."""
         self._stamp(self._twist)
         self._twists.publish(self._twist)
 
@@ -189,12 +193,15 @@ class BaseOutput:
             command: The operator's command.
             part: Part of the full speeds.
         """
-        twist = self._message
-        if self._is_stamped:
-            set_stamp(self._message.header.stamp, self._node.get_clock().nanoseconds())
-            twist = self._message.twist
+        twist = self._message.twist if self._is_stamped else self._message
         _fill(twist.linear, command.linear, part * self.scales["linear"])
         _fill(twist.angular, command.angular, part * self.scales["rotational"])
+        self.repeat()
+
+    def repeat(self) -> None:
+        """Publish the last velocity again, with a new stamp."""
+        if self._is_stamped:
+            set_stamp(self._message.header.stamp, self._node.get_clock().nanoseconds())
         self._publisher.publish(self._message)
 
 

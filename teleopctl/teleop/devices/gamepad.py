@@ -97,19 +97,21 @@ class Gamepad(TeleopDevice):
 
     def _emit_all(self, joystick: Joystick) -> None:
         wait_s = _HELD_S
+        sample = joystick.sample(self._sequence)
         try:
             while not self._ending.is_set():
                 is_new = joystick.read(wait_s)
-                sample = joystick.sample(self._sequence)
+                if is_new:
+                    self._sequence += 1
+                    sample = joystick.sample(self._sequence)
                 held = bool(sample.buttons) or any(
                     abs(value) > _STILL for value in sample.axes.values()
                 )
                 wait_s = _HELD_S if held else _IDLE_S
                 if is_new or held:
-                    self._sequence += 1
                     self.emit(sample)
         except DeviceError:
-            self.emit(HandSample(sequence=self._sequence))
+            self.emit(HandSample(sequence=self._sequence + 1))
             raise
 
     def _report(self, error: TeleopctlError) -> None:

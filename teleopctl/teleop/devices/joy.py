@@ -19,10 +19,8 @@ class JoyTopic(TeleopDevice):
 
     def start(self) -> None:
         """Subscribe to the topic."""
-        self._sequence = 0
         self._fields = b""
-        self._axes: dict[str, float] = {}
-        self._pressed: frozenset[str] = frozenset()
+        self._sample = HandSample()
         # Any: message classes are generated at run time from definitions.
         self._type: Any = get_message("sensor_msgs/msg/Joy")
         self._subscription: Any = self.node.create_subscription(
@@ -34,12 +32,12 @@ class JoyTopic(TeleopDevice):
         self.node.destroy_subscription(self._subscription)
 
     def _received(self, data: bytes) -> None:
-        self._sequence += 1
         # Inputs that are held come again and again, with another stamp only.
         fields = data[_BEFORE_FRAME:]
         if fields != self._fields:
             message = deserialize(data, self._type)
-            self._axes = {str(number): float(each) for number, each in enumerate(message.axes)}
+            axes = {str(number): float(each) for number, each in enumerate(message.axes)}
             pressed = (str(number) for number, down in enumerate(message.buttons) if down)
-            self._pressed, self._fields = frozenset(pressed), fields
-        self.emit(HandSample(self._axes, self._pressed, sequence=self._sequence))
+            self._sample = HandSample(axes, frozenset(pressed), sequence=self._sample.sequence + 1)
+            self._fields = fields
+        self.emit(self._sample)

@@ -29,6 +29,9 @@ class Servo:
     def move(self, command, part, frame, *, begins):
         self.sent.append(command)
 
+    def repeat(self):
+        self.sent.append("repeated")
+
     def pull(self, target, *, begins):
         self.sent.append(target)
 
