@@ -1,11 +1,9 @@
 """When a hand moves the robot: not from samples that have waited, nor again by itself."""
 
-import threading
 from typing import Any
 
 import pytest
 
-from teleopctl.interfaces import get_service
 from teleopctl.node.values.command_lease import LeaseClaim
 from teleopctl.nodes.teleop.hand_driver import HandDriver
 from teleopctl.teleop import HandCommand
@@ -13,9 +11,6 @@ from teleopctl.tf import Transform
 
 HELD, RELEASED = HandCommand(linear=(1.0, 0.0, 0.0), is_held=True), HandCommand()
 SPEEDS = (1.0,)
-
-
-Trigger = get_service("std_srvs/srv/Trigger")
 
 
 class Servo:
@@ -176,31 +171,3 @@ def test_what_was_held_while_another_node_drove_is_pressed_again(hand, act):
     assert "let go, and press again" in hand.driver.state(SPEEDS)["refusal"]
     hand.driver.release()
     assert hand.moves(act)
-
-
-def test_a_node_that_has_just_stopped_the_robot_is_asked_once_its_service_is_known(
-    hand, shared_ros
-):
-    hand.driver._stops.names = ("/panel",)
-    hand.driver.release_stop()
-    asked = threading.Semaphore(0)
-
-    def release(request, response):
-        asked.release()
-        return response
-
-    service = shared_ros.node.create_service(Trigger, "/panel/release", release)
-    for _ in range(1000):  # the clock of this test stands still
-        hand.driver._watch()
-        if asked.acquire(timeout=0.01):
-            break
-    else:
-        raise AssertionError("the service is not called")
-    assert not asked.acquire(timeout=0.01), "it is called once"
-    shared_ros.node.destroy_service(service)
-    hand.driver._stops.names = ("/other_panel",)
-    hand.driver.release_stop()
-    assert not hand.driver.state(SPEEDS)["note"]
-    hand.is_silent(1.1)
-    note = hand.driver.state(SPEEDS)["note"]
-    assert note == "The robot is stopped by /other_panel: release it there"
