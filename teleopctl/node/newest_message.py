@@ -62,13 +62,22 @@ class NewestMessage(Subscription[MessageT]):
 
         Also None once the node is destroyed.
         """
+        sample = self._newest()
+        message = None if sample is None else self._decode(sample, raw=False)
+        assert not isinstance(message, bytes)
+        return message
+
+    def read_raw(self) -> bytes | None:
+        """Return the CDR bytes of the newest message; None as from `read`."""
+        sample = self._newest()
+        data = None if sample is None else self._decode(sample, raw=True)
+        assert data is None or isinstance(data, bytes)
+        return data
+
+    def _newest(self) -> zenoh.Sample | None:
         if self.is_destroyed:
             return None
         if isinstance(self._channel, _Paused):
             self._channel = self._subscribe()
-        sample = self._channel.try_recv()
-        if sample is None:
-            return None
-        message = self._decode(sample, raw=False)
-        assert not isinstance(message, bytes)
-        return message
+        sample: zenoh.Sample | None = self._channel.try_recv()
+        return sample

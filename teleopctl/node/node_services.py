@@ -120,9 +120,9 @@ class TimeSource:
         )
 
         def read() -> None:
-            if (message := newest.read()) is not None:
+            if (data := newest.read_raw()) is not None:
                 try:
-                    self._set(message.clock.sec, message.clock.nanosec)
+                    self._move(data)
                 except InvalidMessageError as error:
                     newest.refusals.refuse(error.message)
 

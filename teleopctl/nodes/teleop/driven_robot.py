@@ -25,6 +25,8 @@ _SCALES = {"linear": 0.4, "rotational": 0.8, "joint": 0.5}
 _PLACING, _ORIENTING = 3, 6
 # Time without a reader after which the subscription to joint states is paused, s.
 _UNREAD_S = 2.0
+# Time between two glances at the joint states, s.
+_GLANCE_S = 0.5
 
 # Any, here and below: message classes are generated at run time from definitions.
 _JointState: Any = get_message("sensor_msgs/msg/JointState")
@@ -160,6 +162,9 @@ class DrivenRobot:
         )
         self._states = NewestMessage(node, _JointState, f"{prefix}joint_states", is_paused=True)
         self._states_read_s = 0.0
+        # Whether a glance has begun that has not got a message yet, and when the last one began, s.
+        self._is_glancing, self._glanced_s = False, 0.0
+        self._glanced: dict[str, float] = {}
         self._states_lock = threading.Lock()
         self._servo_statuses = NewestMessage(node, _ServoStatus, f"{servo}/status")
         self._servo_parameters = AsyncParameterClient(node, servo)
@@ -205,9 +210,31 @@ class DrivenRobot:
         """
         with self._states_lock:
             self._states_read_s = time.monotonic()
-            if (message := self._states.read()) is not None:
-                self._measured = dict(zip(message.name, message.position, strict=False))
+            self._measured = self._read_states() or self._measured
             return self._measured
+
+    def glance(self) -> dict[str, float]:
+        """Return measured positions for a display, at most 0.6 s old; empty at first.
+
+        Call it ten times a second. Unless `measured` is read too, states are received for a moment
+        of each half second only.
+        """
+        with self._states_lock:
+            now_s = time.monotonic()
+            if self._states_read_s:
+                self._glanced = self._measured = self._read_states() or self._measured
+            elif not self._is_glancing and now_s - self._glanced_s >= _GLANCE_S:
+                self._is_glancing, self._glanced_s = True, now_s
+                self._glanced = self._read_states() or self._glanced  # begins to receive
+            elif self._is_glancing and (positions := self._read_states()):
+                self._glanced, self._is_glancing = positions, False
+                self._states.pause()
+            return self._glanced
+
+    def _read_states(self) -> dict[str, float]:
+        """Return the positions of the newest joint states; empty if there are no new ones."""
+        message = self._states.read()
+        return {} if message is None else dict(zip(message.name, message.position, strict=False))
 
     def need_states(self) -> None:
         """Subscribe to the joint states, which are needed soon."""
@@ -216,8 +243,12 @@ class DrivenRobot:
     def forget_states(self) -> None:
         """Pause the subscription to joint states if they are not read."""
         with self._states_lock:
-            if self._states_read_s and time.monotonic() - self._states_read_s > _UNREAD_S:
+            now_s = time.monotonic()
+            if self._states_read_s and now_s - self._states_read_s > _UNREAD_S:
                 self._states_read_s, self._measured = 0.0, {}
+                self._states.pause()
+            elif self._is_glancing and now_s - self._glanced_s > _UNREAD_S:
+                self._is_glancing = False
                 self._states.pause()
 
     @property

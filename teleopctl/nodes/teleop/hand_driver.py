@@ -563,7 +563,9 @@ class HandDriver:
         gripper = self.robot_state.gripper
         if gripper is None:
             return None, None
-        return gripper.opening(self.robot_state.measured), gripper.wanted
+        robot = self.robot_state
+        at = robot.measured if self._has_gripper_steps() else robot.glance()
+        return gripper.opening(at), gripper.wanted
 
     @property
     def problem(self) -> str:
