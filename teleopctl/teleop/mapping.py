@@ -376,7 +376,8 @@ def read_mapping(path: Path) -> str:
     try:
         return path.read_text(encoding="utf-8")
     except (OSError, UnicodeDecodeError) as error:
-        raise InvalidFileError(f"The mapping {path} cannot be read: {error}") from error
+        reason = error.strerror if isinstance(error, OSError) else error
+        raise InvalidFileError(f"The mapping {path} cannot be read: {reason}") from error
 
 
 def check_robot(path: Path, robot: str, driven: str) -> None:

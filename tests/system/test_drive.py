@@ -206,7 +206,10 @@ def test_a_key_that_is_held_moves_the_gripper_until_its_release(ros, drive):
                 reason="a gamepad is attached, or pygame looks for one",
             ),
         ),
-        (["--device", "joy", "--mapping", "mine.yaml"], "mine.yaml"),
+        (
+            ["--device", "joy", "--mapping", "mine.yaml"],
+            "The mapping mine.yaml cannot be read: No such file or directory",
+        ),
         (["--mapping", "mine.yaml"], "--mapping is for --device"),
         (["--leader", "/leader", "-d"], "--device shows its state in this terminal"),
     ],
