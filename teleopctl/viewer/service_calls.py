@@ -5,6 +5,7 @@ Each call ends with a callback: with the response, or with a sentence about its 
 
 from __future__ import annotations
 
+import time
 from collections.abc import Callable
 from typing import TYPE_CHECKING, Any
 
@@ -16,6 +17,8 @@ if TYPE_CHECKING:
     from teleopctl.viewer.panels.base import Page
 
 _TIMEOUT_S = 5.0
+# Time in which a server is found that has just appeared in the graph, and between two looks, s.
+_FOUND_S, _LOOK_S = 1.0, 0.05
 # Services and topics that every node has, which have commands of their own.
 _OF_EVERY_NODE = (
     *("/describe_parameters", "/get_parameter_types", "/get_parameters", "/list_parameters"),
@@ -94,22 +97,43 @@ class ServiceCalls:
         if client is None:
             client = self._node.create_client(get_service(type_name), service)
             self._clients[service] = client
-        if not client.service_is_ready():
-            failed(f"{service} has no server")
+        request = client.srv_type.Request(**fields)
+        if client.service_is_ready():
+            self._send(client, request, then, failed, timeout_s)
             return
-        future = client.call_async(client.srv_type.Request(**fields))
+        end_s = time.monotonic() + _FOUND_S
+
+        def look() -> None:
+            if timer not in self._timers:
+                return  # queued twice
+            is_ready = client.service_is_ready()
+            if not is_ready and time.monotonic() < end_s:
+                return
+            self._end(timer)
+            if is_ready:
+                self._send(client, request, then, failed, timeout_s)
+            else:
+                failed(f"{service} has no server")
+
+        timer = self._start(_LOOK_S, look)
+
+    def _send(
+        self,
+        client: Client[Any, Any],
+        request: Any,
+        then: Callable[[Any], object],
+        failed: Callable[[str], object],
+        timeout_s: float,
+    ) -> None:
+        """Send a request to a server that is known."""
+        future = client.call_async(request)
 
         def expired() -> None:
             client.remove_pending_request(future)
             self._end(timer)
-            failed(f"{service} did not respond within {timeout_s:g} s")
+            failed(f"{client.srv_name} did not respond within {timeout_s:g} s")
 
-        timer = self._node.create_timer(
-            timeout_s,
-            self._page.on_node_thread(expired),
-            clock=Clock(clock_type=ClockType.STEADY_TIME),
-        )
-        self._timers.add(timer)
+        timer = self._start(timeout_s, expired)
 
         def answered(done: ResponseFuture[Any]) -> None:
             if not done.cancelled() and timer in self._timers:
@@ -117,6 +141,16 @@ class ServiceCalls:
                 then(done.result())
 
         future.add_done_callback(self._page.on_node_thread(answered))
+
+    def _start(self, period_s: float, callback: Callable[[], None]) -> Any:
+        """Return a new timer of wall time that calls back on the node's thread."""
+        timer = self._node.create_timer(
+            period_s,
+            self._page.on_node_thread(callback),
+            clock=Clock(clock_type=ClockType.STEADY_TIME),
+        )
+        self._timers.add(timer)
+        return timer
 
     def _end(self, timer: Any) -> None:
         self._timers.discard(timer)
