@@ -215,7 +215,7 @@ class HandDriver:
     def _repeat(self, command: HandCommand) -> bool:
         """Publish a command again if it is the last one; return whether it is done.
 
-        A device at 100 Hz gives the same command again and again.
+        A device gives the same command again and again while an input is held.
         """
         now_s = time.monotonic()
         if command is not self._repeated or now_s > self._repeated_until_s or not self._is_moving:

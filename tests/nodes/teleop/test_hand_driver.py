@@ -152,6 +152,22 @@ def test_a_hand_that_servo_does_not_answer_is_pressed_again(hand, act):
     assert hand.holds(act, 1.0, is_answered=True)
 
 
+def test_a_command_that_comes_again_is_published_each_time_and_looked_at_in_between(hand):
+    published = []
+    for _ in range(20):
+        assert hand.moves(keys)
+        published += hand._servo.sent
+    assert len(published) == 20
+    assert 3 <= published.count(HELD) <= 6, "a whole look each 0.1 s"
+    assert published.count(HELD) + published.count("repeated") == 20
+
+
+def test_a_command_that_comes_again_ends_once_another_node_drives(hand):
+    assert hand.moves(keys, samples=10)
+    hand.lease.holder = LeaseClaim("/other", "keys", "here")
+    assert not hand.moves(keys, samples=7)
+
+
 @pytest.mark.parametrize("act", [keys, handle])
 def test_a_hand_that_was_silent_is_pressed_again(hand, act):
     assert hand.moves(act)
